@@ -40,13 +40,13 @@ void read_sweep(const std::string &text, std::map<std::string, std::vector<doubl
     for (const auto &word : CLI::detail::split(text.substr(std::min(end + 1, text.size())), ',')) {
         double value = 0.0;
         if (!CLI::detail::lexical_cast(word, value) || !(value > 0.0 && value <= constant->largest))
-            refuse(fmt::format("'{}' is no number above 0 and up to {}", support::shown(word), constant->largest));
+            refuse(fmt::format("'{}' is not a number above 0 and at most {}", support::shown(word), constant->largest));
         values.push_back(value);
     }
     if (sorted_once(values).size() < values.size())
-        refuse("a value is there twice");
+        refuse("a value is given twice");
     if (!sweeps.emplace(key, sorted_once(std::move(values))).second)
-        refuse("the constant is there twice");
+        refuse("the constant is given twice");
 }
 
 } // namespace

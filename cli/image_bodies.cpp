@@ -57,22 +57,20 @@ class Mesher {
     std::string body_of(const std::string &source, const std::string &stem, const char *option, SegmentCommand command,
                         int (*make)(const SegmentCommand &)) const {
         if (support::started_on_many_ranks())
-            throw support::InputError(
-                fmt::format("{}: a segmentation is meshed by one process; do it first, with `livermark mesh "
-                            "{}`, and give the body file",
-                            source, option));
+            throw support::InputError(fmt::format("{}: only one process can mesh a segmentation; mesh it first with "
+                                                  "`livermark mesh {}`, and give the body file",
+                                                  source, option));
         const auto folder = studies::make_output_folder(output_, "");
         const auto sources = sources_of(command);
         const auto body_file = place_of(folder, stem, sources);
         const bool has_mesh = fs::exists(fs::path(body_file).replace_extension(".msh"));
         if (has_mesh && is_made_of(sources, body_file) && !force_) {
-            fmt::print(stderr, "livermark: {} is taken for {}; say --force to mesh it anew\n", body_file.string(),
-                       source);
+            fmt::print(stderr, "livermark: {} is used for {}; --force meshes it again\n", body_file.string(), source);
             return body_file.string();
         }
         if (body_file.stem() != stem)
             fmt::print(stderr,
-                       "livermark: {} is of another content than {}, so this body is called {}; results of both stay\n",
+                       "livermark: {} has other content than {}, so this body is called {}; results of both stay\n",
                        (folder / (stem + ".toml")).string(), source, body_file.stem().string());
         command.output = fs::path(body_file).replace_extension(".msh").string();
         command.command_line = command_line_;

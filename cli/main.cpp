@@ -106,7 +106,7 @@ int refuse(const std::string &message) {
 
 int refuse_output(const char *reason) {
     return refuse(
-        fmt::format("standard output: cannot be written ({}); make room on the disk, or let it go elsewhere", reason));
+        fmt::format("standard output: cannot be written ({}); make room on the disk, or redirect it", reason));
 }
 
 } // namespace

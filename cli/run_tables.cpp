@@ -24,9 +24,9 @@ namespace livermark::cli {
 
 namespace {
 
-constexpr auto *small_title = "Small deformations, judged by linear elasticity.";
+constexpr auto *small_title = "Small deformations; reference: linear elasticity.";
 constexpr auto *slow_title = "Tissue that relaxes: the force over time.";
-constexpr auto *large_title = "Large deformations, judged by hyperelasticity along the path of the load.";
+constexpr auto *large_title = "Large deformations; reference: hyperelasticity along the path of the load.";
 
 std::string medians_with_legend(std::span<const results::Result> results,
                                 const std::function<std::string(const results::Layout &)> &as_text) {

@@ -80,16 +80,16 @@ std::optional<int> made_before(const SegmentCommand &command, const fs::path &bo
     const bool is_same = arguments_of(generator) == arguments_of(command.command_line) && fs::exists(command.output);
     if (!is_same)
         throw support::InputError(fmt::format(
-            "{}: there is such a body already, of another command; say --force to write over it, or choose another -o",
+            "{}: this body exists already, made by another command; give --force to overwrite it, or another -o",
             body_file.string()));
     const auto before = sources_in(body_file);
     const auto now = sources_of(command);
     if (!before || !before->is_same_body(now))
-        throw support::InputError(
-            fmt::format("{}: there is such a body already, and {} has changed since; say --force to make it anew",
-                        body_file.string(),
-                        fmt::join(command.labels.empty() ? command.surfaces : std::vector{command.labels}, " or ")));
-    print_notes({fmt::format("{} is there, made by the same command; --force makes it anew", body_file.string())});
+        throw support::InputError(fmt::format(
+            "{}: this body exists already, and {} has changed since; give --force to make it again", body_file.string(),
+            fmt::join(command.labels.empty() ? command.surfaces : std::vector{command.labels}, " or ")));
+    print_notes(
+        {fmt::format("{} exists already, made by the same command; --force makes it again", body_file.string())});
     fmt::print(command.table, "{}", meshes::to_text(meshes::mesh_figures(meshes::read_msh(command.output))));
     int status = 0;
     if (const auto *gates = body["image"]["gates"].as_array())

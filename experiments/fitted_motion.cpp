@@ -88,8 +88,8 @@ void drive(core::LoadCase &load_case, const core::TetraMesh &mesh, const PlaceMo
         if (mesh.boundary_patch[f] != number)
             continue;
         if (!load_case.is_constrained(f))
-            throw support::InputError(fmt::format("markers drive '{}', and nothing holds it; give it a [[condition]] "
-                                                  "with displacement = [0.0, 0.0, 0.0]",
+            throw support::InputError(fmt::format("markers drive '{}', and nothing constrains it; give it a "
+                                                  "[[condition]] with displacement = [0.0, 0.0, 0.0]",
                                                   place.patch));
         for (const int node : mesh.boundary_triangles[f])
             load_case.node_shift[node] = place.motion.at(mesh.points[node]);

@@ -45,7 +45,7 @@ std::vector<std::string> states_of(const CsvRow &header) {
             if (name.empty() || cells[c + i] != fmt::format("{}_{}", name, "xyz"[i]))
                 refuse();
         if (std::ranges::find(states, name) != states.end())
-            throw support::InputError(fmt::format("{}: state '{}' is there twice; rename one", header.place, name));
+            throw support::InputError(fmt::format("{}: state '{}' occurs twice; rename one", header.place, name));
         states.push_back(name);
     }
     return states;
@@ -103,8 +103,9 @@ MarkerTable read_markers(const std::filesystem::path &file, double metres_per_un
                                                   row->place, row->cells.size(), rows.front().cells.size()));
         const auto &name = row->cells[0];
         if (name.empty() || !names.insert(name).second)
-            throw support::InputError(fmt::format("{}: marker '{}' has no name of its own; give each line another",
-                                                  row->place, support::shown(name)));
+            throw support::InputError(
+                fmt::format("{}: marker '{}' has an empty or repeated name; give each line its own", row->place,
+                            support::shown(name)));
         table.names.push_back(name);
         table.drives.push_back(row->cells[1]);
         table.rest.push_back(position_in(*row, 2, metres_per_unit));

@@ -39,7 +39,7 @@ double unit_of(const toml::table &table) {
         const double metres = support::required_number(table, "unit");
         if (!(metres > 0.0))
             throw support::InputError(
-                fmt::format("{}: a unit has {} m; it has to be positive", support::place_of(*unit), metres));
+                fmt::format("{}: the unit is {} m; it has to be positive", support::place_of(*unit), metres));
         return metres;
     }
     const auto word = support::required_string(table, "unit"); // says if there is none
@@ -183,8 +183,8 @@ void read_ring_down(const toml::table &state, std::size_t number, const std::fil
                                               "has some that stay; give what hangs at the body as added_mass",
                                               support::place_of(table), support::shown(ring_down.state)));
     if (!has_traction(ring_down.load_case(body.mesh)))
-        throw support::InputError(fmt::format("{}: what held the body is no force; give 'held' a place and a force",
-                                              support::place_of(table)));
+        throw support::InputError(
+            fmt::format("{}: 'held' is not a force; give it a place and a force", support::place_of(table)));
     if (experiment.damping_from.empty() || support::optional_flag(table, "damping_from"))
         experiment.damping_from = ring_down.state;
     experiment.ring_downs.push_back(std::move(ring_down));
@@ -212,7 +212,7 @@ void read_states(toml::table &table, const std::filesystem::path &file, const Ma
                                                   fmt::join(markers.states, ", ")));
         if (std::ranges::find(experiment.states, name, &MeasuredState::name) != experiment.states.end())
             throw support::InputError(
-                fmt::format("{}: state '{}' is there twice; leave one out", support::place_of(state), name));
+                fmt::format("{}: state '{}' occurs twice; leave one out", support::place_of(state), name));
         experiment.states.push_back({name,
                                      [file, s](const core::TetraMesh &mesh) {
                                          auto again = parse(file);

@@ -79,7 +79,7 @@ std::string reference_sentence(std::span<const Result> results) {
             is_known = is_known && has_known_uncertainty(result);
         }
     if (!compared)
-        return "Nothing is compared, because no reference has come to an end.";
+        return "Nothing is compared, because no reference has a solution.";
     return fmt::format("Errors are against {}, which was solved on {}; {}.", reference_of(*compared),
                        is_reference_on_mesh(*compared) ? "the mesh of the models itself" : "refined meshes",
                        is_known ? "+- is its own uncertainty" : "its own error is not known");
@@ -140,7 +140,7 @@ std::vector<std::string> result_remarks(std::span<const Result> results) {
     for (const auto &result : results)
         if (reference_of(result).empty() && !result.models.empty())
             remarks.push_back(
-                fmt::format("{}: no reference has come to an end, so no model is compared", place_of_result(result)));
+                fmt::format("{}: no reference has a solution, so no model is compared", place_of_result(result)));
         else if (leaves_regime(result))
             remarks.push_back(fmt::format(
                 "{} moves {:.3g} mm where {:.3g} mm were meant: small deformations end before that, so its errors "

@@ -222,7 +222,7 @@ ResultFiles result_files(const Site &site) {
     }
     if (error)
         throw support::InputError(
-            fmt::format("{}: cannot be listed ({}); see who may read it", site.folder.string(), error.message()));
+            fmt::format("{}: cannot be listed ({}); check its permissions", site.folder.string(), error.message()));
     std::ranges::sort(found.paths);
     return found;
 }

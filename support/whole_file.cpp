@@ -39,15 +39,15 @@ void check_place(const std::filesystem::path &path) {
         throw InputError(fmt::format("{}: this is a directory; give the name of a file", path.string()));
     // The renaming would put a plain file in the place of a device such as /dev/null.
     if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-        throw InputError(fmt::format("{}: this is no plain file; choose another place", path.string()));
+        throw InputError(fmt::format("{}: this is not a plain file; choose another place", path.string()));
     const auto directory = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
     if (!std::filesystem::is_directory(directory, error))
         throw InputError(fmt::format("{}: there is no directory {}; make it or choose another place", path.string(),
                                      directory.string()));
     if (access(directory.c_str(), W_OK | X_OK) != 0)
-        throw InputError(fmt::format("{}: cannot make a file in this directory ({}); choose another place or see who "
-                                     "may write there",
-                                     path.string(), std::strerror(errno)));
+        throw InputError(
+            fmt::format("{}: cannot make a file in this directory ({}); choose another place or check its permissions",
+                        path.string(), std::strerror(errno)));
 }
 
 void write_whole(const std::filesystem::path &path, std::span<const char> bytes) {
@@ -76,9 +76,9 @@ void check_readable(const std::filesystem::path &file) {
     if (std::filesystem::is_directory(status))
         throw InputError(fmt::format("{}: this is a directory; give a file", file.string()));
     if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-        throw InputError(fmt::format("{}: this is no plain file; copy what it gives into one", file.string()));
+        throw InputError(fmt::format("{}: this is not a plain file; copy what it gives into one", file.string()));
     if (access(file.c_str(), R_OK) != 0)
-        throw InputError(fmt::format("{}: cannot be read ({}); check the path and who may read it", file.string(),
+        throw InputError(fmt::format("{}: cannot be read ({}); check the path and its permissions", file.string(),
                                      std::strerror(errno)));
 }
 
@@ -87,7 +87,7 @@ std::string read_text(const std::filesystem::path &file) {
     check_readable(file);
     std::ifstream stream(file, std::ios::binary);
     if (!stream)
-        throw InputError(fmt::format("{}: cannot be read ({}); check the path and who may read it", file.string(),
+        throw InputError(fmt::format("{}: cannot be read ({}); check the path and its permissions", file.string(),
                                      std::strerror(errno)));
     std::ostringstream text;
     if (!(text << stream.rdbuf()))

@@ -155,14 +155,14 @@ std::string check_radius(const std::string &text) {
     constexpr double least = 1e-4, largest = 1.0;
     return CLI::detail::lexical_cast(text, radius) && radius >= least && radius <= largest
                ? ""
-               : fmt::format("'{}' is no radius of a tool in metres, from {:g} to {:g}; 12 mm are 0.012", text, least,
-                             largest);
+               : fmt::format("'{}' is not a radius of a tool in metres, from {:g} to {:g}; 12 mm are 0.012", text,
+                             least, largest);
 }
 
 int advise(const AdviseCommand &command, const std::string &command_line) {
     const auto bodies = with_images_meshed(command.bodies, command.output, command_line, command.force);
     if (bodies.size() != 1)
-        throw support::InputError(fmt::format("{} bodies are given, and advice is about one; name one", bodies.size()));
+        throw support::InputError(fmt::format("{} bodies are given; name one", bodies.size()));
     const auto file = studies::find_toml_files(bodies, studies::bodies_folder, "body").front();
     const auto body = meshes::read_body(file, command.material);
     print_notes(body.assumptions);

@@ -57,10 +57,10 @@ void leave_out_other_materials(std::vector<results::Result> &results) {
             shipped[body.name] = meshes::read_body(file).materials;
         const bool is_other = !same_materials(body.materials, shipped[body.name]);
         if (is_other)
-            fmt::print(stderr,
-                       "livermark: passed over: {} under {}: the body ships with other materials, for which "
-                       "its bands hold\n",
-                       body.name, result.problem.load_case.name);
+            fmt::print(
+                stderr,
+                "livermark: skipped: {} under {}: the body ships with other materials, for which its bands hold\n",
+                body.name, result.problem.load_case.name);
         return is_other;
     });
 }
@@ -77,10 +77,10 @@ void print_remarks(const results::BandProposals &found, const results::ErrorBand
             ++num_new;
         else if (proposal.is_due()) {
             ++num_changed;
-            fmt::print(
-                stderr, "{}: {} under {}: {} had {:.2f} +- {:.2f} % and now has {:.2f} %; take the old one out\n",
-                present.places.at(proposal.key), proposal.key[0], proposal.key[1], proposal.key[2],
-                100.0 * proposal.present->expected, 100.0 * proposal.present->margin, 100.0 * proposal.relative_l2);
+            fmt::print(stderr, "{}: {} under {}: {} had {:.2f} +- {:.2f} % and now has {:.2f} %; remove the old line\n",
+                       present.places.at(proposal.key), proposal.key[0], proposal.key[1], proposal.key[2],
+                       100.0 * proposal.present->expected, 100.0 * proposal.present->margin,
+                       100.0 * proposal.relative_l2);
         }
     }
     if (is_dirty)

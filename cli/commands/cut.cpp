@@ -30,28 +30,28 @@ int print_cut(studies::CutStudyOptions options, bool markdown, const std::string
 
 Command add_cut(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
-        "cut", "Let a blade go into a body under load, step by step: how far the wound opens, what energy the cut sets "
-               "free, and how long each step takes, of each model beside the reference");
+        "cut", "Move a blade into a body under load, step by step, and print the opening of the wound, the released "
+               "energy and the time of each step for each model, beside the reference");
     auto options = std::make_shared<studies::CutStudyOptions>();
     auto markdown = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "runs").string();
     add_body(*command, options->body);
     command
         ->add_option("--load-case", options->load_case,
-                     "What pulls while the blade goes in: a name as in 'livermark list load-cases', or a path")
+                     "The load while the blade goes in: a name as in 'livermark list load-cases', or a path")
         ->capture_default_str();
     command
         ->add_option("--blade", options->blade,
-                     "What the edge of the blade sweeps, twelve numbers [m]: four corners in turn, from 0-1 where the "
-                     "edge begins to 3-2 where it ends")
+                     "The quadrilateral that the edge of the blade sweeps, as twelve numbers [m]: four corners in "
+                     "turn; the edge goes from the side 0-1 to the side 3-2")
         ->expected(12)
         ->required();
-    command->add_option("--steps", options->num_steps, "In how many steps it goes in")->capture_default_str();
-    command->add_option("--toughness", options->toughness, "What tearing the tissue takes, energy over area [J/m^2]")
+    command->add_option("--steps", options->num_steps, "Number of steps of the blade")->capture_default_str();
+    command->add_option("--toughness", options->toughness, "Toughness of the tissue, energy over area [J/m^2]")
         ->capture_default_str();
-    command->add_option("--model", options->models,
-                        "Names as in 'livermark list models', beside the reference on the mesh; those of a run if left "
-                        "out");
+    command->add_option(
+        "--model", options->models,
+        "Names as in 'livermark list models', beside the reference on the mesh; by default those of a run");
     add_materials(*command, options->material);
     command->add_option("--output", options->output, "Folder for <body>/cut.<load case>.h5")->capture_default_str();
     command->add_flag("--markdown", *markdown, "Print the tables in Markdown");

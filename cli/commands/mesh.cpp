@@ -74,7 +74,7 @@ int check_body(const std::string &file) {
             const auto unit = meshes::guess_unit(mesh.points, meshes::mesh_figures(mesh).volume, file);
             for (auto &point : mesh.points)
                 point *= unit.metres;
-            remarks.push_back(fmt::format("coordinates are taken to be in {}, {}", unit.unit, unit.remark));
+            remarks.push_back(fmt::format("coordinates are assumed to be in {}, {}", unit.unit, unit.remark));
         }
         for (const auto &doubts : {core::doubts_about_unit(mesh.points), core::doubts_about_liver(mesh)})
             remarks.insert(remarks.end(), doubts.begin(), doubts.end());
@@ -135,18 +135,17 @@ struct SegmentationOptions {
 
 int make_of_segmentation(SegmentationOptions options) {
     if (!options.ct.empty())
-        throw support::InputError(fmt::format(
-            "{}: a scan is no segmentation, and a threshold does not find a liver; segment it with 3D Slicer, "
-            "TotalSegmentator, MONAI Label or ITK-SNAP, and give the label image to --labels",
-            options.ct));
+        throw support::InputError(
+            fmt::format("{}: a scan is not a segmentation; segment it with 3D Slicer, TotalSegmentator, MONAI Label or "
+                        "ITK-SNAP, and give the label image to --labels",
+                        options.ct));
     const int num_sources =
         (options.body.labels.empty() ? 0 : 1) + (options.body.surfaces.empty() ? 0 : 1) + (options.is_phantom ? 1 : 0);
     if (num_sources != 1)
-        throw support::InputError(
-            "say what to make: one of --labels, --surfaces and --phantom, or one of the subcommands "
-            "liver, box, cut and check; see `livermark mesh --help`");
+        throw support::InputError("one source is needed; give one of --labels, --surfaces and --phantom, or one of "
+                                  "the subcommands liver, box, cut and check; see `livermark mesh --help`");
     if (options.output.empty())
-        throw support::InputError("say with -o which file to write");
+        throw support::InputError("no file to write is given; name it with -o");
     options.body.output = options.phantom.output = options.output;
     if (options.is_phantom)
         return make_phantom(options.phantom);

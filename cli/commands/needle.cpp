@@ -28,9 +28,9 @@ int print_needles(const studies::NeedleOptions &options, bool markdown, const st
 } // namespace
 
 Command add_needle(CLI::App &parent, const std::string &command_line) {
-    auto *command = parent.add_subcommand(
-        "needle", "Drive needles into bodies and draw them out: how far each model's target moves away from the tip, "
-                  "and what the hand feels, beside the reference");
+    auto *command =
+        parent.add_subcommand("needle", "Drive needles into bodies and draw them out, and print the displacement of "
+                                        "the target and the force of the hand for each model, beside the reference");
     auto options = std::make_shared<studies::NeedleOptions>();
     auto markdown = std::make_shared<bool>(false);
     options->bodies = {"liver_tumours"};
@@ -41,11 +41,10 @@ Command add_needle(CLI::App &parent, const std::string &command_line) {
         ->add_option("--load-case", options->load_case,
                      "A name as in 'livermark list needle-load-cases', or the path of one with a [[needle]]")
         ->capture_default_str();
-    command->add_option("--model", options->models, "Names as in 'livermark list models'; those of a run if left out");
-    command->add_flag(
-        "--reference-on-mesh", options->reference_on_mesh,
-        "Compare with the mixed elements on the mesh itself, not on meshes refined along the needle: quicker, "
-        "and without an error estimate");
+    command->add_option("--model", options->models, "Names as in 'livermark list models'; by default those of a run");
+    command->add_flag("--reference-on-mesh", options->reference_on_mesh,
+                      "Compare with the reference on the mesh itself, not on meshes refined along the needle: quicker, "
+                      "but without an error bar");
     add_materials(*command, options->material);
     command->add_option("--output", options->output, "Folder for <body>/needle.<load case>.h5")->capture_default_str();
     command->add_flag("--markdown", *markdown, "Print the tables in Markdown");

@@ -41,10 +41,9 @@ std::vector<std::string> doubts_about_share(const LiverVolumes &volumes) {
     const double of_lesions = std::accumulate(volumes.lesions.begin(), volumes.lesions.end(), 0.0);
     if (!(of_lesions > 0.5 * volumes.all))
         return {};
-    return {
-        fmt::format("lesions are {:.0f} % of the body, more than the liver around them; see whether liver and lesions "
-                    "have been exchanged",
-                    100.0 * of_lesions / volumes.all)};
+    return {fmt::format("lesions are {:.0f} % of the body, more than the liver around them; check whether liver and "
+                        "lesions have been exchanged",
+                        100.0 * of_lesions / volumes.all)};
 }
 
 } // namespace
@@ -64,10 +63,9 @@ std::vector<std::string> doubts_about_liver(double volume, std::span<const doubl
     std::vector<std::string> doubts;
     const double litres = litres_per_cubic_metre * volume;
     if (!(litres >= smallest_liver && litres <= largest_liver))
-        doubts.push_back(
-            fmt::format("the body has {:.2g} L, where an adult liver has {} to {} L; see whether its lengths "
-                        "are right, and whether it is a whole liver",
-                        litres, smallest_liver, largest_liver));
+        doubts.push_back(fmt::format("the body has {:.2g} L, where an adult liver has {} to {} L; check its lengths, "
+                                     "and whether it is a whole liver",
+                                     litres, smallest_liver, largest_liver));
     for (auto &doubt : doubts_about_share({volume, {lesions.begin(), lesions.end()}}))
         doubts.push_back(std::move(doubt));
     return doubts;
@@ -88,14 +86,13 @@ std::vector<std::string> doubts_about_unit(const std::vector<Vector3> &points) {
     const Vector3 sides = bounding_box(points).sizes();
     const double longest = sides.maxCoeff(), litres = 1e3 * sides.prod();
     if (longest > largest_organ)
-        return {
-            fmt::format("the longest side is {:.4g} m, which is no organ; see whether the lengths are in mm", longest)};
-    if (longest < smallest_sample)
-        return {fmt::format("the longest side is {:.4g} m, which is no organ; see whether the lengths are in m "
-                            "already",
+        return {fmt::format("the longest side is {:.4g} m, which fits no organ; check whether the lengths are in mm",
                             longest)};
+    if (longest < smallest_sample)
+        return {fmt::format(
+            "the longest side is {:.4g} m, which fits no organ; check whether the lengths are in m already", longest)};
     if (litres > most_litres)
-        return {fmt::format("the box around it holds {:.4g} L, which is no organ; see in which unit the lengths are",
+        return {fmt::format("the box around it holds {:.4g} L, which fits no organ; check the unit of the lengths",
                             litres)};
     return {};
 }

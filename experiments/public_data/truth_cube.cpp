@@ -85,7 +85,7 @@ Experiment read(const std::filesystem::path &file) {
                                                   row.cells.size(), num_cells));
         const std::array<int, 3> bead{index_in(row, 0), index_in(row, 1), index_in(row, 2)};
         if (!seen.insert(bead).second)
-            throw support::InputError(fmt::format("{}: bead {} {} {} is there twice; take the public file", row.place,
+            throw support::InputError(fmt::format("{}: bead {} {} {} occurs twice; take the public file", row.place,
                                                   bead[0], bead[1], bead[2]));
         const Vector3 rest = position(row, 0);
         const bool is_top = bead[2] == 1, is_bottom = bead[2] == beads_per_side;

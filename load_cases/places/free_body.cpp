@@ -77,7 +77,7 @@ void refuse_free_body(const core::TetraMesh &mesh, const core::LoadCase &load_ca
                 fmt::format("add a [[condition]] with a displacement that is not \"free\" in {}", "xyz"[i]));
     const Vector3 axis = motions.eigenvectors().col(0).tail<3>();
     throw NotOnBody(file, fmt::format("the body as a whole can still turn about {}", name_of_axis(axis)),
-                    "add a [[condition]] with a displacement that is in the way");
+                    "add a [[condition]] with a displacement that prevents it");
 }
 
 } // namespace livermark::load_cases

@@ -91,11 +91,11 @@ bool yield_contradicted(Selection &selection, const Effect &effect, const core::
 }
 
 std::string reason_of(const std::string &name, const Obstacle &obstacle, double part_left) {
-    const auto kept = fmt::format("it keeps {:.0f} % of its area, of {:.0f} % that it needs", 100.0 * part_left,
+    const auto kept = fmt::format("it keeps {:.0f} % of its area and needs {:.0f} %", 100.0 * part_left,
                                   100.0 * (1.0 - most_to_lose));
     if (!obstacle.node)
         return fmt::format("'{}' overlaps {}, and without the facets that are in both {}", name, obstacle.name, kept);
-    return fmt::format("'{}' moves nodes that {} moves otherwise, such as the node at ({:g}, {:g}, {:g}) m, and "
+    return fmt::format("'{}' moves nodes that {} moves differently, such as the node at ({:g}, {:g}, {:g}) m, and "
                        "without the facets there {}",
                        name, obstacle.name, obstacle.node->x(), obstacle.node->y(), obstacle.node->z(), kept);
 }
@@ -114,7 +114,7 @@ PlacedCondition place_apart(const toml::table &table, Selection selection, const
         const double left = area_of(selection.facets, mesh) / area;
         if (1.0 - left > most_to_lose + rounding_of_areas)
             throw NotOnBody(support::place_of(table), reason_of(selection.name, *obstacle, left),
-                            "let the places of conditions not overlap, and keep them apart");
+                            "choose places that neither overlap nor touch");
         return 1.0 - left;
     };
     yield_taken(selection, above, obstacle);

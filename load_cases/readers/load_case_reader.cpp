@@ -37,8 +37,8 @@ void refuse_unknown_condition_keys(const toml::table &table) {
 
 void take_depth(double depth, const toml::table &condition, core::LoadCase &load_case) {
     if (load_case.press_depth != 0.0 && load_case.press_depth != depth)
-        throw support::InputError(fmt::format("{}: the places that press are one instrument, which presses by {:g} m, "
-                                              "and here by {:g} m; give all the same depth",
+        throw support::InputError(fmt::format("{}: the places that press are one instrument, and have depths of {:g} m "
+                                              "and {:g} m; give all the same depth",
                                               support::place_of(condition), load_case.press_depth, depth));
     load_case.press_depth = depth;
 }
@@ -53,10 +53,10 @@ void share_newton(core::LoadCase &load_case, const std::string &file) {
         if (load_case.presses(f))
             others.value[f].setZero();
     if (core::is_driven(others))
-        throw support::InputError(fmt::format("{}: a place that presses drives the body alone; leave out loads, "
-                                              "accelerations and displacements other than 0, or let it 'push', which "
-                                              "holds the place",
-                                              file));
+        throw support::InputError(
+            fmt::format("{}: a place that presses has to be the only load; leave out loads, accelerations and "
+                        "displacements other than 0, or write 'push', which fixes the place to the tool",
+                        file));
     const auto num_pressing = static_cast<double>(
         std::ranges::count(load_case.conditions, core::ConditionKind::press, &core::Condition::kind));
     for (int f = 0; f < load_case.num_facets(); ++f)
@@ -75,7 +75,7 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
         take_depth(effect.press_depth, table, load_case);
     if (effect.kind == core::ConditionKind::pressure && load_case.regime == core::Regime::small)
         throw support::InputError(fmt::format("{}: a pressure that follows the surface needs large deformations; "
-                                              "say regime = \"large\", or give a 'pressure'",
+                                              "write regime = \"large\", or give a 'pressure'",
                                               support::place_of(table)));
     for (const int f : selection.facets) {
         load_case.condition_on[f] = static_cast<int>(load_case.conditions.size());

@@ -49,8 +49,8 @@ core::LoadCase with_touching_ball(core::LoadCase load_case, const core::TetraMes
     const auto table = support::parse_toml(load_case.definition, load_case.name + ".toml");
     const auto &tool = support::required_table(table, "tool");
     if (!tool.contains("radius"))
-        throw support::InputError(fmt::format("load case {}: the [tool] has no radius, so it is no ball that can "
-                                              "touch; give it a 'radius' [m], or let it have hold of its place",
+        throw support::InputError(fmt::format("load case {}: the [tool] has no radius, so it is not a ball that can "
+                                              "touch; give it a 'radius' [m], or take --tool glued",
                                               load_case.name));
     const double radius = support::required_number(tool, "radius");
     const auto place = pushed_place(load_case, mesh);

@@ -101,14 +101,13 @@ void refuse_held(const core::Needle &needle, const Way &way, const core::TetraMe
     const auto is_held = [&](int facet) { return load_case.is_constrained(facet); };
     if (is_held(way.entry.facet))
         throw support::InputError(
-            fmt::format("{}: the entry of '{}' is where '{}' holds the body; choose another entry", place, needle.name,
-                        load_case.on(way.entry.facet)->place));
+            fmt::format("{}: the entry of '{}' is where '{}' constrains the body; choose another entry", place,
+                        needle.name, load_case.on(way.entry.facet)->place));
     auto facets = all_facets(mesh);
     std::erase_if(facets, [&](int facet) { return !is_held(facet); });
     if (!facets.empty() && (nearest_point(facets, mesh, needle.target).point - needle.target).norm() < needle.spread)
         throw support::InputError(
-            fmt::format("{}: the target of '{}' is within its 'spread' of where the body is held; "
-                        "choose another target",
+            fmt::format("{}: the target of '{}' is within its 'spread' of a constrained place; choose another target",
                         place, needle.name));
 }
 
@@ -130,9 +129,9 @@ core::Needle read_needle(const toml::table &table, const core::TetraMesh &mesh, 
                                 : needle.tip_force();
     needle.step = table.contains("step") ? number_within(table, "step", 1e-6, 0.1) : default_step;
     if (!(needle.tip_force() > 0.0))
-        throw support::InputError(fmt::format("{}: 'toughness' has to be positive: a tip that meets nothing tells "
-                                              "nothing",
-                                              support::place_of(*table.get("toughness"))));
+        throw support::InputError(
+            fmt::format("{}: 'toughness' has to be positive; give the energy over area that tears the tissue [J/m^2]",
+                        support::place_of(*table.get("toughness"))));
     if (!(needle.depth() > needle.spread))
         throw support::InputError(
             fmt::format("{}: the target of '{}' is {:.3g} m below its entry, less than its 'spread' "
@@ -154,7 +153,7 @@ void refuse_same(const std::vector<core::Needle> &needles, const core::Needle &n
                 fmt::format("{}: two needles have the name '{}'; rename one", place, needle.name));
         if ((other.entry - needle.entry).norm() + (other.target - needle.target).norm() < same_way * needle.depth())
             throw support::InputError(
-                fmt::format("{}: '{}' and '{}' go the same way; leave one out", place, other.name, needle.name));
+                fmt::format("{}: '{}' and '{}' take the same path; leave one out", place, other.name, needle.name));
     }
 }
 
@@ -166,11 +165,12 @@ std::vector<core::Needle> read_needles(const std::filesystem::path &toml_file, c
     const auto *array = table.get("needle");
     if (!array || !array->is_array_of_tables())
         throw support::InputError(fmt::format(
-            "{}: there is no [[needle]]; add one, or ask 'livermark run' for this load case", toml_file.string()));
+            "{}: there is no [[needle]]; add one, or give this load case to 'livermark run'", toml_file.string()));
     if (load_case.regime == core::Regime::large || load_case.release || load_case.tool || core::is_driven(load_case))
-        throw support::InputError(fmt::format("{}: beside a needle conditions only hold the body, in the small regime; "
-                                              "leave loads, displacements other than 0, 'release' and 'tool' out",
-                                              toml_file.string()));
+        throw support::InputError(
+            fmt::format("{}: beside a needle conditions may only constrain the body, in the small regime; leave loads, "
+                        "displacements other than 0, 'release' and 'tool' out",
+                        toml_file.string()));
     std::vector<core::Needle> needles;
     for (const auto &node : *array->as_array()) {
         const auto &of_one = *node.as_table();

@@ -21,7 +21,7 @@ core::Regime regime_of(const toml::table &table) {
     for (const auto regime : {core::Regime::small, core::Regime::large})
         if (word == core::to_string(regime))
             return regime;
-    throw support::InputError(fmt::format("{}: there is no regime '{}'; say \"small\" or \"large\"",
+    throw support::InputError(fmt::format("{}: there is no regime '{}'; write \"small\" or \"large\"",
                                           support::place_of(*table.get("regime")), word));
 }
 
@@ -31,10 +31,9 @@ std::vector<double> read_path(const toml::table &table, core::Regime regime) {
         return regime == core::Regime::large ? std::vector{0.2, 0.4, 0.6, 0.8, 1.0} : std::vector<double>{};
     const auto place = support::place_of(*table.get("path"));
     if (regime == core::Regime::small)
-        throw support::InputError(
-            fmt::format("{}: small deformations are proportional to the load and need no path; leave it out, or say "
-                        "regime = \"large\"",
-                        place));
+        throw support::InputError(fmt::format("{}: small deformations are proportional to the load and need no path; "
+                                              "leave it out, or write regime = \"large\"",
+                                              place));
     auto path = support::required_numbers(table, "path");
     const bool ascends = std::ranges::adjacent_find(path, std::greater_equal<>()) == path.end();
     if (path.size() < 2 || path.size() > most_path_points || !ascends || !(path.front() > 0.0) || path.back() != 1.0)

@@ -80,7 +80,7 @@ std::vector<core::Probe> read_probes(const toml::table &table, const core::Tetra
         support::refuse_unknown_keys(probe, {"name", "patch"});
         const auto name = support::required_string(probe, "name");
         if (name.empty() || std::ranges::find(probes, name, &core::Probe::name) != probes.end())
-            throw support::InputError(fmt::format("{}: every probe needs a name of its own, and '{}' is none",
+            throw support::InputError(fmt::format("{}: every probe needs a name that no other has, and '{}' is not one",
                                                   support::place_of(probe), name));
         probes.push_back({name, select_node(probe, mesh)});
         if (is_constrained(probes.back().node, mesh, load_case))
@@ -98,7 +98,7 @@ core::Release read_release(const toml::table &table, const core::TetraMesh &mesh
         release, {"duration", "output_interval", "damping_ratio", "damping_frequencies", "alpha", "beta"});
     if (std::ranges::none_of(load_case.conditions, &core::Condition::is_traction))
         throw support::InputError(
-            fmt::format("{}: there is nothing to let go; add a [[condition]] with a traction or a pressure",
+            fmt::format("{}: there is no load to release; add a [[condition]] with a traction or a pressure",
                         support::place_of(release)));
     const double duration = number_above(release, "duration", 0.0, false);
     const double interval = number_above(release, "output_interval", 0.0, false);

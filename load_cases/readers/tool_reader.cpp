@@ -63,7 +63,7 @@ core::ToolMotion read_tool(const toml::table &table, const core::LoadCase &load_
     const auto names = load_case.constraint_names();
     const auto found = std::ranges::find(names, place);
     if (found == names.end())
-        throw support::InputError(fmt::format("{}: nothing with a displacement has the name '{}'; known are: {}",
+        throw support::InputError(fmt::format("{}: no [[condition]] with a displacement has the name '{}'; known are: {}",
                                               support::place_of(*tool.get("place")), place, fmt::join(names, ", ")));
     motion.constraint = static_cast<int>(found - names.begin());
     motion.slide = tool.contains("slide") ? support::required_vector(tool, "slide") : core::Vector3(0.0, 0.0, 0.0);
@@ -81,9 +81,9 @@ core::ToolMotion read_tool(const toml::table &table, const core::LoadCase &load_
         const bool is_tool = load_case.constraint_on(f) == motion.constraint;
         if (load_case.is_loaded(f) || (is_tool && value.array().isNaN().any()) ||
             (load_case.constraint_on(f) >= 0 && !is_tool && !value.isZero(0.0)))
-            throw support::InputError(fmt::format("{}: where a tool moves, all other places are held at zero in all "
-                                                  "components, and nothing else loads the body",
-                                                  support::place_of(tool)));
+            throw support::InputError(fmt::format(
+                "{}: a moving tool has to be the only load; constrain all other places to zero in all components",
+                support::place_of(tool)));
     }
     return motion;
 }

@@ -35,14 +35,14 @@ double number_of_touch(const toml::table &touch, std::string_view key, bool may_
 
 void refuse_company(const toml::table &touch, const toml::table &table, const core::LoadCase &load_case) {
     if (load_case.regime != core::Regime::large)
-        throw support::InputError(fmt::format("{}: what a ball touches grows as it sinks in, which small deformations "
-                                              "leave out; say regime = \"large\"",
-                                              support::place_of(touch)));
+        throw support::InputError(fmt::format(
+            "{}: contact grows as a ball sinks in, which small deformations neglect; write regime = \"large\"",
+            support::place_of(touch)));
     if (core::is_driven(load_case) || load_case.scale_to_target || table.contains("release") || table.contains("tool"))
-        throw support::InputError(fmt::format("{}: a ball that touches drives the body alone; leave out loads, "
-                                              "accelerations, displacements other than 0, 'scale_to_target', [release] "
-                                              "and [tool]",
-                                              support::place_of(touch)));
+        throw support::InputError(
+            fmt::format("{}: a ball that touches has to be the only load; leave out loads, accelerations, "
+                        "displacements other than 0, 'scale_to_target', [release] and [tool]",
+                        support::place_of(touch)));
 }
 
 } // namespace
@@ -78,7 +78,7 @@ core::TouchingTool read_touch(const toml::table &table, const core::TetraMesh &m
     const Vector3 direction = -pressed_normal(place, mesh);
     if (!direction.allFinite())
         throw NotOnBody(support::place_of(touch),
-                        fmt::format("the normals of '{}' cancel, so that a ball comes from nowhere", place.name),
+                        fmt::format("the normals of '{}' cancel, so the ball has no direction", place.name),
                         "choose a smaller place");
     core::TouchingTool tool{.radius = number_of_touch(touch, "radius", false)};
     tool.press = number_of_touch(touch, "depth", false) * direction;
@@ -93,7 +93,7 @@ core::TouchingTool read_touch(const toml::table &table, const core::TetraMesh &m
     const auto onto = nearest_point(place.facets, mesh, middle_of(place.facets, mesh)).point;
     const auto found = first_touch(mesh, onto, direction, tool.radius);
     if (load_case.is_constrained(found.facet))
-        throw NotOnBody(support::place_of(touch), "the ball would first touch what is held",
+        throw NotOnBody(support::place_of(touch), "the ball would first touch a constrained place",
                         "choose another place or a smaller ball");
     tool.start = found.centre;
     tool.constraint = load_case.num_constraints();

@@ -59,15 +59,15 @@ std::optional<FoundPatches> find_anatomical_patches(core::TetraMesh &mesh) {
             places.push_back(fmt::format("{} {:.0f} cm^2", liver.patch_names[patch], square_centimetres * area[patch]));
     if (places.empty())
         return std::nullopt;
-    return FoundPatches{
-        fit.confidence(),
-        fmt::format(
-            "patches are those of the liver that ships, bent to this one; it is {:.1f} mm off, and {:.1f} mm in "
-            "the next best orientation, so the confidence is {:.2f}{}; the body is turned by {:.0f} degrees from LPS: "
-            "{}",
-            millimetres * fit.distance, millimetres * fit.next_distance, fit.confidence(),
-            fit.confidence() < doubtful ? ", which is low: look at them with `livermark mesh check --picture`" : "",
-            degrees * fit.turn(), fmt::join(places, ", "))};
+    return FoundPatches{fit.confidence(),
+                        fmt::format("patches are those of the liver that ships, deformed onto this body; it is {:.1f} "
+                                    "mm off, and {:.1f} mm in the next best orientation, so the confidence is "
+                                    "{:.2f}{}; the body is turned by {:.0f} degrees from LPS: {}",
+                                    millimetres * fit.distance, millimetres * fit.next_distance, fit.confidence(),
+                                    fit.confidence() < doubtful
+                                        ? ", which is low: look at them with `livermark mesh check --picture`"
+                                        : "",
+                                    degrees * fit.turn(), fmt::join(places, ", "))};
 }
 
 } // namespace livermark::meshes

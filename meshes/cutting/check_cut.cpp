@@ -30,7 +30,7 @@ void check_blade(const BladeCut &blade, const Cut &cut) {
     const double size = core::extent(blade.corners);
     constexpr double flat = 1e-6;
     if (!(std::min(first.norm(), second.norm()) > flat * size * size) || !(first.dot(second) > 0.0))
-        refuse_tool(cut, "the corners of the blade are no quadrilateral", "give four in turn, not on one line");
+        refuse_tool(cut, "the corners of the blade do not form a quadrilateral", "give four in turn, not on one line");
 }
 
 } // namespace

@@ -181,17 +181,17 @@ void add_up_removed(const CutMesh &cut, const std::vector<std::vector<int>> &pie
 void add_notes(const core::TetraMesh &before, const Cut &cut, std::span<const double> small_volumes, CutBody &result) {
     const auto &mesh = result.body.mesh;
     auto &notes = result.notes;
-    notes.push_back(fmt::format("cut {} {}: {:.4g} mL of {:.4g} mL are taken away, and the wound has {:.4g} cm^2",
+    notes.push_back(fmt::format("cut {} {}: {:.4g} mL of {:.4g} mL are removed, and the wound has {:.4g} cm^2",
                                 cut.way == CutWay::facets ? "along facets" : "exactly", to_text(cut.tool),
                                 millilitres * result.removed_volume, millilitres * result.volume_before,
                                 square_centimetres * result.wound_area));
     for (const double volume : small_volumes)
-        notes.push_back(fmt::format("a piece of {:.3g} mL that floats is {}", millilitres * volume,
+        notes.push_back(fmt::format("a loose piece of {:.3g} mL is {}", millilitres * volume,
                                     cut.small_pieces == SmallPieces::keep ? "a body of its own" : "taken away"));
     if (result.num_crumbs + result.num_spikes + result.num_bridges + result.num_hinges > 0)
         notes.push_back(
-            fmt::format("what did not hold together at the wound is taken away: {} crumbs, {} tetrahedra on "
-                        "one face, {} that alone joined two parts, {} nodes at which parts touched",
+            fmt::format("parts that did not hold together at the wound are removed: {} crumbs, {} tetrahedra on one "
+                        "face, {} that alone joined two parts, {} nodes at which parts touched",
                         result.num_crumbs, result.num_spikes, result.num_bridges, result.num_hinges));
     for (const auto &name : before.region_names)
         if (std::ranges::find(mesh.region_names, name) == mesh.region_names.end())
@@ -214,9 +214,9 @@ void refuse_floating(const Cut &cut, const std::vector<double> &volumes, double 
         shares.push_back(fmt::format("{:.2g} %", 100.0 * volume / before));
     throw CutNotOnBody(
         cut.place,
-        fmt::format("the cut leaves {} pieces, with {} of the volume, and all but the largest would float",
+        fmt::format("the cut leaves {} pieces, with {} of the volume, and all but the largest would be loose",
                     volumes.size(), fmt::join(shares, ", ")),
-        "take the others away with small pieces 'remove', or cut elsewhere");
+        "remove the others with small pieces 'remove', or cut elsewhere");
 }
 
 } // namespace
@@ -225,10 +225,10 @@ CutBody cut(const core::Body &body, const Cut &cut) {
     check_cut(cut, body.mesh);
     auto cut_mesh = cut.way == CutWay::facets ? along_facets(body, cut) : along_surface(body, cut);
     if (std::ranges::none_of(cut_mesh.alive, std::identity{}))
-        throw CutNotOnBody(cut.place, "the cut takes all of the body away", "take a smaller part");
+        throw CutNotOnBody(cut.place, "the cut removes the whole body", "take a smaller part");
     if (!parting_blade(cut) && std::ranges::all_of(cut_mesh.alive, std::identity{}))
-        throw CutMissesBody(cut.place, "the cut touches nothing of the body",
-                            "see where the body is with 'livermark mesh check'");
+        throw CutMissesBody(cut.place, "the cut does not touch the body",
+                            "check the size of the body with 'livermark mesh check'");
     const auto patches = patches_of_faces(cut_mesh);
     Faces was_outer(patches.size());
     for (std::size_t t = 0; t < patches.size(); ++t)
@@ -246,7 +246,7 @@ CutBody cut(const core::Body &body, const Cut &cut) {
     CutBody result;
     result.volume_before = volume_of(body.mesh);
     if (volumes.empty())
-        throw CutNotOnBody(cut.place, "nothing of the body that the cut leaves holds together", "take a smaller part");
+        throw CutNotOnBody(cut.place, "no part of the body that the cut leaves holds together", "take a smaller part");
     if (volumes.size() > 1 && cut.small_pieces == SmallPieces::refuse)
         refuse_floating(cut, volumes, result.volume_before);
     if (cut.small_pieces != SmallPieces::keep)
@@ -280,10 +280,9 @@ core::Body cut(core::Body body, std::span<const Cut> cuts) {
     for (std::size_t c = 0; c < cuts.size(); ++c) {
         for (std::size_t before = 0; before < c; ++before)
             if (cuts[before].tool == cuts[c].tool)
-                refuse(cuts[c], fmt::format("this is the cut at {} once more", cuts[before].place),
-                       "leave one of them out");
+                refuse(cuts[c], fmt::format("this repeats the cut at {}", cuts[before].place), "leave one of them out");
         if (cuts[c].small_pieces == SmallPieces::keep)
-            refuse(cuts[c], "small pieces are kept as bodies of their own, for which there is no place here",
+            refuse(cuts[c], "small pieces cannot be kept as bodies of their own here",
                    "make them with 'livermark mesh cut --small-pieces keep', or remove them");
         body = cut(body, cuts[c]).body;
     }

@@ -56,11 +56,11 @@ CutWords words_of(const toml::table &cut) {
 CutTool tool_of(const CutWords &words, const std::string &place) {
     const auto refuse = [&](const char *what) { throw support::InputError(fmt::format("{}: {}", place, what)); };
     if (int{words.region.has_value()} + int{!words.half_space.empty()} + int{!words.blade.empty()} != 1)
-        refuse("a cut takes a region, a half-space or what a blade sweeps; give one of them");
+        refuse("a cut needs a region, a half-space or a blade; give one of them");
     if (words.margin && !words.region)
-        refuse("a margin is one around a region; leave it out, or give a region");
+        refuse("a margin needs a region; leave it out, or give a region");
     if (words.thickness && words.blade.empty())
-        refuse("a thickness is one of a blade; leave it out, or give a blade");
+        refuse("a thickness needs a blade; leave it out, or give a blade");
     if (words.region)
         return RegionCut{*words.region, words.margin.value_or(0.0)};
     const auto vector = [](const std::vector<double> &numbers, std::size_t v) {
@@ -68,7 +68,7 @@ CutTool tool_of(const CutWords &words, const std::string &place) {
     };
     if (!words.half_space.empty()) {
         if (words.half_space.size() != 6)
-            refuse("a half-space has a point and a normal; give three numbers of each");
+            refuse("a half-space needs a point and a normal; give three numbers of each");
         return HalfSpaceCut{vector(words.half_space, 0), vector(words.half_space, 1)};
     }
     if (words.blade.size() != 12)
@@ -91,7 +91,7 @@ SmallPieces fate_of_small_pieces(const std::string &word, const std::string &pla
     if (word == "keep")
         return SmallPieces::keep;
     throw support::InputError(
-        fmt::format("{}: small pieces cannot be told to '{}'; give refuse, remove or keep", place, word));
+        fmt::format("{}: there is no way '{}' to treat small pieces; give refuse, remove or keep", place, word));
 }
 
 } // namespace
@@ -107,7 +107,7 @@ std::vector<Cut> read_cuts(const toml::table &table) {
         return cuts;
     if (!node->is_array_of_tables())
         throw support::InputError(
-            fmt::format("{}: 'cut' is no list of tables; write [[cut]] above each", support::place_of(*node)));
+            fmt::format("{}: 'cut' is not a list of tables; write [[cut]] above each", support::place_of(*node)));
     for (const auto &entry : *node->as_array())
         cuts.push_back(cut_of(words_of(*entry.as_table()), support::place_of(entry)));
     return cuts;

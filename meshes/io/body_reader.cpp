@@ -109,7 +109,7 @@ double metres_of(const toml::table &table, const toml::node &unit) {
     const double metres = support::required_number(table, "unit");
     if (!(metres > 0.0))
         throw support::InputError(
-            fmt::format("{}: a unit has {} m; it has to be positive", support::place_of(unit), metres));
+            fmt::format("{}: the unit is {} m; it has to be positive", support::place_of(unit), metres));
     return metres;
 }
 
@@ -161,12 +161,14 @@ core::Body body_of_mesh(const std::filesystem::path &file) {
     std::ranges::move(core::doubts_about_lesions(body.mesh),
                       std::back_inserter(body.assumptions)); // the volume is said
     body.assumptions.push_back(
-        fmt::format("coordinates are taken to be in {}, {}; a body .toml may say 'unit'", unit.unit, unit.remark));
+        fmt::format("coordinates are assumed to be in {}, {}; 'unit' in a body .toml sets it", unit.unit, unit.remark));
     // As the parenchyma of the livers that ship.
     body.materials.assign(body.mesh.region_names.size(), {1060.0, 5000.0, 0.45});
-    body.assumptions.push_back(fmt::format("all {} regions are taken to be of 1060 kg/m^3, 5000 Pa and Poisson's ratio "
-                                           "0.45; a body .toml may give each its material",
-                                           body.mesh.region_names.size()));
+    const auto num_regions = body.mesh.region_names.size();
+    body.assumptions.push_back(
+        fmt::format("{} assumed to have 1060 kg/m^3, 5000 Pa and Poisson's ratio 0.45; a body .toml sets the material "
+                    "of each region",
+                    num_regions == 1 ? "the body is" : fmt::format("all {} regions are", num_regions)));
     find_patches(body);
     return body;
 }

@@ -38,7 +38,7 @@ void refuse_coinciding_nodes(const RawMesh &raw, const std::string &file) {
     const auto is_in_wound = nodes_of_wound(raw);
     if (const auto two =
             core::nodes_in_one_place(raw.points, [&](int a, int b) { return is_in_wound[a] && is_in_wound[b]; }))
-        throw support::InputError(fmt::format("{}: {} and {} are in one place; merge them", file,
+        throw support::InputError(fmt::format("{}: {} and {} have the same coordinates; merge them", file,
                                               node_name(raw, two->first), node_name(raw, two->second)));
 }
 
@@ -61,10 +61,10 @@ void refuse_several_parts(const RawMesh &raw, const std::string &file) {
             throw support::InputError(fmt::format("{}: {} and {} are in parts that do not touch; keep one part", file,
                                                   node_name(raw, 0), node_name(raw, static_cast<int>(node))));
     if (const auto apart = core::apart_by_faces(raw.tetrahedra))
-        throw support::InputError(
-            fmt::format("{}: tetrahedra {} and {} are in parts that hang together by an edge or a node only; join them "
-                        "by faces, or keep one part",
-                        file, raw.tetrahedron_tag[apart->first], raw.tetrahedron_tag[apart->second]));
+        throw support::InputError(fmt::format("{}: tetrahedra {} and {} are in parts that share only an edge or a "
+                                              "node; join them by faces, or keep one part",
+                                              file, raw.tetrahedron_tag[apart->first],
+                                              raw.tetrahedron_tag[apart->second]));
 }
 
 } // namespace
@@ -116,8 +116,9 @@ void check_faces(const RawMesh &raw, const std::string &file) {
         auto key = triangle;
         std::ranges::sort(key);
         if (!std::ranges::binary_search(faces, key))
-            throw support::InputError(fmt::format("{}: the triangle of nodes {} is no face of a tetrahedron; remove it",
-                                                  file, corner_names(raw, triangle)));
+            throw support::InputError(
+                fmt::format("{}: the triangle of nodes {} is not a face of a tetrahedron; remove it", file,
+                            corner_names(raw, triangle)));
     }
     refuse_several_parts(raw, file);
 }

@@ -51,7 +51,7 @@ bool is_ascii_msh(const fs::path &file) {
 core::TetraMesh read_converted(const fs::path &file, std::vector<std::string> &remarks) {
     const auto converted = support::convert_by_script(
         "convert_mesh", file,
-        "save it as ASCII MSH, VTU, VTK or INP with tetrahedra, and see that python3-meshio is installed");
+        "save it as ASCII MSH, VTU, VTK or INP with tetrahedra, and check that python3-meshio is installed");
     remarks.insert(remarks.end(), converted.remarks.begin(), converted.remarks.end());
     return parse_msh(converted.text, file.string(), &remarks);
 }
@@ -64,10 +64,10 @@ void refuse_segmentation(const fs::path &file) {
     const auto ends_so = [&](std::string_view ending) { return name.ends_with(ending); };
     const bool is_image = std::ranges::any_of(images, ends_so);
     if (is_image || std::ranges::any_of(surfaces, ends_so))
-        throw support::InputError(fmt::format("{}: this is {}, and no mesh of tetrahedra; make a body of it with "
-                                              "`livermark mesh {} {} -o body.msh`",
-                                              file.string(), is_image ? "an image" : "a surface",
-                                              is_image ? "--labels" : "--surfaces", file.filename().string()));
+        throw support::InputError(fmt::format(
+            "{}: this is {}, not a mesh of tetrahedra; make a body of it with `livermark mesh {} {} -o body.msh`",
+            file.string(), is_image ? "an image" : "a surface", is_image ? "--labels" : "--surfaces",
+            file.filename().string()));
 }
 
 } // namespace
@@ -85,9 +85,9 @@ double metres_per_unit(const std::string &unit, const std::string &place) {
     double metres = 0.0;
     const auto [end, error] = std::from_chars(unit.data(), unit.data() + unit.size(), metres);
     if (error != std::errc{} || end != unit.data() + unit.size() || !(metres > 0.0 && std::isfinite(metres)))
-        throw support::InputError(fmt::format(
-            "{}: '{}' is no unit of length here; take m, cm or mm, or how many metres the unit has, such as 0.025",
-            place, support::shown(unit)));
+        throw support::InputError(
+            fmt::format("{}: '{}' is not a unit of length; give m, cm or mm, or its length in metres, such as 0.025",
+                        place, support::shown(unit)));
     return metres;
 }
 
@@ -95,10 +95,9 @@ UnitGuess guess_unit(const std::vector<core::Vector3> &points, double volume, co
     const double longest = core::bounding_box(points).sizes().maxCoeff();
     const auto unit = std::ranges::find_if(units, [&](const Unit &u) { return longest <= u.largest_organ; });
     if (!(longest > 0.0) || unit == units.end())
-        throw support::InputError(fmt::format(
-            "{}: its longest side is {:g}, which is no organ in m, cm or mm; say which unit it is with 'unit' in a "
-            "body .toml",
-            file, longest));
+        throw support::InputError(
+            fmt::format("{}: its longest side is {:g}, which fits no organ in m, cm or mm; set 'unit' in a body .toml",
+                        file, longest));
     const double litres = 1e3 * volume * unit->metres * unit->metres * unit->metres;
     UnitGuess guess{std::string(unit->name), unit->metres, {}};
     const auto by_length = fmt::format("from its longest side, which is then {:.3g} cm", 1e2 * longest * unit->metres);

@@ -159,7 +159,7 @@ class MshParser {
 
     void read_format(const std::string &section) {
         if (section != "$MeshFormat")
-            tokens_.fail("this is no gmsh mesh: $MeshFormat has to come first, or $NOD in MSH 1");
+            tokens_.fail("this is not a gmsh mesh: $MeshFormat has to come first, or $NOD in MSH 1");
         const auto version = tokens_.word();
         if (version != "2.2" && version != "4.1")
             tokens_.fail("only MSH 1, 2.2 and 4.1 can be read; save it with: gmsh -save -format msh41 FILE");
@@ -211,7 +211,7 @@ class MshParser {
 
     void add_node(std::int64_t tag) {
         if (!node_of_.emplace(tag, static_cast<int>(mesh_.points.size())).second)
-            tokens_.fail(fmt::format("node {} is there twice; remove one", tag));
+            tokens_.fail(fmt::format("node {} occurs twice; remove one", tag));
         mesh_.node_tag.push_back(tag);
         const double x = tokens_.number();
         const double y = tokens_.number();

@@ -76,9 +76,9 @@ void leave_out_stray_triangles(RawMesh &raw) {
     if (num_stray == 0)
         return;
     const auto &[a, b, c] = raw.triangles[first];
-    raw.remarks.push_back(fmt::format("{} triangles that are no face of a tetrahedron, such as that of nodes {} {} {}, "
-                                      "are left out",
-                                      num_stray, raw.node_tag[a], raw.node_tag[b], raw.node_tag[c]));
+    raw.remarks.push_back(
+        fmt::format("{} triangles that are not faces of tetrahedra, such as that of nodes {} {} {}, are left out",
+                    num_stray, raw.node_tag[a], raw.node_tag[b], raw.node_tag[c]));
     raw.triangles = std::move(kept.triangles);
     raw.patch_tag = std::move(kept.patch_tag);
 }

@@ -59,8 +59,9 @@ void check_overlaps(const core::TetraMesh &mesh) {
                         face->at(0), face->at(1), face->at(2)));
     // Arrays do not say where a body was parted, so this may be as it is meant.
     if (const auto two = core::nodes_in_one_place(mesh.points))
-        warn(fmt::format("points: numbers {} and {} are in one place; merge them, unless a cut parts the body there",
-                         two->first, two->second));
+        warn(fmt::format(
+            "points: numbers {} and {} have the same coordinates; merge them, unless a cut parts the body there",
+            two->first, two->second));
 }
 
 /// Says in a warning what speaks against lengths in metres.

@@ -48,7 +48,8 @@ void refuse_wrong_edges(const std::vector<core::Vector3> &nodes, const std::vect
             throw support::InputError(
                 fmt::format("edges: nodes {} and {} are joined twice; add the two stiffnesses", i, j));
         if (!((nodes[j] - nodes[i]).norm() > 0.0))
-            throw support::InputError(fmt::format("edges: nodes {} and {} are in one place; merge them", i, j));
+            throw support::InputError(
+                fmt::format("edges: nodes {} and {} have the same coordinates; merge them", i, j));
     }
 }
 

@@ -79,7 +79,7 @@ def _number(word: str, kind: Any, keyword: str) -> Any:
     try:
         return kind(word if kind is int else word.upper().replace("D", "E"))
     except ValueError:
-        raise InputError(f"'{word[:40]}' in *{keyword} is no number; correct it") from None
+        raise InputError(f"'{word[:40]}' in *{keyword} is not a number; correct it") from None
 
 
 def _cell_type(name: str) -> Optional[tuple[str, int]]:
@@ -102,7 +102,7 @@ def _add_nodes(part: Part, keyword: Keyword) -> None:
         number = _number(row[0], int, "NODE")
         place = [_number(word, float, "NODE") if word else 0.0 for word in (row[1:4] + ["", "", ""])[:3]]
         if number in part.index:
-            raise InputError(f"node {number} is there twice; remove one")
+            raise InputError(f"node {number} occurs twice; remove one")
         part.index[number] = len(part.points)
         part.points.append(place)
 
@@ -126,7 +126,7 @@ def _add_elements(part: Part, keyword: Keyword, unknown: dict[str, int]) -> None
     rows = [numbers[i:i + corners + 1] for i in range(0, len(numbers), corners + 1)]
     for k, row in enumerate(rows):
         if row[0] in part.place:
-            raise InputError(f"element {row[0]} is there twice; remove one")
+            raise InputError(f"element {row[0]} occurs twice; remove one")
         part.place[row[0]] = (len(part.blocks), k)
     part.blocks.append((kind, [row[1:] for row in rows]))
     if keyword.parameters.get("ELSET"):

@@ -85,7 +85,7 @@ def says_what_is_damaged(kind: Any) -> Any:
 def _refusal(name: str, error: OSError) -> InputError:
     """Of a file that HDF5 cannot open."""
     if getattr(error, "errno", None) in (11, 13) or "unable to lock file" in str(error):
-        return InputError(f"{name}: cannot be read ({error}); see who may read it, and whether a program has it open to write")
+        return InputError(f"{name}: cannot be read ({error}); check its permissions, and whether a program has it open to write")
     return InputError(f"{name}: this is no HDF5 file, or it is damaged; make it again with `livermark run`")
 
 

@@ -15,5 +15,5 @@ def plain_file(path: Any, remedy: str) -> str:
     if not os.path.exists(name):
         raise FileNotFoundError(f"{name}: there is no such file")
     if not stat.S_ISREG(os.stat(name).st_mode):
-        raise InputError(f"{name}: this is no plain file; {remedy}")
+        raise InputError(f"{name}: this is not a plain file; {remedy}")
     return name

@@ -37,7 +37,7 @@ Provenance read_provenance(const InputFile &file) {
 
 void check_schema(const InputFile &file) {
     if (!file.has_attribute("/", "schema_version"))
-        file.refuse("/", "has no attribute schema_version, so this is no result file");
+        file.refuse("/", "has no attribute schema_version, so this is not a result file");
     const auto found = file.integer("/", "schema_version");
     if (found != schema_version)
         file.refuse("/", fmt::format("attribute schema_version is {}, and this program reads version {}", found,

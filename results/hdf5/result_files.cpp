@@ -46,7 +46,7 @@ std::vector<std::filesystem::path> hdf5_files_below(const std::filesystem::path 
             found.push_back(entry->path());
     if (error)
         throw support::InputError(
-            fmt::format("{}: cannot be listed ({}); see who may read it", folder.string(), error.message()));
+            fmt::format("{}: cannot be listed ({}); check its permissions", folder.string(), error.message()));
     std::ranges::sort(found);
     return found;
 }

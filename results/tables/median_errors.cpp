@@ -188,9 +188,7 @@ std::string median_legend(std::span<const Result> results) {
     return text +
            "tool, worst tool: of the stiffness at the tool the median of absolute values, and the one farthest from "
            "zero with its load case\n" +
-           tool_legend() +
-           "+-: the reference's own uncertainty; *: closer to the reference than that, so not to be ranked "
-           "above another such model\n";
+           tool_legend() + "+-: the reference's own uncertainty; *: errors below it, which do not rank models\n";
 }
 
 } // namespace livermark::results

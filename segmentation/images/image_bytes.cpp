@@ -152,7 +152,7 @@ void check_meta_image(const fs::path &file, double data_bytes) {
     if (data_file == "LOCAL")
         present = static_cast<double>(fs::file_size(file, error)) - static_cast<double>(stream.tellg());
     else if (data_file.find('%') != std::string::npos && !is_pattern_of_one_number(data_file))
-        refuse(file, fmt::format("'{}' is no pattern for the names of its slices", support::shown(data_file)));
+        refuse(file, fmt::format("'{}' is not a pattern for the names of its slices", support::shown(data_file)));
     else if (data_file != "LIST" && data_file.find('%') == std::string::npos)
         present = static_cast<double>(fs::file_size(file.parent_path() / data_file, error));
     else
@@ -222,7 +222,7 @@ void check_text_of_header(const fs::path &file) {
                 return; // voxels follow
             std::error_code ignored;
             if (fs::is_other(fs::status(file.parent_path() / word, ignored)))
-                refuse(file, fmt::format("'{}', which its header names, is no plain file", support::shown(word)));
+                refuse(file, fmt::format("'{}', which its header names, is not a plain file", support::shown(word)));
         }
     }
 }

@@ -47,7 +47,7 @@ void check_grid(ImageGrid &grid, const std::string &name, std::vector<std::strin
                                          name, grid.size.at(d), d));
         if (!(grid.spacing[d] >= finest && grid.spacing[d] <= coarsest))
             throw InputError(fmt::format("{}: the voxels are {:.3g} mm apart along axis {}, where {} to {} mm is "
-                                         "possible; see whether the header is in millimetres",
+                                         "possible; check whether the header is in millimetres",
                                          name, 1e3 * grid.spacing[d], d, 1e3 * finest, 1e3 * coarsest));
     }
     const auto off = off_right_angles(grid.direction);
@@ -93,16 +93,15 @@ LabelImage labels_of(const Values &values, const std::string &name) {
                             name, v));
         const float label = std::round(value[v]);
         if (!(label >= 0.0F && label <= 65535.0F && std::abs(value[v] - label) <= most_off))
-            throw InputError(fmt::format("{}: voxel {} has the value {}, which is no label; this is a scan or a map of "
-                                         "probabilities, so segment "
-                                         "it first, as with 3D Slicer or TotalSegmentator",
+            throw InputError(fmt::format("{}: voxel {} has the value {}, which is not a label; this is a scan or a map "
+                                         "of probabilities, so segment it first, as with 3D Slicer or TotalSegmentator",
                                          name, v, value[v]));
         image.label[v] = static_cast<std::uint16_t>(label);
         if (v == 0 || image.label[v] != image.label[v - 1])
             labels.insert(image.label[v]);
         if (labels.size() > max_labels_of_image)
-            throw InputError(fmt::format("{}: there are more than {} different values, so this is a scan and no label "
-                                         "map; segment it first, as with 3D Slicer or TotalSegmentator",
+            throw InputError(fmt::format("{}: there are more than {} different values, so this is a scan and not a "
+                                         "label map; segment it first, as with 3D Slicer or TotalSegmentator",
                                          name, max_labels_of_image));
     }
     return image;
@@ -217,13 +216,13 @@ LabelImage read_label_image(const fs::path &given) {
     if (!fs::exists(status))
         throw InputError(fmt::format("{}: there is no such file or folder; check the path", file.string()));
     if (access(file.c_str(), R_OK) != 0)
-        throw InputError(fmt::format("{}: cannot be read; see who may read it", file.string()));
+        throw InputError(fmt::format("{}: cannot be read; check its permissions", file.string()));
     if (!fs::is_directory(status))
         support::check_readable(file);
     else
         for (const auto &entry : fs::directory_iterator(file, error))
             if (std::error_code ignored; fs::is_other(entry.status(ignored)))
-                throw InputError(fmt::format("{}: '{}' in it is no plain file; remove it", file.string(),
+                throw InputError(fmt::format("{}: '{}' in it is not a plain file; remove it", file.string(),
                                              entry.path().filename().string()));
     std::optional<support::ScratchFolder> scratch; // of this process, which is there whatever becomes of the other
     if (!fs::is_directory(status) && needs_a_copy(file))

@@ -47,8 +47,9 @@ itk::ImageIOBase::Pointer reader_of(const fs::path &file) {
     else if (first.starts_with("\x1f\x8b"))
         throw InputError(fmt::format("{}: it is compressed by gzip, which its name does not say; call it {}.gz",
                                      file.string(), file.filename().string()));
-    throw InputError(fmt::format("{}: this is no image that can be read here, or it is damaged from the start; give {}",
-                                 file.string(), image_formats));
+    throw InputError(
+        fmt::format("{}: this is not an image that can be read here, or it is damaged from the start; give {}",
+                    file.string(), image_formats));
 }
 
 /// 3D Slicer names its segments in the header: Segment0_LabelValue:=1, Segment0_Name:=Liver.
@@ -156,10 +157,9 @@ void check_header(itk::ImageIOBase &io, const fs::path &file) {
     for (unsigned d = 0; d < 3; ++d)
         voxels *= static_cast<double>(io.GetDimensions(d));
     if (!(voxels > 0.0 && voxels <= largest_image))
-        throw InputError(
-            fmt::format("{}: the header speaks of {:.3g} voxels; between 1 and {:.3g} can be read, so crop "
-                        "the image around the liver, or see whether the file is damaged",
-                        file.string(), voxels, largest_image));
+        throw InputError(fmt::format("{}: the header speaks of {:.3g} voxels; between 1 and {:.3g} can be read, so "
+                                     "crop the image around the liver, or check whether the file is damaged",
+                                     file.string(), voxels, largest_image));
     const auto ending = support::file_ending(file);
     const bool is_detached = ending == ".nhdr" || ending == ".mhd" || ending == ".hdr" || ending == ".img";
     const double bytes = voxels * static_cast<double>(io.GetComponentSize());

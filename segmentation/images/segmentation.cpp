@@ -114,15 +114,14 @@ LabelChoice completed(LabelChoice choice, const LabelImage &image, std::vector<s
             throw support::InputError(fmt::format("label {} cannot be both liver and tumour; name it once", label));
     if (choice.liver.empty()) {
         if (static_cast<int>(there.size()) > max_labels_to_guess)
-            throw support::InputError(
-                fmt::format("{}: it has {} labels, more than a liver and its lesions; say which are "
-                            "meant with --liver and --tumours",
-                            image.name, there.size()));
+            throw support::InputError(fmt::format(
+                "{}: it has {} labels, more than a liver and its lesions; name them with --liver and --tumours",
+                image.name, there.size()));
         const auto first = std::ranges::find_if(
             there, [&](int label) { return std::ranges::find(choice.tumours, label) == choice.tumours.end(); });
         if (first == there.end())
             throw support::InputError(
-                fmt::format("{}: every label is a tumour's; say with --liver which is the liver's", image.name));
+                fmt::format("{}: every label is a tumour's; name the liver's with --liver", image.name));
         choice.liver = {*first};
         if (choice.tumours.empty())
             std::ranges::copy_if(there, std::back_inserter(choice.tumours), [&](int l) { return l != *first; });

@@ -74,8 +74,7 @@ double unit_of(const BodyCommand &command, const meshes::SurfaceMesh &liver, std
     if (command.unit)
         return meshes::metres_per_unit(*command.unit, "--unit");
     const auto guess = meshes::guess_unit(liver.points, meshes::enclosed_volume(liver), command.surfaces.front());
-    remarks.push_back(
-        fmt::format("coordinates are taken to be in {}, {}; --unit may say another one", guess.unit, guess.remark));
+    remarks.push_back(fmt::format("coordinates are assumed to be in {}, {}; --unit sets it", guess.unit, guess.remark));
     return guess.metres;
 }
 
@@ -142,7 +141,7 @@ std::string figures_of_surface(const std::string &file) {
     const auto surface = read_surface(file, remarks);
     const double volume = meshes::enclosed_volume(surface);
     const auto unit = meshes::guess_unit(surface.points, volume, file);
-    remarks.push_back(fmt::format("coordinates are taken to be in {}, {}", unit.unit, unit.remark));
+    remarks.push_back(fmt::format("coordinates are assumed to be in {}, {}", unit.unit, unit.remark));
     for (const auto &remark : remarks)
         tell(remark);
     const core::Vector3 extent = 1e3 * unit.metres * core::bounding_box(surface.points).sizes();

@@ -106,7 +106,7 @@ std::optional<support::Converted> converted_if_needed(const fs::path &file) {
         return std::nullopt;
     auto converted = support::convert_by_script(
         "convert_surface", file,
-        fmt::format("export the surface as {}, and see that python3-meshio is installed", formats));
+        fmt::format("export the surface as {}, and check that python3-meshio is installed", formats));
     for (auto &remark : converted.remarks)
         remark = fmt::format("{}: {}", file.string(), remark);
     return converted;
@@ -205,7 +205,7 @@ ReadSurfaces read_surfaces_here(const fs::path &file, const std::optional<suppor
     for (const auto &p : soup.points)
         if (!std::isfinite(p.x()) || !std::isfinite(p.y()) || !std::isfinite(p.z()))
             throw InputError(
-                fmt::format("{}: a coordinate is no finite number; export the surface again", file.string()));
+                fmt::format("{}: a coordinate is not a finite number; export the surface again", file.string()));
     for (const auto &triangle : soup.triangles)
         for (const auto corner : triangle)
             if (corner >= soup.points.size())

@@ -38,18 +38,19 @@ void about_tool(const Advice &advice, Caveats &caveats) {
     const double count = advice.body.mesh.num_tetrahedra * std::pow(fewest_edges_in_radius / edges, 3.0);
     caveats.push_back(
         {"tool", 2.0 * fewest_edges_in_radius / edges,
-         fmt::format("A tool of {:.3g} mm radius is {:.1f} edges of this surface, and a mesh follows a tool from {:g} "
-                     "on. That takes edges of {:.2g} mm where it presses; everywhere it would be about {:.0f} "
-                     "thousand tetrahedra.",
-                     millimetres * advice.body.tool_radius, edges, fewest_edges_in_radius, millimetres * wanted,
-                     std::ceil(count / 1000.0))});
+         fmt::format(
+             "A tool of {:.3g} mm radius has {:.1f} edges of this surface in its radius, and a mesh needs {:g} or "
+             "more. That takes edges of {:.2g} mm where the tool presses; with them everywhere the mesh has about "
+             "{:.0f} thousand tetrahedra.",
+             millimetres * advice.body.tool_radius, edges, fewest_edges_in_radius, millimetres * wanted,
+             std::ceil(count / 1000.0))});
 }
 
 /// Values of linear tetrahedra, in words; empty where they are not known.
 std::string linear_words(const Advice &advice) {
     if (!advice.linear_tetrahedra || std::isnan(advice.linear_tetrahedra->at_tool))
         return {};
-    return fmt::format("At {:g} linear tetrahedra lock: they feel {:.0f} % too stiff under such a tool.",
+    return fmt::format("Linear tetrahedra lock at {:g}: they are {:.0f} % too stiff under such a tool.",
                        advice.evidence.poisson_ratio, percent * advice.linear_tetrahedra->at_tool);
 }
 
@@ -82,10 +83,10 @@ void about_lesions(const Advice &advice, Caveats &caveats) {
     if (worst)
         caveats.push_back(
             {"lesions", 2.0 * fewest_edges_across / worst->smallest_part_in_edges,
-             fmt::format(
-                 "The smallest part of region '{}' has {} tetrahedra and is {:.1f} edges across; below {:g} its "
-                 "stiffness is that of the mesh. Mesh it finer, or expect errors above and beside it.",
-                 worst->name, worst->smallest_part_tetrahedra, worst->smallest_part_in_edges, fewest_edges_across)});
+             fmt::format("The smallest part of region '{}' has {} tetrahedra and is {:.1f} edges across; below {:g} "
+                         "the mesh determines its stiffness. Mesh it finer, or expect errors above and beside it.",
+                         worst->name, worst->smallest_part_tetrahedra, worst->smallest_part_in_edges,
+                         fewest_edges_across)});
 }
 
 void about_stiff_parts(const core::Body &body, const Advice &advice, double scaled, Caveats &caveats) {
@@ -95,10 +96,10 @@ void about_stiff_parts(const core::Body &body, const Advice &advice, double scal
         return;
     caveats.push_back(
         {"stiff_parts", 1.0 + longer,
-         fmt::format("Stiff regions shorten the critical step of {} to {:.3g} ms. Selective mass scaling "
-                     "makes it {:.3g} ms, {:.1f} times as long, and leaves equilibria as they are "
-                     "(`livermark stability --mass-scaling`).",
-                     first.error.model, milliseconds * first.cost.critical_time_step, milliseconds * scaled, longer)});
+         fmt::format(
+             "Stiff regions shorten the critical step of {} to {:.3g} ms. Selective mass scaling makes it {:.3g} ms, "
+             "{:.1f} times as long, and does not change equilibria (`livermark stability --mass-scaling`).",
+             first.error.model, milliseconds * first.cost.critical_time_step, milliseconds * scaled, longer)});
 }
 
 void about_thin_parts(const Advice &advice, Caveats &caveats) {
@@ -125,8 +126,8 @@ void about_likeness(const core::Body &body, const Advice &advice, Caveats &cavea
     const auto &evidence = advice.evidence;
     if (!core::doubts_about_liver(body.mesh).empty())
         caveats.push_back({"not_a_liver", 3.0,
-                           fmt::format("Errors were observed on livers of adults; this body of {:.3g} L is none. Run "
-                                       "`livermark run` on it before you rely on the ranking.",
+                           fmt::format("Errors were observed on livers of adults; this body of {:.3g} L is not one. "
+                                       "Run `livermark run` on it before you rely on the ranking.",
                                        1e3 * advice.body.mesh.volume)});
     const double ratio = static_cast<double>(advice.body.mesh.num_tetrahedra) / evidence.tetrahedra;
     if (const double octaves = std::abs(std::log2(ratio)); octaves > 1.0)
@@ -139,11 +140,12 @@ void about_likeness(const core::Body &body, const Advice &advice, Caveats &cavea
 
 void about_material(const AdviceOptions &options, const Advice &advice, Caveats &caveats) {
     if (options.is_material_assumed)
-        caveats.push_back({"material", 3.5,
-                           fmt::format("Nothing says what this body is made of; {:g} Pa and Poisson's ratio {:g} are "
-                                       "assumed. Forces, and one over the square of the step, are in proportion to "
-                                       "Young's modulus (--young, or a body .toml).",
-                                       advice.body.material().young_modulus, advice.body.material().poisson_ratio)});
+        caveats.push_back(
+            {"material", 3.5,
+             fmt::format(
+                 "The material of this body is not given; {:g} Pa and Poisson's ratio {:g} are assumed. Forces are "
+                 "proportional to Young's modulus, and steps to one over its square root (--young, or a body .toml).",
+                 advice.body.material().young_modulus, advice.body.material().poisson_ratio)});
 }
 
 /// What is true of every body, where nothing worse is.
@@ -158,10 +160,9 @@ void about_errors(const Advice &advice, Caveats &caveats) {
     if (const auto *mixed = advice.evidence.find(models::static_reference(core::Regime::small).on_mesh))
         caveats.push_back(
             {"reference", 1.0,
-             fmt::format(
-                 "Quadratic elements with a pressure on such meshes are {:.1f} % off at the tool and {:.1f} % in "
-                 "L2 themselves: smaller differences between models say nothing.",
-                 percent * mixed->at_tool, percent * mixed->relative_l2)});
+             fmt::format("Quadratic elements with a pressure on such meshes are {:.1f} % off at the tool and {:.1f} % "
+                         "in L2 themselves: smaller differences between models mean nothing.",
+                         percent * mixed->at_tool, percent * mixed->relative_l2)});
 }
 
 } // namespace

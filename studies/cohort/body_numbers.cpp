@@ -24,7 +24,7 @@ int number_of(std::string_view word, const std::string &text) {
     int number = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
     if (error != std::errc{} || end != word.data() + word.size() || number < 1 || number > largest_number)
-        refuse(text, fmt::format("'{}' is no number of a body", support::shown(word)));
+        refuse(text, fmt::format("'{}' is not a number of a body", support::shown(word)));
     return number;
 }
 
@@ -48,7 +48,7 @@ std::vector<int> body_numbers(const std::string &text) {
     }
     std::ranges::sort(numbers);
     if (const auto twice = std::ranges::adjacent_find(numbers); twice != numbers.end())
-        refuse(text, fmt::format("{} is there twice", *twice));
+        refuse(text, fmt::format("{} is given twice", *twice));
     return numbers;
 }
 

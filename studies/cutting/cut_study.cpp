@@ -43,14 +43,13 @@ BladeWay way_of(const CutStudyOptions &options) {
 
 void refuse_other_loads(const core::LoadCase &load_case) {
     if (!load_case.acceleration.isZero(0.0))
-        throw support::InputError(
-            fmt::format("load case {} has an acceleration, whose work not all models tell; choose "
-                        "one with tractions, forces or places that are moved",
-                        load_case.name));
+        throw support::InputError(fmt::format("load case {} has an acceleration, whose work not all models compute; "
+                                              "choose one with tractions, forces or prescribed displacements",
+                                              load_case.name));
     if (load_case.has(core::ConditionKind::pressure) || load_case.press_depth != 0.0 || load_case.release ||
         load_case.touching || load_case.slow_history)
-        throw support::InputError(fmt::format("load case {} has loads that change while the blade goes on; choose one "
-                                              "with tractions, forces or places that are moved",
+        throw support::InputError(fmt::format("load case {} has loads that change while the blade goes in; choose one "
+                                              "with tractions, forces or prescribed displacements",
                                               load_case.name));
 }
 

@@ -18,10 +18,9 @@ ExportedProblem export_problem(const ExportOptions &options, const std::string &
     auto [problems, notes, left_out] = read_scaled_problems({options.body}, options.load_case, {});
     const auto &problem = problems.front();
     if (problem.load_case.touching)
-        throw support::InputError(
-            fmt::format("load case {} has a ball that touches, which the exported files cannot say; "
-                        "choose one without a [touch]",
-                        problem.load_case.name));
+        throw support::InputError(fmt::format("load case {} has a ball that touches, which the exported files cannot "
+                                              "describe; choose one without a [touch]",
+                                              problem.load_case.name));
     const auto folder = make_output_folder(options.output, problem);
     ExportedProblem exported{{}, std::move(notes)};
     const auto file = [&](const char *extension) {

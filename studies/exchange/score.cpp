@@ -79,8 +79,8 @@ std::vector<std::string> question_of_unit(const results::Result &result, const S
     for (const auto &model : result.models)
         if (options.unit.empty() && model.name == options.name && model.comparison &&
             model.comparison->relative_l2 > strange_error)
-            return {fmt::format("the error of {} is {:.0f} %: are its displacements in metres, and of this problem? "
-                                "Otherwise say --unit mm",
+            return {fmt::format("the error of {} is {:.0f} %; check that its displacements are in metres and belong to "
+                                "this problem, or give --unit mm",
                                 options.name, core::percent * model.comparison->relative_l2)};
     return {};
 }
@@ -129,10 +129,10 @@ std::string fault_of_name(const std::string &name) {
 void refuse_other_unit(double largest, const core::Problem &problem, const std::string &source) {
     const double meant = problem.load_case.target_peak_displacement;
     if (meant > 0.0 && largest > largest_part_of_target * meant)
-        throw support::InputError(fmt::format(
-            "{}: are these millimetres? The largest displacement is {:.3g}, and {} is meant to move {} by about {:.3g} "
-            "m; give metres, or say --unit mm; --unit m scores it as it is",
-            source, largest, problem.load_case.name, problem.body->name, meant));
+        throw support::InputError(
+            fmt::format("{}: these seem to be millimetres: the largest displacement is {:.3g}, and {} moves {} by "
+                        "about {:.3g} m; give --unit m if they are metres, otherwise give metres, or --unit mm",
+                        source, largest, problem.load_case.name, problem.body->name, meant));
 }
 
 results::Result score_displacement(const core::Problem &problem, const std::vector<core::Vector3> &displacement,

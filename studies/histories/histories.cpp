@@ -134,7 +134,7 @@ ProblemSet read_released_problems(const HistoriesOptions &options) {
     for (const auto &problem : set.problems)
         if (!problem.load_case.release)
             throw support::InputError(
-                fmt::format("load case {} lets nothing go; choose one with a [release]", problem.load_case.name));
+                fmt::format("load case {} releases nothing; choose one with a [release]", problem.load_case.name));
     return set;
 }
 

@@ -57,10 +57,9 @@ void keep_one_reference(std::vector<results::Result> &all, std::vector<std::stri
             stay.push_back(std::move(all[r]));
             names.push_back(std::move(files[r]));
         } else {
-            faults.push_back(
-                fmt::format("{}: its errors are against {}, and those of most files here against {}, which "
-                            "are never in one table; make a report of a folder of its own",
-                            files[r], reference, kept));
+            faults.push_back(fmt::format("{}: its errors are against {}, and those of most files here against {}, and "
+                                         "no table mixes them; move it to a folder of its own for another report",
+                                         files[r], reference, kept));
         }
     all = std::move(stay);
     files = std::move(names);

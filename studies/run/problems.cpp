@@ -119,7 +119,7 @@ ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<st
         const auto [named, is_new] = file_of_name.emplace(body->name, body_file);
         if (!is_new)
             throw support::InputError(
-                fmt::format("{} and {} are two bodies of one name, and their results would have one place; rename one",
+                fmt::format("{} and {} have the same name, and their results would be in one place; rename one",
                             named->second.string(), body_file.string()));
         for (const auto &assumption : body->assumptions)
             set.notes.push_back(fmt::format("{}: {}", body->name, assumption));
@@ -150,7 +150,7 @@ void refuse_tools(const ProblemSet &set) {
     for (const auto &problem : set.problems)
         if (problem.load_case.tool)
             throw support::InputError(
-                fmt::format("load case {} has a tool that moves; ask 'livermark arena --load-case' for it",
+                fmt::format("load case {} has a tool that moves; give it to 'livermark arena --load-case'",
                             problem.load_case.name));
 }
 
@@ -176,7 +176,7 @@ ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vect
     for (const auto &file : load_case_files_of(load_cases))
         if (load_cases::load_case_kind(file).has_needle)
             throw support::InputError(fmt::format(
-                "load case {} has a needle; ask 'livermark needle --load-case' for it", file.stem().string()));
+                "load case {} has a needle; give it to 'livermark needle --load-case'", file.stem().string()));
     auto set = read_all(bodies, load_cases, material, may_leave_out);
     refuse_tools(set);
     return set;

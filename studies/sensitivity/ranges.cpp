@@ -73,9 +73,9 @@ std::string obstacle(const std::string &name, const core::Problem &problem) {
     if (name == "density" && problem.load_case.acceleration.isZero(0.0))
         return "without an acceleration density has no effect on a body at rest: its index is exactly 0";
     if ((name == "held_share" || name == "support_stiffness") && held_facets(problem.load_case).empty())
-        return "no facet holds in all directions";
+        return "no facet is constrained in all directions";
     if (name.starts_with("tool_offset") && !has_movable_tool(problem.load_case))
-        return "the load case has not one round tool that could be elsewhere";
+        return "the load case does not have exactly one round tool to move";
     return {};
 }
 

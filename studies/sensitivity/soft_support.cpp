@@ -110,9 +110,8 @@ core::Problem with_soft_support(const core::Problem &problem, double stiffness) 
             const auto &[a, b, c, d] = tetrahedron;
             if (!(core::signed_volume(mesh.points[a], mesh.points[b], mesh.points[c], mesh.points[d]) > 0.0))
                 throw support::InputError(
-                    fmt::format("{}: the surface that holds under {} folds back within {:.2g} mm, so "
-                                "no soft support fits on it; mesh it more finely, or leave "
-                                "[support_stiffness] out of the ranges",
+                    fmt::format("{}: the surface that {} constrains folds back within {:.2g} mm, so no soft support "
+                                "fits on it; mesh it more finely, or leave [support_stiffness] out of the ranges",
                                 body->name, problem.load_case.name, 1e3 * thickness));
             mesh.tetrahedra.push_back(tetrahedron);
             mesh.region.push_back(region);

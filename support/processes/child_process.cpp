@@ -183,7 +183,7 @@ ScratchFolder::ScratchFolder() {
     const bool is_empty = named && *named == '\0';
     auto parent = is_empty ? std::filesystem::path("/tmp") : std::filesystem::temp_directory_path(error);
     if (error) {
-        throw InputError(fmt::format("TMPDIR: '{}' is no folder ({}); set it to one that is writable, or unset it",
+        throw InputError(fmt::format("TMPDIR: '{}' is not a folder ({}); set it to one that is writable, or unset it",
                                      named ? named : "", error.message()));
     }
     auto name = (parent / "livermark_XXXXXX").string();

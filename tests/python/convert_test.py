@@ -96,9 +96,9 @@ def test_files_that_are_no_mesh_are_refused_with_a_sentence_of_ours(tmp_path, na
 def test_what_is_no_plain_file_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "pipe.vtk")
     for path in (tmp_path / "pipe.vtk", tmp_path, "/dev/zero"):
-        with pytest.raises(livermark.InputError, match="this is no plain file"):
+        with pytest.raises(livermark.InputError, match="this is not a plain file"):
             livermark.from_meshio(path)
-        with pytest.raises(livermark.InputError, match="this is no plain file"):
+        with pytest.raises(livermark.InputError, match="this is not a plain file"):
             livermark.from_febio(path)
     with pytest.raises(FileNotFoundError):
         livermark.from_meshio(tmp_path / "nowhere.vtk")
@@ -203,18 +203,18 @@ def test_cells_that_are_no_tetrahedra_are_refused(bar):
 def test_a_mesh_in_millimetres_is_doubted(bar):
     points, tetrahedra = bar
     given = meshio.Mesh(20000.0 * points, [("tetra", tetrahedra)])
-    with pytest.warns(UserWarning, match="200 m, which is no organ"):
+    with pytest.warns(UserWarning, match="200 m, which fits no organ"):
         livermark.from_meshio(given)
-    with pytest.warns(UserWarning, match="200 m, which is no organ"):
+    with pytest.warns(UserWarning, match="200 m, which fits no organ"):
         livermark.springs(20000.0 * points, tetrahedra, 5000.0, 0.45)
 
 
 @pytest.mark.parametrize("factor, doubt", [(0.01, "the longest side is 0.0001 m"), (150.0, "the box around it holds 3375 L")])
 def test_a_size_that_no_body_has_is_doubted(bar, factor, doubt):
     points, tetrahedra = bar  # of 10 mm
-    with pytest.warns(UserWarning, match=f"^points: {doubt}, which is no organ"):
+    with pytest.warns(UserWarning, match=f"^points: {doubt}, which fits no organ"):
         livermark.springs(factor * points, tetrahedra, 5000.0, 0.45)
-    with pytest.warns(UserWarning, match=f"^mesh: {doubt}, which is no organ; give metres_per_unit"):
+    with pytest.warns(UserWarning, match=f"^mesh: {doubt}, which fits no organ; give metres_per_unit"):
         livermark.from_meshio(meshio.Mesh(factor * points, [("tetra", tetrahedra)]))
 
 

@@ -211,7 +211,7 @@ def test_nothing_outside_of_a_file_is_opened(tmp_path, place, kind):
             file.create_virtual_dataset(place, layout)
     with pytest.raises(livermark.InputError, match=f"/{place} is (a link to another place|kept in another file)"):
         livermark.open(path)
-    with pytest.raises(livermark.InputError, match="this is no plain file"):
+    with pytest.raises(livermark.InputError, match="this is not a plain file"):
         livermark.open(pipe)
 
 

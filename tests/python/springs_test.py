@@ -167,13 +167,13 @@ def test_wrong_input_is_refused_with_a_sentence(bar, change, sentence):
 def test_two_points_in_one_place_are_warned_of(bar):
     points = numpy.vstack([bar[0], bar[0][2]])
     tetrahedra = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 8, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]
-    with pytest.warns(UserWarning, match="points: numbers 2 and 8 are in one place; merge them, unless a cut parts"):
+    with pytest.warns(UserWarning, match="points: numbers 2 and 8 have the same coordinates; merge them, unless a cut parts"):
         livermark.springs(points, tetrahedra, young_modulus=5000.0, poisson_ratio=0.45, density=1000.0)
 
 
 @pytest.mark.parametrize("edges, stiffness, sentence", [
     ([[0, 1], [1, 0]], 1.0, "edges: nodes 1 and 0 are joined twice; add the two stiffnesses"),
-    ([[0, 0]], 1.0, "edges: nodes 0 and 0 are in one place; merge them"),
+    ([[0, 0]], 1.0, "edges: nodes 0 and 0 have the same coordinates; merge them"),
     ([[0, 1]], -1.0, "stiffness: number 0 is -1; it has to be positive")])
 def test_wrong_springs_of_ones_own_are_refused(edges, stiffness, sentence):
     with pytest.raises(livermark.InputError, match="^" + sentence):

@@ -19,11 +19,11 @@ Handle open_file(const std::filesystem::path &path, const std::string &maker) {
     if (const auto status = std::filesystem::status(path, ignored); !std::filesystem::is_regular_file(status))
         throw support::InputError(
             std::filesystem::exists(status)
-                ? fmt::format("{}: this is no plain file; give a file that `{}` wrote", name, maker)
+                ? fmt::format("{}: this is not a plain file; give a file that `{}` wrote", name, maker)
                 : fmt::format("{}: there is no such file; check the path, or make it with `{}`", name, maker));
     if (!std::ifstream(path))
         throw support::InputError(
-            fmt::format("{}: cannot be read ({}); check who may read it", name, std::strerror(errno)));
+            fmt::format("{}: cannot be read ({}); check its permissions", name, std::strerror(errno)));
     if (has_checksums(path)) {
         Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
         if (file.valid())

@@ -98,10 +98,10 @@ std::string cut_note(const CutFile &file) {
             above += rate > file.toughness ? 1 : 0;
             ++cutting;
         }
-    return fmt::format("Tearing takes {:g} J/m^2; {} of {} steps that cut something release more over their area, the "
-                       "most {:.3g} J/m^2. Where a step releases more the cut goes on by itself; otherwise the blade "
-                       "does the rest.\n",
-                       file.toughness, above, cutting, largest);
+    return fmt::format(
+        "Tearing takes {:g} J/m^2; {} of {} steps that cut something release more over their area, the most {:.3g} "
+        "J/m^2. If a step releases more, the cut grows by itself; otherwise the blade does the rest of the work.\n",
+        file.toughness, above, cutting, largest);
 }
 
 } // namespace livermark::results

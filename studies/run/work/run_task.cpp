@@ -72,7 +72,7 @@ std::vector<std::string> without_part_in_slow_histories(const RunTask &task) {
             if (!model.relaxes && !model.only_moving &&
                 model.only.value_or(problem.load_case.regime) == problem.load_case.regime)
                 names.push_back(model.name);
-        auto sentence = fmt::format("{}: no time passes in the material of these models, which take no part: {}",
+        auto sentence = fmt::format("{}: these models have no material that relaxes, and are left out: {}",
                                     problem.load_case.name, fmt::join(names, ", "));
         if (!names.empty() && std::ranges::find(sentences, sentence) == sentences.end())
             sentences.push_back(std::move(sentence));

@@ -141,7 +141,7 @@ std::vector<BadInput> bad_images() {
                                  "holds 0 DICOM series", "a folder with one");
     no_series.prepare = [](const fs::path &folder) { fs::create_directory(folder / "slices"); };
     auto body_there = image_words("BodyIsThere", "a body file in the place of the new one",
-                                  "mesh --labels seg.nrrd -o out.msh", "out.toml", "choose another -o");
+                                  "mesh --labels seg.nrrd -o out.msh", "out.toml", "or another -o");
     body_there.files["out.toml"] = good_body;
     auto open_body =
         surface("OpenSurfaceAsABody", "a surface with a hole, straight to a run",
@@ -208,13 +208,13 @@ std::vector<BadInput> bad_images() {
         no_series,
         body_there,
         image_words("ScanForASegmentation", "a scan in the place of a segmentation",
-                    "mesh --ct series/ --threshold 100 -o out.msh", "a scan is no segmentation",
+                    "mesh --ct series/ --threshold 100 -o out.msh", "a scan is not a segmentation",
                     "segment it with 3D Slicer"),
         image_words("MeshOfAnotherFormat", "a mesh of another format", "mesh --labels seg.nrrd -o out.vtk", "out.vtk",
                     "end its name in .msh"),
         image_words("TwoSources", "an image and surfaces", "mesh --labels seg.nrrd --surfaces a.stl -o out.msh",
                     "one of --labels, --surfaces and --phantom", "livermark mesh --help"),
-        image_words("NoOutput", "no file to write", "mesh --labels seg.nrrd", "-o", "which file to write"),
+        image_words("NoOutput", "no file to write", "mesh --labels seg.nrrd", "-o", "no file to write"),
         image_words("PhantomAsPicture", "a phantom as a picture", "mesh --phantom -o phantom.png", "phantom.png",
                     "end the name in .nii.gz"),
         image_words("PhantomInMillimetres", "voxels of the phantom in millimetres",
@@ -228,9 +228,9 @@ std::vector<BadInput> bad_images() {
                 stl(octahedron({"1 0 0", "-1 0 0", "0 1 0", "0 -1 0", "0.9 0.3 -0.8", "0 0 -1"})), "cuts itself at (",
                 "repair it"),
         image_in("PatternOfNames", "a MetaImage whose pattern of names is none", "seg.mhd",
-                 meta_image + "ElementDataFile = %s%s%n 1 10 1\n", "is no pattern", "export or copy it again"),
+                 meta_image + "ElementDataFile = %s%s%n 1 10 1\n", "is not a pattern", "export or copy it again"),
         image_in("DeviceOfVoxels", "a MetaImage that names a device", "seg.mhd",
-                 meta_image + "ElementDataFile = /dev/zero\n", "is no plain file", "export or copy it again"),
+                 meta_image + "ElementDataFile = /dev/zero\n", "is not a plain file", "export or copy it again"),
         image_in("NegativeDimensions", "a MetaImage of minus two dimensions", "seg.mha",
                  replaced(meta_image, "NDims = 3", "NDims = -2") + "ElementDataFile = LOCAL\nxxxxxxxxxx\n",
                  "'-2' dimensions", "export or copy it again"),

@@ -29,7 +29,7 @@ TEST(AdviseCommand, RefusesWhatItCannotAdviseOn) {
     const auto folder = folder_with_bar("advise");
     const auto mesh = (folder / "bar.msh").string(), body = (folder / "bar.toml").string();
     for (const auto &[arguments, fault] : {std::pair<std::string, std::string>{"advise", "--body is required"},
-                                           {"advise " + mesh + " " + body, "advice is about one"},
+                                           {"advise " + mesh + " " + body, "bodies are given; name one"},
                                            {"advise " + mesh + " --tool-radius 12", "12 mm are 0.012"},
                                            {"advise " + mesh + " --budget 1e-9", "every model takes longer"}}) {
         const auto refused = livermark(arguments);

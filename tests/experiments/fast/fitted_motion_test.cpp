@@ -76,7 +76,7 @@ TEST(FittedMotion, MovesTheNodesOfItsPatchAlone) {
     }
     EXPECT_TRUE(core::is_driven(load_case));
     tests::expect_input_error([&] { drive(load_case, mesh, {"lid", motion}); }, {"'lid'", "z_max"});
-    tests::expect_input_error([&] { drive(load_case, mesh, {"x_max", motion}); }, {"'x_max'", "nothing holds it"});
+    tests::expect_input_error([&] { drive(load_case, mesh, {"x_max", motion}); }, {"'x_max'", "nothing constrains it"});
 }
 
 TEST(StraightLine, IsExactForAffineMotion) {

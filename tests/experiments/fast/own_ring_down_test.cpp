@@ -142,7 +142,7 @@ TEST_F(OwnRingDown, ThatSaysTooLittleOrTooMuchIsRefused) {
     text_ = with(good, "held =", "hold =");
     expect_refused({"hold", "held"});
     text_ = with(good, "force = [0.02, 0.0, 0.0]", "displacement = [0.0, 0.0, 0.0]");
-    expect_refused({"column.toml", "no force"});
+    expect_refused({"column.toml", "is not a force"});
     text_ = with(good, "[state.ring_down]",
                  "[[state.condition]]\npatch = \"x_max\"\nforce = [0.0, 0.0, -1.0]\n"
                  "[state.ring_down]");

@@ -72,7 +72,7 @@ TEST_F(Needles, GoToTheCentroidOfARegionOrToADepth) {
 TEST_F(Needles, AreRefusedWhereTheyCannotBe) {
     refused("0.04, 0.05]", "0.04, 0.15]", "leaves the body");
     refused("0.04, 0.05]", "0.04, -0.05]", "leaves the body");
-    refused("0.04, 0.05]", "0.04, 0.005]", "within its 'spread' of where the body is held");
+    refused("0.04, 0.05]", "0.04, 0.005]", "within its 'spread' of a constrained place");
     refused("0.04, 0.05]", "0.04, 0.095]", "less than its 'spread'");
     refused("\"z_max\"", "\"z_min\"", "choose another entry");
     refused("\"z_max\"", "[0.05, 0.04, 0.2]", "from the surface of the body");
@@ -97,14 +97,14 @@ TEST_F(Needles, AreRefusedTwice) {
     tests::expect_input_error([&] { read(twice); }, {"two needles have the name 'down'"});
     auto other = twice;
     other.replace(other.rfind("\"down\""), 6, "\"again\"");
-    tests::expect_input_error([&] { read(other); }, {"'down' and 'again' go the same way"});
+    tests::expect_input_error([&] { read(other); }, {"'down' and 'again' take the same path"});
 }
 
 TEST_F(Needles, AreAloneInALoadCase) {
     tests::expect_input_error([&] { read(held_box); }, {"there is no [[needle]]"});
     auto text = std::string(held_box) + box_needle;
     text.replace(text.find("displacement = [0.0"), 19, "displacement = [0.1");
-    tests::expect_input_error([&] { read(text); }, {"conditions only hold the body"});
+    tests::expect_input_error([&] { read(text); }, {"conditions may only constrain the body"});
 }
 
 } // namespace

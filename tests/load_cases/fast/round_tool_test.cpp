@@ -156,7 +156,7 @@ TEST(RoundTool, RefusesWhatItCannotDo) {
                               {"tool.toml:10:", "one instrument", "0.001 m", "give all the same depth"});
     for (const std::string other : {"traction = [1.0, 0.0, 0.0]", "displacement = [0.001, 0.0, 0.0]"})
         tests::expect_input_error([&] { with_tool("round", "press = 0.001" + beside + other, mesh); },
-                                  {"tool.toml:", "drives the body alone", "'push'"});
+                                  {"tool.toml:", "has to be the only load", "'push'"});
     tests::expect_input_error(
         [&] {
             load_cases::parse_load_case("title = \"t\"\ntarget_peak_displacement = 0.001\n[[condition]]\n"

@@ -56,7 +56,7 @@ TEST(Tool, IsRefusedWhereItIsNone) {
         tests::expect_input_error([&] { parse_poke(text); }, {why});
     };
     refused(poke_conditions + with_other_words(poking_tool, "\"finger\"", "\"thumb\""),
-            "nothing with a displacement has the name 'thumb'");
+            "no [[condition]] with a displacement has the name 'thumb'");
     refused(poke_conditions + with_other_words(poking_tool, "slide_from = 0.6", "slide_from = 0.4"), "have to ascend");
     refused(poke_conditions + with_other_words(poking_tool, "release_at = 1.1", "release_at = 1.105"),
             "whole numbers of frames");
@@ -66,7 +66,7 @@ TEST(Tool, IsRefusedWhereItIsNone) {
     refused(poke_conditions + poking_tool + "radius = 0.0\n", "has to be positive");
     refused(with_other_words(poke_conditions, "\"large\"", "\"small\"") + poking_tool, "large regime");
     refused(with_other_words(poke_conditions, "displacement = [0.0", "displacement = [0.001") + poking_tool,
-            "held at zero");
+            "constrain all other places to zero");
     refused(with_other_words(poke_conditions, "regime", "acceleration = [0.0, 0.0, 1.0]\nregime") + poking_tool,
             "from rest");
 }

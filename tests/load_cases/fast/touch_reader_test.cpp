@@ -73,17 +73,17 @@ TEST(Touch, IsRefusedWhereItIsNone) {
     const auto changed = [](const std::string &what, const std::string &by) {
         return held_block + with_other_text(touching_ball, what, by);
     };
-    refused(with_other_text(held_block, "\"large\"", "\"small\"") + touching_ball, "say regime = \"large\"");
+    refused(with_other_text(held_block, "\"large\"", "\"small\"") + touching_ball, "write regime = \"large\"");
     refused(with_other_text(held_block, "displacement = [0.0", "displacement = [0.001") + touching_ball,
-            "drives the body alone");
+            "has to be the only load");
     refused(with_other_text(held_block, "regime", "acceleration = [0.0, 0.0, 1.0]\nregime") + touching_ball,
-            "drives the body alone");
+            "has to be the only load");
     refused(changed("radius = 0.02", "radius = 0.0"), "has to be positive");
     refused(changed("depth = 0.01", "depth = -0.01"), "has to be positive");
     refused(changed("depth = 0.01", "depth = 0.041"), "under the surface");
     refused(changed("friction = 0.3", "friction = -0.3"), "zero or more");
     refused(changed("friction", "frictoin"), "frictoin");
-    refused(changed("\"z_max\"", "\"z_min\""), "what is held");
+    refused(changed("\"z_max\"", "\"z_min\""), "a constrained place");
     refused(changed("patch = \"z_max\"", "patch = \"lid\""), "lid");
     refused(held_block + "[touch]\npatch = \"z_max\"\n", "things are missing");
 }

@@ -163,8 +163,8 @@ TEST_P(BadMsh, IsRefusedWithPlaceAndRemedy) {
 }
 
 const std::vector<BadMesh> bad_meshes{
-    {"Empty", "", {"bad.msh:1:", "no gmsh mesh"}},
-    {"NotAMesh", "hello", {"bad.msh:1:", "no gmsh mesh"}},
+    {"Empty", "", {"bad.msh:1:", "not a gmsh mesh"}},
+    {"NotAMesh", "hello", {"bad.msh:1:", "not a gmsh mesh"}},
     {"UnknownVersion", with_replaced(good_22, "2.2 0 8", "3 0 8"), {"bad.msh:2:", "1, 2.2 and 4.1", "gmsh -save"}},
     {"FirstVersionWithTooFewNodes", with_replaced(good_1, "11 4 1 1 4 ", "11 4 1 1 3 "), {"bad.msh:13:", "has 4"}},
     {"FirstVersionThatEndsEarly", good_1.substr(0, good_1.find("$ENDELM")), {"bad.msh:", "ends too early"}},
@@ -179,10 +179,10 @@ const std::vector<BadMesh> bad_meshes{
     {"Inverted", with_replaced(good_41, "3 10 20 30 40", "3 20 10 30 40"), {"tetrahedron 3 is inverted", "exchange"}},
     {"Flat", with_replaced(good_41, "0 0 1\n", "0.5 0.5 0\n"), {"tetrahedron 3 is flat", "remesh"}},
     {"RepeatedCorner", with_replaced(good_41, "3 10 20 30 40", "3 10 20 30 30"), {"tetrahedron 3 is flat"}},
-    {"DuplicateTag", with_replaced(good_41, "\n50\n", "\n40\n"), {"node 40 is there twice"}},
+    {"DuplicateTag", with_replaced(good_41, "\n50\n", "\n40\n"), {"node 40 occurs twice"}},
     {"CoincidingNodes",
      with_replaced(with_replaced(good_41, "1 1 1e0", "0 0 0"), "4 20 50 30 40", "4 20 30 40 50"),
-     {"node 10 and node 50 are in one place", "merge"}},
+     {"node 10 and node 50 have the same coordinates", "merge"}},
     {"UnusedNode",
      with_replaced(with_replaced(good_41, "4 4 1 4", "3 4 1 4"), "3 2 4 1\n4 20 50 30 40\n", ""),
      {"node 50 belongs to no tetrahedron", "remove"}},
@@ -234,8 +234,7 @@ TEST(MshReader, LeavesOutATriangleThatIsNoFaceAndSaysSo) {
     const auto mesh = meshes::parse_msh(with_replaced(good_41, "1 10 30 20", "1 10 50 20"), "good.msh", &remarks);
     EXPECT_EQ(mesh.tetrahedra, meshes::parse_msh(good_41, "good.msh").tetrahedra);
     ASSERT_EQ(remarks.size(), 1U);
-    EXPECT_EQ(remarks[0],
-              "1 triangles that are no face of a tetrahedron, such as that of nodes 10 50 20, are left out");
+    EXPECT_EQ(remarks[0], "1 triangles that are not faces of tetrahedra, such as that of nodes 10 50 20, are left out");
 }
 
 TEST(MshReader, NamesValuesAndGroupsThatItDoesNotUse) {
@@ -283,7 +282,7 @@ TEST(MshReader, RefusesPartsThatHangOnAnEdgeOrANode) {
                              std::string("4 4 2 1 1 ") + (is_edge ? "1 5 6 2" : "1 6 5 7") + "\n$EndElements");
         SCOPED_TRACE(text);
         tests::expect_input_error([&] { meshes::parse_msh(text, "bad.msh"); },
-                                  {"tetrahedra 3 and 4", "by an edge or a node only", "join them by faces"});
+                                  {"tetrahedra 3 and 4", "only an edge or a node", "join them by faces"});
     }
 }
 

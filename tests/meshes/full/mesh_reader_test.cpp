@@ -180,7 +180,7 @@ TEST(BodyOfAMesh, IsInMetresAndSaysWhatItAssumed) {
     ASSERT_EQ(body.materials.size(), 1u);
     EXPECT_EQ(body.materials[0].young_modulus, 5000.0);
     ASSERT_GE(body.assumptions.size(), 2u);
-    EXPECT_NE(body.assumptions[0].find("taken to be in mm"), std::string::npos) << body.assumptions[0];
+    EXPECT_NE(body.assumptions[0].find("assumed to be in mm"), std::string::npos) << body.assumptions[0];
     core::TetraMesh huge = body.mesh;
     for (auto &point : huge.points)
         point *= 1e6;

@@ -340,7 +340,7 @@ TEST_F(DamagedResultFile, RefusesLinksAndOpensNoneOfThem) {
             EXPECT_NE(refusal_of_file(path_).find(": " + place + " is a link to another place"), std::string::npos)
                 << refusal_of_file(path_);
         }
-    EXPECT_NE(refusal_of_file(pipe).find("this is no plain file"), std::string::npos);
+    EXPECT_NE(refusal_of_file(pipe).find("this is not a plain file"), std::string::npos);
 }
 
 TEST_F(DamagedResultFile, RefusesADatasetThatIsMadeOfAnotherFile) {

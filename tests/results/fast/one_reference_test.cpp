@@ -68,7 +68,7 @@ TEST(OneReference, StandsAboveTheTablesInASentence) {
     unknown.reference_uncertainty.reset();
     EXPECT_EQ(sentence(unknown), "Errors are against fem_p2p1, which was solved on the mesh of the models itself; its "
                                  "own error is not known.");
-    EXPECT_EQ(sentence(without_reference()), "Nothing is compared, because no reference has come to an end.");
+    EXPECT_EQ(sentence(without_reference()), "Nothing is compared, because no reference has a solution.");
 }
 
 TEST(OneReference, IsNeverBesideAnotherInOneGroup) {
@@ -90,7 +90,7 @@ TEST(OneReference, CallsNothingOkWhereItWasNotFound) {
     EXPECT_FALSE(counts_in_means(result));
     const auto remarks = result_remarks({&result, 1});
     ASSERT_EQ(remarks.size(), 1u);
-    EXPECT_EQ(remarks[0], "box, nu 0.45, pull_and_hang: no reference has come to an end, so no model is compared");
+    EXPECT_EQ(remarks[0], "box, nu 0.45, pull_and_hang: no reference has a solution, so no model is compared");
     EXPECT_EQ(text_table({&result, 1}).find("  ok "), std::string::npos);
 }
 

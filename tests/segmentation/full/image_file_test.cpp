@@ -271,7 +271,7 @@ TEST_F(ImageFile, WithSeveralValuesAVoxelIsRefused) {
 
 TEST_F(ImageFile, ThatIsNoLabelMapIsRefused) {
     write_scan(directory_ / "ct.nii.gz", phantom_scan({.spacing = {0.01, 0.01, 0.01}}));
-    EXPECT_NE(refusal(directory_ / "ct.nii.gz").find("which is no label"), std::string::npos);
+    EXPECT_NE(refusal(directory_ / "ct.nii.gz").find("which is not a label"), std::string::npos);
 }
 
 TEST_F(ImageFile, CutOffIsRefused) {

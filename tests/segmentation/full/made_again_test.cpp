@@ -51,13 +51,13 @@ TEST_F(MadeAgain, TheSameCommandLeavesTheBodyAndAnotherIsRefusedUnlessForced) {
     std::ofstream(directory_ / "a.toml", std::ios::app) << "# my material\n";
     end = livermark(command);
     EXPECT_EQ(end.status, 0) << end.errors;
-    EXPECT_TRUE(has(end.errors, "a.toml is there, made by the same command")) << end.errors;
+    EXPECT_TRUE(has(end.errors, "a.toml exists already, made by the same command")) << end.errors;
     EXPECT_TRUE(has(support::read_text(directory_ / "a.toml"), "# my material"));
     auto other = command;
     other[4] = "3000";
     end = livermark(other);
     EXPECT_EQ(end.status, 2);
-    EXPECT_TRUE(has(end.errors, "of another command; say --force to write over it")) << end.errors;
+    EXPECT_TRUE(has(end.errors, "made by another command; give --force to overwrite it")) << end.errors;
     other.emplace_back("--force");
     end = livermark(other);
     EXPECT_EQ(end.status, 0) << end.errors;
@@ -75,7 +75,7 @@ TEST_F(MadeAgain, ASurfaceOfAnotherContentIsSaidHoweverOldItsFileIs) {
                         fs::last_write_time(directory_ / "a.toml") - std::chrono::seconds(10));
     const auto end = livermark(command);
     EXPECT_EQ(end.status, 2);
-    EXPECT_TRUE(has(end.errors, "liver.off has changed since; say --force to make it anew")) << end.errors;
+    EXPECT_TRUE(has(end.errors, "liver.off has changed since; give --force to make it again")) << end.errors;
 }
 
 /// Bodies of a run into one folder are known by what they are made of.
@@ -98,13 +98,13 @@ TEST_F(MadeAgain, TwoPatientsWithFilesOfOneNameAreTwoBodies) {
     write_ball("b/liver.off", 60.0, 0.0);
     run("a/liver.off");
     EXPECT_EQ(num_bodies(), 1);
-    EXPECT_TRUE(has(run("b/liver.off").errors, "liver.toml is of another content than b/liver.off"));
+    EXPECT_TRUE(has(run("b/liver.off").errors, "liver.toml has other content than b/liver.off"));
     EXPECT_EQ(num_bodies(), 2);
-    EXPECT_TRUE(has(run("a/liver.off").errors, "runs/liver.toml is taken for a/liver.off"));
-    EXPECT_TRUE(has(run("b/liver.off").errors, "is taken for b/liver.off"));
+    EXPECT_TRUE(has(run("a/liver.off").errors, "runs/liver.toml is used for a/liver.off"));
+    EXPECT_TRUE(has(run("b/liver.off").errors, "is used for b/liver.off"));
     EXPECT_EQ(num_bodies(), 2);
     fs::rename(directory_ / "a" / "liver.off", directory_ / "liver.off");
-    EXPECT_TRUE(has(run("liver.off").errors, "runs/liver.toml is taken for liver.off")) << "the same content";
+    EXPECT_TRUE(has(run("liver.off").errors, "runs/liver.toml is used for liver.off")) << "the same content";
     write_ball("liver.off", 71.0, 0.0);
     run("liver.off");
     EXPECT_EQ(num_bodies(), 3) << "an edited surface is another body";
@@ -130,8 +130,8 @@ TEST_F(MadeAgain, VoxelsInAFileWithASpaceInItsNameAreAPartOfTheBody) {
         return end.errors;
     };
     run_with(9.0);
-    EXPECT_TRUE(has(run_with(9.0), "runs/liver.toml is taken for liver.nhdr"));
-    EXPECT_TRUE(has(run_with(8.0), "liver.toml is of another content than liver.nhdr"));
+    EXPECT_TRUE(has(run_with(9.0), "runs/liver.toml is used for liver.nhdr"));
+    EXPECT_TRUE(has(run_with(8.0), "liver.toml has other content than liver.nhdr"));
 }
 
 TEST_F(MadeAgain, SurfacesOfALiverAndALesionGoStraightToTheTable) {
@@ -147,11 +147,11 @@ TEST_F(MadeAgain, SurfacesOfALiverAndALesionGoStraightToTheTable) {
     const auto body = support::read_text(directory_ / "runs" / "liver.toml");
     EXPECT_TRUE(has(body, "[regions.tumour_1]"));
     EXPECT_TRUE(
-        has(body, "coordinates are taken to be in mm, from its longest side, which is then 14 cm, and its volume"));
+        has(body, "coordinates are assumed to be in mm, from its longest side, which is then 14 cm, and its volume"));
     EXPECT_TRUE(fs::exists(directory_ / "runs" / "liver" / "hang.h5"));
     end = livermark(command);
     EXPECT_EQ(end.status, 0) << end.errors;
-    EXPECT_TRUE(has(end.errors, "is taken for liver.off; say --force to mesh it anew")) << end.errors;
+    EXPECT_TRUE(has(end.errors, "is used for liver.off; --force meshes it again")) << end.errors;
 }
 
 } // namespace

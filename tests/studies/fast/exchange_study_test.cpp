@@ -118,7 +118,7 @@ TEST_F(ExchangeStudy, AsksWhetherASolutionIsInMillimetres) {
     const double in_metres = find(score(scored, "test", {}).result, "mine").comparison->relative_l2;
 
     write_csv(own, "own", 1000.0);
-    tests::expect_input_error([&] { score(scored, "test", {}); }, {"are these millimetres?", "say --unit mm"});
+    tests::expect_input_error([&] { score(scored, "test", {}); }, {"these seem to be millimetres", "or --unit mm"});
     scored.unit = "mm";
     EXPECT_NEAR(find(score(scored, "test", {}).result, "mine").comparison->relative_l2, in_metres, 1e-9);
     scored.unit = "m"; // as it is

@@ -118,7 +118,7 @@ TEST(HistoriesOptions, AreRefusedWhereTheyComeToMoreThanAMillionSteps) {
     options.bodies = {"liver_healthy"};
     options.load_case = "traction";
     tests::expect_input_error([&] { find_histories(options, "test", {}); },
-                              {"load case traction lets nothing go", "choose one with a [release]"});
+                              {"load case traction releases nothing", "choose one with a [release]"});
 }
 
 } // namespace
