@@ -60,9 +60,12 @@ void print_arena(const results::Arena &arena, const ArenaCommand &command) {
             "changed it by {} in contact, forces by {}\n\n",
             arena.body, arena.title, results::tool_of(arena), 1e3 * arena.frame_interval,
             in_percent(arena.reference_errors.contact), in_percent(arena.reference_errors.force));
-        if (command.details)
+        if (command.details) {
             print(results::arena_table(arena));
+            fmt::print("{}\n", results::arena_legend());
+        }
         print(results::arena_overview(arena));
+        fmt::print("{}", results::overview_legend());
     }
     if (!arena.series.empty())
         print(results::arena_series(arena));

@@ -24,7 +24,7 @@ int print_motion_score(const studies::ScoreOptions &options, bool markdown, cons
     print_notes(scored.notes);
     const auto table = results::arena_table(scored.arena);
     fmt::print("{}: {}, against {}\n\n", scored.arena.body, scored.arena.title, scored.arena.reference);
-    fmt::print("{}", markdown ? results::to_markdown(table) : results::to_text(table));
+    fmt::print("{}\n{}", markdown ? results::to_markdown(table) : results::to_text(table), results::arena_legend());
     fmt::print(stderr, "The result file is {}\n", scored.file.string());
     return 0;
 }

@@ -18,7 +18,7 @@ namespace {
 const std::vector<Column> columns{
     {"body", false},       {"load case", false}, {"model", false},    {"peak [mm]", true},  {"L2 [%]", true},
     {"+- [%]", true},      {"tool [%]", true},   {"max [mm]", true},  {"react. [%]", true}, {"energy [%]", true},
-    {"nonlin. [%]", true}, {"set-up [s]", true}, {"solve [s]", true}, {"status", false},    {"band", false}};
+    {"nonlin. [%]", true}, {"set-up [s]", true}, {"solve [s]", true}, {"status", false},    {"expected", false}};
 
 using Row = std::vector<std::string>;
 
@@ -54,10 +54,16 @@ std::string uncertainty(const ModelResult &model, const Result &result) {
 std::string verdict(const ModelResult &model) {
     const auto met = meets_band(model);
     if (!met)
-        return "no band";
-    return *met
-               ? "met"
-               : fmt::format("missed {:.2f} +- {:.2f} %", percent * model.band->expected, percent * model.band->margin);
+        return "-";
+    return *met ? "as expected"
+                : fmt::format("not as expected, {:.2f} +- {:.2f} %", percent * model.band->expected,
+                              percent * model.band->margin);
+}
+
+bool has_bands(std::span<const Result> results) {
+    return std::ranges::any_of(results, [](const Result &result) {
+        return std::ranges::any_of(result.models, [](const ModelResult &model) { return model.band.has_value(); });
+    });
 }
 
 /// Stiffness at the tool; of the reference how uncertain that is.
@@ -84,7 +90,7 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
             significant(solution.setup_seconds, 3),
             significant(solution.solve_seconds, 3),
             shown_status(model, result),
-            reference && !model.band ? "-" : verdict(model)};
+            verdict(model)};
     if (const auto &comparison = model.comparison) {
         row[4] = fixed(percent * comparison->relative_l2, 2);
         row[7] = fixed(millimetres * comparison->max_error, 3);
@@ -98,12 +104,12 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
 }
 
 std::string legend(std::span<const Result> results) {
+    const std::string expected = has_bands(results) ? "\nexpected: the L2 error of results/error_bands.toml\n" : "";
     for (const Result &result : results)
         for (const ModelResult &model : result.models)
             if (is_within_uncertainty(model, result))
-                return "\n*: closer to the reference than the reference's own uncertainty; not to be ranked above "
-                       "another such model\n";
-    return "";
+                return "\n*: errors below the reference's own uncertainty, which do not rank models\n" + expected;
+    return expected;
 }
 
 /// What the columns of the tool mean, and how large it is; nothing where there is none.
@@ -186,6 +192,11 @@ Layout error_table(std::span<const Result> results) {
     for (const Result &result : results)
         for (const ModelResult &model : result.models)
             layout.rows.push_back(row_of(model, result, body_label(result, results)));
+    if (!has_bands(results)) {
+        layout.columns.pop_back();
+        for (auto &row : layout.rows)
+            row.pop_back();
+    }
     return layout;
 }
 

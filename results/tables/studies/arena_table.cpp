@@ -20,6 +20,11 @@ std::string in_milliseconds(double seconds) {
     return fixed(1e3 * seconds, seconds < 0.1 ? 2 : 0); // "-" where somebody else does not say it
 }
 
+/// "-" where somebody else does not say it.
+std::string count_or_dash(double count) {
+    return fixed(count > 0.0 ? count : std::numeric_limits<double>::quiet_NaN(), 0);
+}
+
 /// NaN last.
 double sorted_by(double error) {
     return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
@@ -82,14 +87,22 @@ Layout arena_table(const Arena &arena) {
     });
     for (const auto *run : runs)
         layout.rows.push_back({fmt::format("{}", run->tetrahedra), in_milliseconds(run->budget), run->method,
-                               run->setting, fmt::format("{}", run->steps), fmt::format("{}", run->iterations),
+                               run->setting, count_or_dash(run->steps), count_or_dash(run->iterations),
                                in_percent(run->errors.contact), in_percent(run->errors.force),
                                in_percent(run->errors.after), fixed(100.0 * run->volume_error, 2),
                                fixed(run->smallest_jacobian, 2), in_milliseconds(run->frame_seconds),
                                in_milliseconds(run->frame_seconds_95), in_milliseconds(run->worst_frame_seconds),
-                               fixed(run->setup_seconds, 2), fixed(run->element_passes, 0),
-                               fixed(run->bytes_per_element, 0), to_string(run->outcome)});
+                               fixed(run->setup_seconds, 2), count_or_dash(run->element_passes),
+                               count_or_dash(run->bytes_per_element), to_string(run->outcome)});
     return layout;
+}
+
+std::string arena_legend() {
+    return "contact, after: error of the displacement while the tool is in contact, and after its release; force: "
+           "error "
+           "of the force on the tool; volume: largest error of the volume of the body; least J: smallest ratio of "
+           "current to initial volume of a tetrahedron; frame, 95 %, worst: processor time of a frame, median, 95th "
+           "percentile and largest; passes: passes over all elements in a frame; -: not known\n";
 }
 
 Layout arena_forces(const Arena &arena) {
@@ -164,6 +177,12 @@ std::string calibration_note(const Arena &arena) {
                : fmt::format("the machine was busy: the times by which steps and iterations of {} were found differ by "
                              "more than {:.0f} %; run them again when nothing else runs\n",
                              fmt::join(unsteady, ", "), 100.0 * largest_calibration_spread);
+}
+
+std::string overview_legend() {
+    return "ms [%]: error of the displacement in contact within that processor time of a frame; % in [ms]: shortest "
+           "time "
+           "of a frame with that error\n";
 }
 
 Layout arena_overview(const Arena &arena) {

@@ -8,11 +8,18 @@
 namespace livermark::results {
 
 /// A row for each method, setting and budget, mesh by mesh and the best of the contact errors first.
+/// "-" where a program that moved by itself does not say it.
 Layout arena_table(const Arena &arena);
+
+/// What its columns are.
+std::string arena_legend();
 
 /// A row for each method and mesh: the error in contact within each budget, of the better setting, and the least time
 /// of a frame within which it was 20, 10 and 5 %.
 Layout arena_overview(const Arena &arena);
+
+/// What its columns are.
+std::string overview_legend();
 
 /// The same with the forces on the tool in place of errors, where there is no reference: mesh by mesh.
 Layout arena_forces(const Arena &arena);

@@ -37,8 +37,8 @@ std::string step_text(const Run &run, const core::Model &model, std::span<const 
             break;
     const auto num_others = case_groups.size() - 1;
     return fmt::format("{}{} / {}{}", name_of(run.problems[case_groups.front().front()]),
-                       num_others > 0 ? fmt::format(" and {} others", num_others) : "", model.name,
-                       where.empty() ? "" : ", " + where);
+                       num_others > 0 ? fmt::format(" and {} other{}", num_others, num_others > 1 ? "s" : "") : "",
+                       model.name, where.empty() ? "" : ", " + where);
 }
 
 void send_times(TimeSpent &spent, std::size_t load, const support::SendMessage &send) {

@@ -165,10 +165,12 @@ TEST(Table, TellsWhatMissedItsBand) {
             cells.push_back(cells_of(lines[m + 2])[14]);
         return cells;
     };
-    EXPECT_EQ(verdicts(), (std::vector<std::string>{"met", "missed 10.00 +- 10.00 %", "missed 50.00 +- 10.00 %"}));
+    EXPECT_EQ(verdicts(), (std::vector<std::string>{"as expected", "not as expected, 10.00 +- 10.00 %",
+                                                    "not as expected, 50.00 +- 10.00 %"}));
     result.models[1].comparison->relative_l2 = 0.05; // better than its band: a miss too
     result.models[2].band.reset();
-    EXPECT_EQ(verdicts(), (std::vector<std::string>{"missed 20.00 +- 1.00 %", "no band", "missed 50.00 +- 10.00 %"}));
+    EXPECT_EQ(verdicts(),
+              (std::vector<std::string>{"not as expected, 20.00 +- 1.00 %", "-", "not as expected, 50.00 +- 10.00 %"}));
 }
 
 TEST(Table, ShowsFailuresWithTheirReason) {
