@@ -62,13 +62,13 @@ def _always_felt_right(cases: list[Result], felt: float) -> Optional[tuple[list[
 def _sentences(rows: list[Numbers], cases: list[Result], felt: float) -> list[str]:
     sentences = []
     if nearest := _nearest(rows, lambda row: row.stiffness):
-        sentences.append(f"Under the tool the nearest springs are {nearest}. A hand tells {PERCENT * felt:.0f} %.")
+        sentences.append(f"Under the tool the most accurate springs are {nearest}. A hand feels {PERCENT * felt:.0f} %.")
     if found := _always_felt_right(cases, felt):
         good, count = found
         sentences.append(f"Under every load case a hand could not tell {', '.join(good)} from the reference." if good else
                          f"A hand could tell each of the {count} spring models from the reference under some load case.")
     if nearest := _nearest(rows, lambda row: row.error):
-        sentences.append(f"In position the nearest springs are {nearest}.")
+        sentences.append(f"In position the most accurate springs are {nearest}.")
     for row in rows:
         if row.model in BASELINES and math.isfinite(row.error):
             at_tool = f", and {fixed(PERCENT * row.stiffness, 1)} % under the tool" if math.isfinite(row.stiffness) else ""
@@ -105,7 +105,7 @@ def _panel(title: str, rows: list[Numbers], felt: float) -> Markup:
     """Both numbers of each model, the nearest in position first."""
     rows = [row for row in rows if math.isfinite(row.error)]
     rows.sort(key=lambda row: row.error, reverse=True)
-    axes = figures.new_rows(title, "off by, median over load cases [%]", [row.model for row in rows], 470, 19)
+    axes = figures.new_rows(title, "error, median over load cases [%]", [row.model for row in rows], 470, 19)
     values = [PERCENT * value for row in rows for value in row[1:3]]
     figures.set_logarithmic(axes, "x", {"x": [*values, PERCENT * felt]})
     with matplotlib.rc_context(figures.SETTINGS):
@@ -147,7 +147,7 @@ def verdicts(data: ReportData) -> Markup:
               if any(math.isfinite(row.error) for row in rows)]
     if panels:
         html += figure("figure", plots(panels[:MOST_PANELS]),
-                       f"Both numbers of each model. Dotted: the {PERCENT * felt:.0f} % that a hand tells. {data.told['reference']}",
+                       f"Both numbers of each model. Dotted: the {PERCENT * felt:.0f} % that a hand feels. {data.told['reference']}",
                        commands_of([*data.results, *data.large])[:1])
     return html + pictures.most_telling(data)
 

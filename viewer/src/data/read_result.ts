@@ -24,7 +24,7 @@ function refuseOtherFiles(file: File): void {
   ];
   const kind = kinds.find(([path]) => has(file, path))?.[1];
   const what = kind ? `it holds ${kind}` : 'it is an HDF5 file of something else';
-  throw new Fault(`There is no answer of a model to be seen in it: ${what}. Choose a file that livermark run wrote.`);
+  throw new Fault(`It has no solution of a model: ${what}. Choose a file that livermark run wrote.`);
 }
 
 function readComparison(file: File, model: string): Comparison | null {

@@ -40,7 +40,7 @@ function showPace(part: number): void {
   const isSlow = part <= 0.97;
   const times = Number((1 / part).toPrecision(2));
   tell('live-pace-now', part, part.toFixed(2));
-  tell('live-pace', part, isSlow ? `Slower than life: 1 s of motion takes ${times} s.` : '');
+  tell('live-pace', part, isSlow ? `Slower than real time: 1 s of motion takes ${times} s.` : '');
   byId('live-pace').hidden = !isSlow;
 }
 

@@ -37,7 +37,7 @@ export function inWords(truth: Pick<Truth, 'springs' | 'elements'>): string {
   if (!Number.isFinite(off)) return '';
   const amount = Math.round(100 * Math.abs(off));
   const how = amount === 0 ? 'as stiff as FEM here' : `${amount} % too ${off < 0 ? 'soft' : 'stiff'} here`;
-  return `The springs are ${how}; a hand tells ${Math.round(100 * noticeable)} %.`;
+  return `The springs are ${how}; a hand feels ${Math.round(100 * noticeable)} %.`;
 }
 
 /** Whether a body goes less than a fiftieth of its displacement in a second. */

@@ -99,7 +99,7 @@ test('a contact that is smaller than an edge is said in a sentence, and what fin
     const [springs, elements, off] = [await live.value('fem-springs'), await live.value('fem-elements'), await live.value('fem-off')];
     assert.ok(Math.abs(off - (elements / springs - 1)) < 1e-12);
     assert.ok(Math.abs(off) < 0.25, `stiffness off by ${off}`);
-    assert.match(await live.text('fem-words'), new RegExp(`^The springs are (as stiff as FEM|\\d+ % too ${off < 0 ? 'soft' : 'stiff'}) here; a hand tells 7 %\\.$`));
+    assert.match(await live.text('fem-words'), new RegExp(`^The springs are (as stiff as FEM|\\d+ % too ${off < 0 ? 'soft' : 'stiff'}) here; a hand feels 7 %\\.$`));
     await page.locator('#live-radius').fill('5');
     await page.waitForSelector('#live-coarse:not([hidden])');
     assert.match(await live.text('coarse'), /^The contact is smaller than an edge: its radius is 5 mm, the edges there are [\d.]+ mm long/);

@@ -122,7 +122,7 @@ def section(data: ReportData) -> Section | None:
         "than that uncertainty. A load case with motion shows its static start here, which no mean counts. A mean over "
         "some of the load cases has their number behind it, and is not ranked. An exclamation mark behind an error "
         "stands where a load leaves its regime.") + paragraph(
-        "Tissue under a tool is a small part of the volume, so this error hardly sees it. " + data.told["tool_legend"])
+        "Tissue under a tool is a small part of the volume, so it hardly changes this error. " + data.told["tool_legend"])
     for label, cases in data.by_label():
         caption = f"{label}: error of each model under each load case [%], and uncertainty of the reference."
         content = figure("table matrix", _table(data, cases), caption, commands_of(cases))

@@ -50,7 +50,7 @@ def _verdict(file, errors: dict[str, list[float]]) -> Markup:
                  + ("the measurement cannot tell it from the real body. " if worst <= 1.0 else
                     f"it is off by up to {worst:.1f} times that. "))
     else:
-        text += ", and nobody says how exact the measurement is. "
+        text += ", and the noise of the measurement is unknown. "
     line, word = states["straight_line"][:], "the straight line between the driven places"
     if not numpy.isfinite(line).all():
         line, word = states["rigid_motion"][:], "the rigid motion that fits the markers best"

@@ -154,7 +154,7 @@ def section(data: ReportData) -> Section | None:
         return None
     ratios = _shown_ratios(data)
     html = paragraph(
-        "Each load case: the reference, the nearest of the springs, and Lloyd's springs, which are the simplest; below them "
+        "Each load case: the reference, the most accurate springs, and Lloyd's springs, which are the simplest; below them "
         "the distance of each from the reference. All displacements of a load case have one scale of colours, and so have "
         "all errors, in other colours.")
     html += paragraph("Shown: " + ", ".join(f"{body} at Poisson's ratio {ratio:g}" for body, ratio in ratios.items()) + ".")

@@ -43,7 +43,7 @@ def _plot(body: str, cases: Cases, load_cases: list[str], models: list[str]) -> 
 def section(data: ReportData) -> Section | None:
     if not data.has_several_ratios:
         return None
-    html = paragraph("Central springs have a Poisson's ratio of 1/4, whatever the material says. A model that failed in one "
+    html = paragraph("Plain springs have a Poisson's ratio of 1/4, whatever the material says. A model that failed in one "
                      "of the load cases has no point there.")
     drawn, remarks = [], []
     for body, cases in _by_body(data).items():

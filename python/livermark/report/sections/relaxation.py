@@ -48,7 +48,7 @@ def _case(result: Result, told: dict, models: list[str]) -> Markup:
     places = list(dict.fromkeys(curve["place"] for curve in told["curves"]))
     drawn = [_plot(result, told["time"], [curve for curve in told["curves"] if curve["place"] == place], models)
              for place in places]
-    html = figure("figure", plots(drawn), f"What the tool meets over time, of {result.reference} and of the models nearest to it.",
+    html = figure("figure", plots(drawn), f"Response at the tool over time, of {result.reference} and of the models nearest to it.",
                   [result.command]) if drawn else Markup("")
     html += figure("table", table(table_of(told["table"])), "Every model.", [result.command])
     return subsection(f"{result.label}: {result.title}", html)

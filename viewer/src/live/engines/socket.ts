@@ -6,7 +6,7 @@ export interface Socket {
   close(): void;
 }
 
-const gone = 'The server does not answer. See whether livermark view still runs, and open the file again.';
+const gone = 'The server does not answer. Check that livermark view still runs, and open the file again.';
 
 /**
  * @param file        of the server's list; the server solves for no others
