@@ -24,7 +24,7 @@ msm::MassScaling untouched_parts(msm::MassScaling scaling, const core::TetraMesh
     for (const int t : gone)
         for (const int node : mesh.tetrahedra[t])
             is_touched[node] = 1;
-    std::erase_if(scaling.parts, [&](const msm::HeavyPart &part) {
+    std::erase_if(scaling.parts, [&](const msm::ScaledRegion &part) {
         return std::ranges::any_of(part.nodes, [&](int node) { return is_touched[node] != 0; });
     });
     return scaling;

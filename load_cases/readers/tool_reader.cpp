@@ -63,8 +63,9 @@ core::ToolMotion read_tool(const toml::table &table, const core::LoadCase &load_
     const auto names = load_case.constraint_names();
     const auto found = std::ranges::find(names, place);
     if (found == names.end())
-        throw support::InputError(fmt::format("{}: no [[condition]] with a displacement has the name '{}'; known are: {}",
-                                              support::place_of(*tool.get("place")), place, fmt::join(names, ", ")));
+        throw support::InputError(
+            fmt::format("{}: no [[condition]] with a displacement has the name '{}'; known are: {}",
+                        support::place_of(*tool.get("place")), place, fmt::join(names, ", ")));
     motion.constraint = static_cast<int>(found - names.begin());
     motion.slide = tool.contains("slide") ? support::required_vector(tool, "slide") : core::Vector3(0.0, 0.0, 0.0);
     motion.mass_damping = support::required_number(tool, "mass_damping");

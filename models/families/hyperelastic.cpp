@@ -121,11 +121,11 @@ core::Model elements(const std::string &name, const std::string &summary, const 
 
 std::vector<core::Model> models(const ModelOptions & /*options*/) {
     using fem_reference::Formulation;
-    auto below_tools = elements("fem_p2p1_neo_hookean_refined_below_tools",
-                                "neo-Hookean, Taylor and Hood on meshes refined at the rims of places and below round "
-                                "tools (tells how good the reference of large deformations is)",
-                                "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}, {},
-                                solve_finer_below_tools);
+    auto below_tools =
+        elements("fem_p2p1_neo_hookean_refined_below_tools",
+                 "neo-Hookean, Taylor and Hood on meshes refined at the rims of places and below round "
+                 "tools (tells how good the reference of large deformations is)",
+                 "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}, {}, solve_finer_below_tools);
     below_tools.only_when_named = true;
     return {
         elements("fem_p1_neo_hookean", "neo-Hookean, linear tetrahedra (the baseline of large deformations)",

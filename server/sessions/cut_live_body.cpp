@@ -34,15 +34,13 @@ std::vector<char> marks_of(std::string_view text, std::size_t num_tetrahedra) {
 
 core::LoadCase constraints_of(const core::LoadCase &whole, const std::vector<int> &facets) {
     auto left = whole;
-    left.condition.clear();
+    left.condition_on.clear();
     left.value.clear();
-    left.constraint.clear();
     for (const int facet : facets) {
         const bool is_wound = facet < 0;
-        left.condition.push_back(is_wound ? core::FacetCondition::free : whole.condition[facet]);
+        left.condition_on.push_back(is_wound ? -1 : whole.condition_on[facet]);
         left.value.push_back(is_wound ? core::Vector3(core::Vector3::Constant(std::numeric_limits<double>::quiet_NaN()))
                                       : whole.value[facet]);
-        left.constraint.push_back(is_wound ? -1 : whole.constraint[facet]);
     }
     return left;
 }

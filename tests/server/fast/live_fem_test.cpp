@@ -171,14 +171,12 @@ TEST_F(LiveFemTest, SolvesOnWhatCutsHaveLeft) {
 
     auto load_case = tests::empty_load_case(left);
     tests::prescribe(load_case, left, "x_min", core::Vector3::Zero());
-    load_case.round_loads = {{place, 0.9}};
-    load_case.round_load.assign(load_case.condition.size(), -1);
+    load_case.conditions.push_back({"probe", core::ConditionKind::traction, core::RoundLoad{place, 0.9}});
     Rows rows;
     for (const std::size_t at : {order.size() - 1, order.size() - 2}) {
         rows.push_back({1.0 * static_cast<double>(at), -40.0, 10.0, 5.0});
-        load_case.condition[order[at]] = core::FacetCondition::traction;
+        load_case.condition_on[order[at]] = 1;
         load_case.value[order[at]] = {-40.0, 10.0, 5.0};
-        load_case.round_load[order[at]] = 0;
     }
     const auto models = models::all_models();
     const auto solution = std::ranges::find(models, "fem_p2", &core::Model::name)
