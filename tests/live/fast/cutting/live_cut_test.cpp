@@ -109,9 +109,10 @@ TEST(LiveCut, TakesARegionWithAMarginAndLeavesAClosedSurface) {
 
 TEST(LiveCut, KeepsTheMarginWhereItIsAskedTo) {
     const SickBox box;
+    Scene scene(box.body, box.is_constrained);
+    scene.choose(settings());
     for (const double margin : {0.001, 0.004, 0.006}) {
-        Scene scene(box.body, box.is_constrained);
-        scene.choose(settings());
+        scene.reset();
         auto request = around_lesion(margin);
         const double about = scene.cut(request).volume;
         scene.reset();
@@ -232,7 +233,7 @@ TEST_P(LiveCutOfSprings, AreWholeAgainAfterAReset) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Springs, LiveCutOfSprings,
-                         testing::Values("lloyd", "patch", "nodal_springs", "nodal_neo_hookean", "edge_neo_hookean_f"));
+                         testing::Values("lloyd", "patch", "nodal_neo_hookean", "edge_neo_hookean_f"));
 
 TEST(LiveCut, IsFeltByAProbeInTheWound) {
     const SickBox box;
