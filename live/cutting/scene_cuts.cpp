@@ -109,10 +109,15 @@ void Scene::undo_cuts(std::size_t num_left) {
     show_remains();
     if (!prepared_)
         return;
-    if (num_left < prepared_->num_cuts)
-        choose(prepared_->settings); // fitted to less than there is again
-    else
-        prepare_steps(!needle_);
+    if (num_left >= prepared_->num_cuts)
+        return prepare_steps(!needle_);
+    // The springs were fitted to less than there is again, and so was the time step.
+    auto settings = prepared_->settings;
+    const double asked = std::exchange(settings.time_step, 0.0);
+    if (asked > 0.0 && asked < choose(settings).longest_time_step)
+        settings.time_step = asked;
+    if (asked == 0.0 || settings.time_step > 0.0)
+        choose(settings);
 }
 
 CutReading Scene::cut(const CutRequest &request) {

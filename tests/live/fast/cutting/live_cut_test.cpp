@@ -324,6 +324,22 @@ TEST(LiveCut, TakesALoosePieceAwayIfItIsAskedTo) {
     EXPECT_EQ(reading.margin > 0.005, true) << "the lesion went with it";
 }
 
+TEST(LiveCut, IsUndoneWithOtherSpringsToTheBit) {
+    const SickBox box;
+    Scene scene(box.body, box.is_constrained), uncut(box.body, box.is_constrained);
+    for (auto *each : {&scene, &uncut}) {
+        each->choose(settings("lloyd"));
+        each->move(box.poke(0.004), 30);
+        each->keep();
+        if (each == &scene)
+            each->cut(around_lesion(0.002));
+        each->choose(short_steps("van_gelder"));
+        each->restore();
+    }
+    EXPECT_TRUE(scene.gone().empty());
+    expect_same(scene.move(box.poke(0.005), 60), uncut.move(box.poke(0.005), 60));
+}
+
 TEST(LiveCut, EndsNeitherNeedleNorSteps) {
     const SickBox box;
     Scene scene(box.body, box.is_constrained);
