@@ -18,7 +18,7 @@ namespace {
 const std::vector<Column> columns{
     {"body", false},       {"load case", false}, {"model", false},    {"peak [mm]", true},  {"L2 [%]", true},
     {"+- [%]", true},      {"tool [%]", true},   {"max [mm]", true},  {"react. [%]", true}, {"energy [%]", true},
-    {"nonlin. [%]", true}, {"set-up [s]", true}, {"solve [s]", true}, {"status", false},    {"expected", false}};
+    {"nonlin. [%]", true}, {"set-up [s]", true}, {"solve [s]", true}, {"status", false},    {"as expected", false}};
 
 using Row = std::vector<std::string>;
 
@@ -55,9 +55,8 @@ std::string verdict(const ModelResult &model) {
     const auto met = meets_band(model);
     if (!met)
         return "-";
-    return *met ? "as expected"
-                : fmt::format("not as expected, {:.2f} +- {:.2f} %", percent * model.band->expected,
-                              percent * model.band->margin);
+    return *met ? "yes"
+                : fmt::format("no, {:.2f} +- {:.2f} %", percent * model.band->expected, percent * model.band->margin);
 }
 
 bool has_bands(std::span<const Result> results) {
@@ -104,7 +103,8 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
 }
 
 std::string legend(std::span<const Result> results) {
-    const std::string expected = has_bands(results) ? "\nexpected: the L2 error of results/error_bands.toml\n" : "";
+    const std::string expected =
+        has_bands(results) ? "\nas expected: whether L2 is in its band of results/error_bands.toml\n" : "";
     for (const Result &result : results)
         for (const ModelResult &model : result.models)
             if (is_within_uncertainty(model, result))
