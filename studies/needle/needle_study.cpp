@@ -11,6 +11,7 @@
 #include "results/provenance.hpp"
 #include "studies/catalogue.hpp"
 #include "studies/needle/insertion.hpp"
+#include "studies/needle/needle_problems.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"
@@ -18,9 +19,6 @@
 
 namespace livermark::studies {
 
-namespace {
-
-/// The reference first, then those that were asked for, each once.
 std::vector<core::Model> models_with_needles(const NeedleOptions &options) {
     auto able = models::all_models();
     std::erase_if(able, [](const core::Model &model) { return !model.compliance; });
@@ -41,11 +39,6 @@ std::vector<core::Model> models_with_needles(const NeedleOptions &options) {
     return chosen;
 }
 
-struct NeedleProblem {
-    core::Problem problem;
-    std::vector<core::Needle> needles;
-};
-
 std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::vector<std::string> &notes) {
     const auto file = find_toml_files({options.load_case}, needle_load_cases_folder, "load case").front();
     auto set = read_needle_problems(options.bodies, file.string(), options.material);
@@ -65,6 +58,8 @@ std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::
         throw support::InputError(fault);
     return problems;
 }
+
+namespace {
 
 results::NeedleStudy drive(const core::Problem &problem, const core::Needle &needle,
                            const std::vector<core::Model> &models, Steps &steps) {

@@ -11,6 +11,8 @@ namespace {
 
 using core::millimetres, core::percent;
 
+constexpr double needle_millijoules = 1e3;
+
 std::string mark_of(double value, int decimals) {
     return std::isnan(value) ? "-" : fixed(value, decimals);
 }
@@ -59,6 +61,36 @@ std::string needle_note(const NeedleFile &file) {
                             millimetres * study.reference_miss_change, percent * study.reference_force_change);
     }
     return note;
+}
+
+Layout measured_needle_table(const MeasuredNeedle &measured) {
+    Layout table{{{"depth [mm]", true}, {"measured [N]", true}, {"lowest", true}, {"highest", true}}, {}};
+    for (const auto &run : measured.runs)
+        table.columns.push_back({run.model, true});
+    for (std::size_t b = 0; b < measured.from.size(); ++b) {
+        table.rows.push_back(
+            {fmt::format("{:.0f} to {:.0f}", millimetres * measured.from[b], millimetres * measured.to[b]),
+             fixed(measured.mean[b], 2), fixed(measured.lowest[b], 2), fixed(measured.highest[b], 2)});
+        for (const auto &run : measured.runs)
+            table.rows.back().push_back(mark_of(run.force[b], 2));
+    }
+    return table;
+}
+
+Layout fitted_needle_table(const MeasuredNeedle &measured) {
+    Layout table{{{"model"},
+                  {"stiffness, fitted", true},
+                  {"friction, fitted [N/m]", true},
+                  {"off before the puncture [N]", true},
+                  {"off behind it [N]", true},
+                  {"work [mJ]", true}},
+                 {}};
+    for (const auto &run : measured.runs)
+        table.rows.push_back({run.model, fmt::format("x {:.2f}", run.stiffness), fixed(run.friction, 1),
+                              fixed(run.error_before, 2), fixed(run.error, 2),
+                              fixed(needle_millijoules * run.work, 1)});
+    table.rows.push_back({"measured", "", "", "", "", fixed(needle_millijoules * measured.work, 1)});
+    return table;
 }
 
 } // namespace livermark::results

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "results/records/measured_needle.hpp"
 #include "results/records/needle.hpp"
 #include "results/tables/table_layout.hpp"
 
@@ -12,5 +13,12 @@ Layout needle_table(const NeedleFile &file);
 
 /// A sentence on each reference: what its last refinement changed.
 std::string needle_note(const NeedleFile &file);
+
+/// A row for each stretch of a measured way: the mean, lowest and highest force there, and that of each model [N].
+Layout measured_needle_table(const MeasuredNeedle &measured);
+
+/// A row for each model: what was fitted, and how far its force is from the measured one before and behind the puncture
+/// [N]; and the work of the hand [mJ], beside the measured one.
+Layout fitted_needle_table(const MeasuredNeedle &measured);
 
 } // namespace livermark::results

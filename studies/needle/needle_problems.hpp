@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/model.hpp"
+#include "core/problem.hpp"
+#include "core/tool/needle_line.hpp"
+#include "studies/needle/needle_study.hpp"
+
+namespace livermark::studies {
+
+/// A body, and the needles that are driven into it.
+struct NeedleProblem {
+    core::Problem problem;
+    std::vector<core::Needle> needles;
+};
+
+/// The reference first, then those that were asked for, each once.
+/// @throws support::InputError for a model that cannot tell
+std::vector<core::Model> models_with_needles(const NeedleOptions &options);
+
+/// The load case on the bodies, one or more.
+/// @param notes  what a user should know of the input, a sentence each
+/// @throws support::InputError for bad input
+std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::vector<std::string> &notes);
+
+} // namespace livermark::studies
