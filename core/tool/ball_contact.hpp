@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -80,11 +81,14 @@ class BallContact {
     /// One point after the other: ball_force(), and what that changes is given to the nodes.
     /// @param start     of a node: int -> Vector3, where it was when the step began [m]
     /// @param position  of a node, with all that was given: int -> Vector3 [m]
-    /// @param yields    of a node, as ball_force() has it of a point: int -> Matrix3 [m/N]; zero where it cannot move
+    /// @param yields    of a node, as ball_force() has it of a point: int -> Matrix3 [m/N]; zero where it cannot move.
+    ///   Or of a point whose nodes displace each other: (nodes, shape functions) -> Matrix3
     /// @param give      (node, force [N])
+    /// @return by how much forces on points have changed, over the sum of their sizes; 0 where there are none
     template <class Start, class Position, class Yields, class Give>
-    void sweep(const BallStep &step, const Start &start, const Position &position, const Yields &yields,
-               const Give &give) {
+    double sweep(const BallStep &step, const Start &start, const Position &position, const Yields &yields,
+                 const Give &give) {
+        double changed = 0.0, all = 0.0;
         for (const int f : near_) {
             auto &facet = facets_[f];
             const auto &nodes = facet.nodes;
@@ -100,15 +104,32 @@ class BallContact {
                     continue;
                 const Vector3 before =
                     shape[0] * start(nodes[0]) + shape[1] * start(nodes[1]) + shape[2] * start(nodes[2]);
-                Eigen::Matrix3d of_point = Eigen::Matrix3d::Zero();
-                for (std::size_t k = 0; k < 3; ++k)
-                    of_point += shape[k] * shape[k] * yields(nodes[k]);
-                const Vector3 next = ball_force(step, before, now, force, of_point, facet.compliance / points_[q].part);
+                const Vector3 next = ball_force(step, before, now, force, yields_of_point(yields, nodes, shape),
+                                                facet.compliance / points_[q].part);
+                changed += (next - force).norm();
+                all += next.norm();
                 give_point(f, q, next - force, give);
                 force = next;
                 facet.is_pushed = facet.is_pushed || !force.isZero(0.0);
                 for (std::size_t k = 0; k < 3; ++k)
                     x[k] = position(nodes[k]);
+            }
+        }
+        return all > 0.0 ? changed / all : changed;
+    }
+
+    /// For methods that solve for forces together with all else: calls for each point of the facets that were chosen.
+    /// @param visit  (nodes of its facet, their shape functions, its compliance c [m/N], what the ball exerts on it
+    /// [N],
+    ///   which may be changed)
+    template <class Visit> void visit_points(const Visit &visit) {
+        for (const int f : near_) {
+            auto &facet = facets_[f];
+            facet.is_pushed = false;
+            for (std::size_t q = 0; q < points_.size(); ++q) {
+                auto &force = force_[number(f, q)];
+                visit(facet.nodes, points_[q].shape, facet.compliance / points_[q].part, force);
+                facet.is_pushed = facet.is_pushed || !force.isZero(0.0);
             }
         }
     }
@@ -130,6 +151,18 @@ class BallContact {
         bool is_pushed = false;      ///< whether a point has a force
     };
 
+    template <class Yields>
+    static Eigen::Matrix3d yields_of_point(const Yields &yields, const std::array<int, 3> &nodes,
+                                           const std::array<double, 3> &shape) {
+        if constexpr (std::is_invocable_v<const Yields &, const std::array<int, 3> &, const std::array<double, 3> &>) {
+            return yields(nodes, shape);
+        } else {
+            Eigen::Matrix3d of_point = Eigen::Matrix3d::Zero();
+            for (std::size_t k = 0; k < 3; ++k)
+                of_point += shape[k] * shape[k] * yields(nodes[k]);
+            return of_point;
+        }
+    }
     template <class Give> void give_point(int facet, std::size_t point, const Vector3 &force, const Give &give) const {
         for (std::size_t k = 0; k < 3; ++k)
             give(facets_[facet].nodes[k], Vector3(points_[point].shape[k] * force));

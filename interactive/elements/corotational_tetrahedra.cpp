@@ -18,6 +18,49 @@ CorotationalTetrahedra::CorotationalTetrahedra(Scene given, Preconditioner preco
     residual_ = direction_ = product_ = preconditioned_ = rest_;
 }
 
+bool CorotationalTetrahedra::touch(const std::shared_ptr<core::BallContact> &ball) {
+    ball_ = ball;
+    if (rows_)
+        rows_->touched.clear();
+    return true;
+}
+
+/// Solves until what touches and slips is what was solved for.
+/// @param guess  where nodes would be, int -> Vector3: with their velocities, and once solved, where they are
+/// @param solve  from where the step begins, with the points of the contact
+template <class Guess, class Solve>
+void CorotationalTetrahedra::step_touched(double time_step, const Guess &guess, const Solve &solve) {
+    constexpr int most_solutions = 5;
+    const auto &x = positions();
+    contact_.begin(*ball_, [&](int node) { return x.col(node); });
+    contact_.linearise(guess);
+    for (int s = 0; s < most_solutions; ++s) {
+        solve();
+        if (!contact_.linearise(guess))
+            break;
+    }
+    contact_.finish(*ball_, guess);
+    ball_->end_step(time_step);
+}
+
+void CorotationalTetrahedra::put_touched_into_rows() {
+    rows_->touched.clear();
+    for (const auto &point : contact_.points()) {
+        if (point.stiffness.isZero(0.0))
+            continue;
+        auto &kept = rows_->touched.emplace_back();
+        for (std::size_t k = 0; k < 3; ++k) {
+            kept.rows[k] = rows_->body.row_of_node[point.nodes[k]];
+            kept.shape[k] = static_cast<float>(point.shape[k]);
+            kept.force[k] = static_cast<float>(point.force[static_cast<Eigen::Index>(k)]);
+        }
+        std::size_t entry = 0;
+        for (int i = 0; i < 3; ++i)
+            for (int j = i; j < 3; ++j)
+                kept.stiffness[entry++] = static_cast<float>(point.stiffness(i, j));
+    }
+}
+
 void CorotationalTetrahedra::step(double time_step, int iterations) {
     if (rows_)
         step_in_single(time_step, iterations);
@@ -28,7 +71,25 @@ void CorotationalTetrahedra::step(double time_step, int iterations) {
 void CorotationalTetrahedra::step_in_single(double time_step, int iterations) {
     auto &x = mutable_positions();
     rows_->body.aim_constrained(scene(), rest_, x, targets(), time_step);
-    kernels::take_corotational_step(*rows_, time_step, scene().mass_damping, iterations);
+    const auto take = [&] { kernels::take_corotational_step(*rows_, time_step, scene().mass_damping, iterations); };
+    if (ball_) {
+        const auto displacement = rows_->body.displacement, velocity = rows_->body.velocity;
+        bool is_solved = false;
+        const auto now = [&](int node) -> core::Vector3 {
+            const int row = rows_->body.row_of_node[node];
+            const core::Vector3 there = rest_.col(node) + in_row(rows_->body.displacement, row).cast<double>();
+            return is_solved ? there : core::Vector3(there + time_step * in_row(velocity, row).cast<double>());
+        };
+        step_touched(time_step, now, [&] {
+            rows_->body.displacement = displacement;
+            rows_->body.velocity = velocity;
+            put_touched_into_rows();
+            take();
+            is_solved = true;
+        });
+    } else {
+        take();
+    }
     take_from_rows(rows_->body.displacement, rows_->body.row_of_node, x);
     x += rest_;
     take_from_rows(rows_->body.velocity, rows_->body.row_of_node, mutable_velocities());
@@ -53,11 +114,29 @@ void CorotationalTetrahedra::step_in_double(double time_step, int iterations) {
         const int node = scene().constrained_nodes[c];
         v.col(node) = (targets().col(c) - x.col(node)) / time_step;
     }
-    if (preconditioner_ == Preconditioner::blocks)
-        invert_blocks(time_step);
-    solve(v, time_step, iterations);
+    if (ball_) {
+        const Field residual = residual_, velocities = v;
+        step_touched(
+            time_step, [&](int node) { return core::Vector3(x.col(node) + time_step * v.col(node)); },
+            [&] {
+                residual_ = residual;
+                v = velocities;
+                for (const auto &point : contact_.points())
+                    for (std::size_t k = 0; k < 3; ++k)
+                        residual_.col(point.nodes[k]) += time_step * point.shape[k] * point.force;
+                precondition_and_solve(time_step, iterations);
+            });
+    } else {
+        precondition_and_solve(time_step, iterations);
+    }
     x += time_step * v;
     move_to_targets(); // to the last bit
+}
+
+void CorotationalTetrahedra::precondition_and_solve(double time_step, int iterations) {
+    if (preconditioner_ == Preconditioner::blocks)
+        invert_blocks(time_step);
+    solve(mutable_velocities(), time_step, iterations);
 }
 
 void CorotationalTetrahedra::set_state(const Field &positions, const Field &velocities) {
@@ -94,6 +173,15 @@ void CorotationalTetrahedra::multiply(const Field &v, double time_step, Field &p
         stress.diagonal().array() += tetrahedron.lambda * rate.trace();
         tetrahedron.add_forces(rotations_[t] * stress, product);
     }
+    if (ball_)
+        for (const auto &point : contact_.points()) {
+            core::Vector3 rate = core::Vector3::Zero();
+            for (std::size_t k = 0; k < 3; ++k)
+                rate += point.shape[k] * v.col(point.nodes[k]);
+            const core::Vector3 pull = point.stiffness * rate;
+            for (std::size_t k = 0; k < 3; ++k)
+                product.col(point.nodes[k]) -= point.shape[k] * pull;
+        }
     product *= -time_step * time_step;
     const double damping = 1.0 + scene().mass_damping * time_step;
     for (Eigen::Index i = 0; i < v.cols(); ++i)
@@ -118,6 +206,11 @@ void CorotationalTetrahedra::invert_blocks(double time_step) {
             block.diagonal().array() += factor * tetrahedron.mu * turned.col(c).squaredNorm();
         }
     }
+    if (ball_)
+        for (const auto &point : contact_.points())
+            for (std::size_t k = 0; k < 3; ++k)
+                inverse_blocks_[point.nodes[k]] +=
+                    time_step * time_step * point.shape[k] * point.shape[k] * point.stiffness;
     for (auto &block : inverse_blocks_)
         block = block.inverse().eval();
 }

@@ -1,5 +1,6 @@
 #include "interactive/elements/prefactored.hpp"
 
+#include <array>
 #include <stdexcept>
 #include <utility>
 
@@ -41,14 +42,123 @@ void Prefactored::prepare(double time_step) {
             rows_->set_factor(factor_.factor(), unknown_, terms.stiffness);
     }
     factorised_for_ = time_step;
+    columns_.clear();
+    stiffness_ = terms.stiffness;
+}
+
+bool Prefactored::touch(const std::shared_ptr<core::BallContact> &ball) {
+    ball_ = ball;
+    if (rows_)
+        rows_->after_iteration = ball_ ? [this] { touch_rows(); } : std::function<void()>();
+    return true;
 }
 
 void Prefactored::step(double time_step, int iterations) {
     prepare(time_step);
+    if (ball_)
+        begin_touch();
     if (rows_)
         step_in_single(time_step, iterations);
     else
         step_in_double(time_step, iterations);
+    if (ball_)
+        ball_->end_step(time_step);
+}
+
+void Prefactored::begin_touch() {
+    has_touched_ = false;
+    forces_.assign(static_cast<std::size_t>(positions().cols()), core::Vector3::Zero());
+    find_columns();
+}
+
+/// Of nodes that the ball has come near to.
+void Prefactored::find_columns() {
+    columns_.resize(unknown_.size());
+    std::vector<int> found;
+    for (const int node : ball_->near())
+        if (unknown_[node] >= 0 && columns_[node].size() == 0)
+            found.push_back(node);
+    if (found.empty())
+        return;
+    Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(num_unknowns_, static_cast<Eigen::Index>(found.size()));
+    for (std::size_t k = 0; k < found.size(); ++k)
+        unit(unknown_[found[k]], static_cast<Eigen::Index>(k)) = 1.0;
+    const Eigen::MatrixXd all = factor_.solve(unit);
+    for (std::size_t k = 0; k < found.size(); ++k)
+        columns_[found[k]] = all.col(static_cast<Eigen::Index>(k));
+}
+
+/// Finds the forces of the ball that go with where an iteration has brought the nodes, and moves all by these.
+/// @param start     where nodes were when the step began: int -> Vector3 [m]
+/// @param position  int -> something that can be added to, and is a Vector3 [m]
+template <class Start, class Position> void Prefactored::touch_nodes(const Start &start, const Position &position) {
+    constexpr int most_sweeps = 20;
+    constexpr double steady = 1e-3; // as the sweeps of an iteration end: the next ones go on
+    const auto &near = ball_->near();
+    std::vector<core::Vector3> x(forces_.size()), change(forces_.size(), core::Vector3::Zero());
+    for (const int node : near)
+        x[node] = core::Vector3(position(node));
+    const auto give = [&](int node, const core::Vector3 &force) {
+        change[node] += force;
+        if (unknown_[node] < 0)
+            return;
+        for (const int other : near)
+            if (unknown_[other] >= 0)
+                x[other] += columns_[node][unknown_[other]] * force;
+    };
+    const auto yields = [&](const std::array<int, 3> &nodes, const std::array<double, 3> &shape) {
+        double sum = 0.0;
+        for (std::size_t a = 0; a < 3; ++a)
+            for (std::size_t b = 0; b < 3; ++b)
+                if (unknown_[nodes[a]] >= 0 && unknown_[nodes[b]] >= 0)
+                    sum += shape[a] * shape[b] * columns_[nodes[a]][unknown_[nodes[b]]];
+        return Eigen::Matrix3d(sum * Eigen::Matrix3d::Identity());
+    };
+    if (!has_touched_)
+        ball_->begin_step(give);
+    has_touched_ = true;
+    const auto now = [&](int node) -> const core::Vector3 & { return x[node]; };
+    const auto step = ball_->part(0, 1);
+    for (int s = 0; s < most_sweeps && ball_->sweep(step, start, now, yields, give) > steady; ++s) {
+    }
+    Eigen::MatrixX3d moved = Eigen::MatrixX3d::Zero(num_unknowns_, 3);
+    bool is_pushed = false;
+    for (const int node : near) {
+        forces_[node] += change[node];
+        if (unknown_[node] < 0 || change[node].isZero(0.0))
+            continue;
+        moved += columns_[node] * change[node].transpose();
+        is_pushed = true;
+    }
+    for (std::size_t i = 0; is_pushed && i < unknown_.size(); ++i)
+        if (unknown_[i] >= 0)
+            position(static_cast<int>(i)) += core::Vector3(moved.row(unknown_[i]).transpose());
+}
+
+void Prefactored::touch_in_double(const Field &before, const Inertia &terms, Field &predicted) {
+    auto &x = mutable_positions();
+    touch_nodes([&](int node) { return core::Vector3(before.col(node)); }, [&](int node) { return x.col(node); });
+    for (const int node : ball_->near())
+        if (unknown_[node] >= 0)
+            predicted.col(node) = terms.predicted.col(node) + forces_[node] / stiffness_[node];
+}
+
+void Prefactored::touch_rows() {
+    auto &nodes = rows_->nodes();
+    const auto row = [&](int node) { return nodes.row_of_node[node]; };
+    const auto &near = ball_->near();
+    if (!has_touched_) {
+        near_predicted_.clear();
+        for (const int node : near)
+            near_predicted_.emplace_back(in_row(rows_->predicted, row(node)).cast<double>());
+    }
+    touch_nodes(
+        [&](int node) { return core::Vector3(rest_.col(node) + in_row(rows_->before, row(node)).cast<double>()); },
+        [&](int node) { return FineRow(rest_.col(node), in_row(nodes.displacement, row(node))); });
+    for (std::size_t k = 0; k < near.size(); ++k)
+        if (unknown_[near[k]] >= 0)
+            in_row(rows_->predicted, row(near[k])) =
+                (near_predicted_[k] + forces_[near[k]] / stiffness_[near[k]]).cast<float>();
 }
 
 void Prefactored::step_in_single(double time_step, int iterations) {
@@ -67,6 +177,7 @@ void Prefactored::step_in_double(double time_step, int iterations) {
     const Field before = x;
     const auto terms = inertia(*this, time_step);
     x = terms.predicted;
+    Field predicted = terms.predicted; // with the forces of a ball
     Field forces(3, x.cols());
     Eigen::MatrixXd right(num_unknowns_, 3);
     for (int k = 0; k < iterations && num_unknowns_ > 0; ++k) {
@@ -75,11 +186,13 @@ void Prefactored::step_in_double(double time_step, int iterations) {
         for (Eigen::Index i = 0; i < x.cols(); ++i)
             if (unknown_[i] >= 0)
                 right.row(unknown_[i]) =
-                    (forces.col(i) - terms.stiffness[i] * (x.col(i) - terms.predicted.col(i))).transpose();
+                    (forces.col(i) - terms.stiffness[i] * (x.col(i) - predicted.col(i))).transpose();
         const Eigen::MatrixXd move = factor_.solve(right);
         for (Eigen::Index i = 0; i < x.cols(); ++i)
             if (unknown_[i] >= 0)
                 x.col(i) += move.row(unknown_[i]).transpose();
+        if (ball_)
+            touch_in_double(before, terms, predicted);
     }
     mutable_velocities() = (x - before) / time_step;
 }

@@ -16,6 +16,13 @@ namespace livermark::interactive {
 /// projections followed by the global solve (A x = m / h^2 y + sum of w G^T p).
 /// (Bouaziz, Martin, Liu, Kavan, Pauly 2014, ACM TOG 33(4), eq. 10; Liu, Bouaziz, Kavan 2017, ACM TOG 36(3), for the
 /// iterations as above)
+///
+/// A ball that touches is met after each iteration, by forces f that take part in the next one. The factor knows
+/// nothing of them: what a force on a node moves is a column of A^-1, found when the ball first comes near the node, so
+/// that contact is solved on the nodes near the ball alone, by Gauss and Seidel's sweeps over its points with the
+/// compliance N (A^-1) N^T, and all nodes follow. (constraint correction with a precomputed compliance, Saupin, Duriez,
+/// Cotin, Grisoni 2008, Efficient contact modeling using compliance warping, CGI, without the warping, because A does
+/// not turn)
 class Prefactored : public Simulation {
   public:
     explicit Prefactored(Scene given);
@@ -23,6 +30,7 @@ class Prefactored : public Simulation {
     /// Factorises, which takes longer than many steps.
     void prepare(double time_step) override;
     void step(double time_step, int iterations) override;
+    bool touch(const std::shared_ptr<core::BallContact> &ball) override;
     void set_state(const Field &positions, const Field &velocities) override;
     void set_external_forces(const Field &forces) override;
     /// In single precision with the factor, once there is one.
@@ -40,6 +48,11 @@ class Prefactored : public Simulation {
   private:
     void step_in_double(double time_step, int iterations);
     void step_in_single(double time_step, int iterations);
+    void begin_touch();
+    void find_columns();
+    template <class Start, class Position> void touch_nodes(const Start &start, const Position &position);
+    void touch_rows();
+    void touch_in_double(const Field &before, const Inertia &terms, Field &predicted);
 
     Field rest_;
     support::SparseCholesky factor_;
@@ -47,6 +60,12 @@ class Prefactored : public Simulation {
     std::vector<int> unknown_;    ///< (N) of a node, -1 where constrained
     int num_unknowns_ = 0;
     std::optional<kernels::PrefactoredRows> rows_; ///< in single precision
+    std::shared_ptr<core::BallContact> ball_;      ///< and what its contact needs
+    std::vector<Eigen::VectorXd> columns_;         ///< (N) of A^-1 [m/N], empty where the ball was never near
+    std::vector<core::Vector3> forces_;            ///< (N) of the ball on the nodes in this step [N]
+    std::vector<core::Vector3> near_predicted_;    ///< (near) where they would go without the ball and elasticity [m]
+    std::vector<double> stiffness_;                ///< (N) of inertia [N/m]
+    bool has_touched_ = false;                     ///< in this step
 };
 
 } // namespace livermark::interactive

@@ -21,6 +21,7 @@ Method corotational_implicit() {
             .in_double = "plain loop over tetrahedra, matrix-free, blocks of nodes as preconditioner, double",
             .time_step = frame_time,
             .iterations = 25, // the default of SOFA's CGLinearSolver
+            .knows_contact = true,
             .prepare = [](const Scene &scene) {
                 return std::make_unique<CorotationalTetrahedra>(scene, Preconditioner::blocks);
             }};

@@ -53,6 +53,7 @@ Method fast_mass_spring() {
             .in_double = "plain loop over springs; CHOLMOD's solve with three right-hand sides; double",
             .time_step = frame_time,
             .iterations = 10,
+            .knows_contact = true,
             .prepare = [](const Scene &scene) { return std::make_unique<FastMassSpring>(scene); }};
 }
 

@@ -51,6 +51,7 @@ Method projective_dynamics() {
             .in_double = "plain loop with Jacobi singular values; CHOLMOD's solve with three right-hand sides; double",
             .time_step = frame_time,
             .iterations = 10,
+            .knows_contact = true,
             .prepare = [](const Scene &scene) { return std::make_unique<ProjectiveDynamics>(scene); }};
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "interactive/kernels/explicit_rows.hpp"
 
@@ -8,6 +9,14 @@ namespace livermark::interactive::kernels {
 
 /// Numbers of the rotation of a tetrahedron: a unit quaternion w, x, y, z.
 inline constexpr std::size_t numbers_of_rotation = 4;
+
+/// A spring between three nodes and a ball that touches them (ImplicitContact::Point).
+struct TouchedRows {
+    std::array<int, 3> rows{};
+    std::array<float, 3> shape{};
+    std::array<float, 6> stiffness{}; ///< xx, xy, xz, yy, yz, zz [N/m]
+    std::array<float, 3> force{};     ///< where the step begins [N]
+};
 
 /// A body of co-rotational tetrahedra, its state, and what conjugate gradients need, in single precision. Fans, slots
 /// and nodes are those of explicit elements. The stiffness is that of linear elasticity with the gradients of shape
@@ -23,6 +32,8 @@ struct CorotationalRows {
     Aligned<float> mass;                 ///< [kg], three times the same, and the sum of V mu |g|^2 [N/m]
     Aligned<float> residual, direction, product, preconditioned;
     Aligned<float> inverse_block; ///< slices of nodes, xx, xy, xz, yy, yz, zz of each [1/kg]; zero where constrained
+
+    std::vector<TouchedRows> touched; ///< of the step to come
 
     std::size_t bytes() const; ///< of the body and its state
 };

@@ -231,6 +231,54 @@ HWY_NOINLINE void add_rows(Aligned<float> &a, float factor, const Aligned<float>
         hn::Store(hn::MulAdd(number(factor), hn::Load(d, b.data() + at), hn::Load(d, a.data() + at)), d, a.data() + at);
 }
 
+/// sum of shape_k v_k
+HWY_INLINE std::array<float, 3> value_at(const TouchedRows &point, const Aligned<float> &nodes) {
+    std::array<float, 3> value{};
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t c = 0; c < 3; ++c)
+            value[c] += point.shape[k] * nodes[4 * static_cast<std::size_t>(point.rows[k]) + c];
+    return value;
+}
+
+HWY_INLINE std::array<float, 3> pull_at(const TouchedRows &point, const std::array<float, 3> &v) {
+    const auto &[xx, xy, xz, yy, yz, zz] = point.stiffness;
+    return {xx * v[0] + xy * v[1] + xz * v[2], xy * v[0] + yy * v[1] + yz * v[2], xz * v[0] + yz * v[1] + zz * v[2]};
+}
+
+HWY_INLINE void give_to_nodes(const TouchedRows &point, float factor, const std::array<float, 3> &force,
+                              Aligned<float> &nodes) {
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t c = 0; c < 3; ++c)
+            nodes[4 * static_cast<std::size_t>(point.rows[k]) + c] += factor * point.shape[k] * force[c];
+}
+
+/// Blocks of nodes, and forces f - h K v, of what a ball touches.
+HWY_NOINLINE void linearise_touched(CorotationalRows &rows, float step) {
+    for (const auto &point : rows.touched) {
+        for (std::size_t k = 0; k < 3; ++k)
+            for (std::size_t entry = 0; entry < 6; ++entry)
+                rows.block[entry / 3][4 * static_cast<std::size_t>(point.rows[k]) + entry % 3] +=
+                    point.shape[k] * point.shape[k] * point.stiffness[entry];
+        auto force = pull_at(point, value_at(point, rows.body.velocity));
+        for (std::size_t c = 0; c < 3; ++c)
+            force[c] = point.force[c] - step * force[c];
+        give_to_nodes(point, 1.0F, force, rows.product);
+    }
+}
+
+/// Adds h^2 K p to the product.
+/// @return p . h^2 K p
+HWY_NOINLINE double multiply_touched(CorotationalRows &rows, float step) {
+    double sum = 0.0;
+    for (const auto &point : rows.touched) {
+        const auto direction = value_at(point, rows.direction), pull = pull_at(point, direction);
+        give_to_nodes(point, step * step, pull, rows.product);
+        for (std::size_t c = 0; c < 3; ++c)
+            sum += static_cast<double>(step) * step * direction[c] * pull[c];
+    }
+    return sum;
+}
+
 void take_corotational(CorotationalRows &rows, double time_step, double mass_damping, int iterations) {
     constexpr double rounding = 1e-14; // of squares: what is left then is not known
     const auto h = static_cast<float>(time_step), damping = static_cast<float>(1.0 + mass_damping * time_step);
@@ -238,12 +286,15 @@ void take_corotational(CorotationalRows &rows, double time_step, double mass_dam
     for (std::size_t k = 0; k < 2; ++k)
         sum_at_nodes(rows.body, rows.block_slots[k], rows.block[k]);
     sum_at_nodes(rows.body, rows.body.force, rows.product);
+    linearise_touched(rows, h);
     invert_blocks(rows, h, damping);
     double squared = begin_solve(rows, h, static_cast<float>(mass_damping));
     const double enough = rounding * squared;
     for (int i = 0; i < iterations && squared > enough; ++i) {
         multiply_tetrahedra(rows);
-        const double next = go_along(rows, static_cast<float>(squared / finish_product(rows, h, damping)));
+        double curvature = finish_product(rows, h, damping);
+        curvature += multiply_touched(rows, h);
+        const double next = go_along(rows, static_cast<float>(squared / curvature));
         combine_rows(rows.direction, static_cast<float>(next / squared), rows.preconditioned);
         squared = next;
     }

@@ -80,6 +80,8 @@ void take_step(PrefactoredRows &rows, double time_step, double mass_damping, int
         for (std::size_t row = 0; row < rows.place.size(); ++row)
             for (std::size_t c = 0; c < 4; ++c)
                 nodes.displacement[4 * row + c] += x[rows.place[row] + c];
+        if (rows.after_iteration)
+            rows.after_iteration();
     }
     find_velocities(nodes, rows.before, static_cast<float>(1.0 / time_step));
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <variant>
 #include <vector>
 
@@ -30,10 +31,11 @@ struct PrefactoredRows {
     /// (rows) where the row of a node is in the factor's x; behind all where it is not
     std::vector<std::int32_t> place;
     // Rows of four.
-    Aligned<float> before;    ///< displacement when a step began [m]
-    Aligned<float> predicted; ///< where nodes would be without elasticity [m]
-    Aligned<float> stiffness; ///< of inertia [N/m]
-    Aligned<float> right;     ///< right-hand sides [N]
+    Aligned<float> before;                 ///< displacement when a step began [m]
+    Aligned<float> predicted;              ///< where nodes would be without elasticity [m]
+    Aligned<float> stiffness;              ///< of inertia [N/m]
+    Aligned<float> right;                  ///< right-hand sides [N]
+    std::function<void()> after_iteration; ///< what else moves nodes; empty if there is nothing
 };
 
 /// A step as Prefactored takes it, in single precision on the vectors of the machine. Constrained nodes keep their

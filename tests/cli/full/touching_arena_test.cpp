@@ -39,13 +39,12 @@ TEST(TouchingArena, WritesForcesAndNoErrorsWhereThereIsNoReference) {
     std::filesystem::remove_all(folder);
 }
 
-TEST(TouchingArena, RefusesWhatKnowsNoContact) {
+TEST(TouchingArena, RefusesWhatGoesWithAnotherTool) {
     const auto says = [](const std::string &arguments, const std::string &what) {
         const auto refused = tests::livermark("arena " + arguments + " --output " + arena_folder("none").string());
         EXPECT_EQ(refused.status, 2);
         EXPECT_NE(refused.output.find(what), std::string::npos) << refused.output;
     };
-    says("--tool touching --method corotational_implicit lloyd", "corotational_implicit is glued only");
     says("--tool touching --solve-reference", "the reference motion knows no contact");
     says("--friction 0.3 --method lloyd", "a glued tool has no friction");
     says("--tool touching --friction -1 --method lloyd", "--friction");

@@ -189,5 +189,13 @@ TEST(Contenders, GiveTheSameBitsAgainAndLetGo) {
     }
 }
 
+/// For the card of each, see the report.
+TEST(Contenders, SayWhatTheyConvergeToAndWhatTheirUsersWouldObjectTo) {
+    for (const auto &contender : models::all_contenders()) {
+        EXPECT_FALSE(contender.converges_to.empty()) << contender.name;
+        EXPECT_TRUE(contender.objection.ends_with('.')) << contender.name;
+    }
+}
+
 } // namespace
 } // namespace livermark

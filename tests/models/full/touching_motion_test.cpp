@@ -24,16 +24,21 @@ struct TouchedMotion {
 };
 
 constexpr models::Effort small_steps{.steps = 20, .iterations = 2};
+/// Of what solves a linear system in each step.
+constexpr models::Effort few_steps{.steps = 2, .iterations = 40};
+
+models::Effort effort_for(const std::string &name) {
+    return name == "corotational_implicit" ? few_steps : small_steps;
+}
 
 TouchedMotion move_under_ball(const std::string &name, const core::Problem &problem,
-                              models::Precision precision = models::Precision::single_precision,
-                              const models::Effort &effort = small_steps) {
+                              models::Precision precision = models::Precision::single_precision) {
     const auto contenders = models::all_contenders(precision);
     const auto contender = std::ranges::find(contenders, name, &models::Contender::name);
     const auto body = contender->prepare(problem);
     const auto &motion = *problem.load_case.tool;
     const auto &mesh = problem.body->mesh;
-    const auto used = body->least_effort().value_or(effort);
+    const auto used = body->least_effort().value_or(effort_for(name));
     body->prepare_for(used);
     TouchedMotion result;
     const auto points = core::facet_points(core::contact_divisions(*problem.body, problem.load_case));
@@ -153,8 +158,9 @@ TEST(TouchingContenders, FeelFrictionWithinItsCone) {
 
 TEST(TouchingContenders, MoveInSinglePrecisionAsInDouble) {
     const auto problem = tests::slid_block(with_friction(0.3));
-    for (const char *const name : {"tled", "tled_nodal_pressure", "tled_quadratic", "vertex_block_descent",
-                                   "xpbd_springs", "xpbd_neo_hookean"}) {
+    for (const char *const name :
+         {"tled", "tled_nodal_pressure", "tled_quadratic", "vertex_block_descent", "xpbd_springs", "xpbd_neo_hookean",
+          "corotational_implicit", "projective_dynamics", "fast_mass_spring"}) {
         const auto in_single = move_under_ball(name, problem),
                    in_double = move_under_ball(name, problem, models::Precision::double_precision);
         for (const std::size_t frame : {std::size_t{6}, std::size_t{12}})
@@ -187,6 +193,24 @@ TEST(TouchingContenders, SpringsComeToRestInTheirStaticSolution) {
             }
     }
     EXPECT_EQ(num_compared, 2);
+}
+
+/// All of them, so that no method is left out where the tool touches.
+TEST(TouchingContenders, AreAllMethods) {
+    EXPECT_EQ(methods_with_contact().size(), models::all_contenders().size());
+}
+
+/// Where the ball stays, methods on linear tetrahedra come to about the same force: their energies differ by less than
+/// contact would if it were another.
+TEST(TouchingContenders, ImplicitMethodsAreAsStiffUnderABallAsExplicitOnes) {
+    auto problem = tests::slid_block(with_friction(0.3));
+    auto &motion = *problem.load_case.tool;
+    motion.slide.setZero();
+    motion.release_at = motion.slide_until = 0.4;
+    motion.num_frames = 20;
+    const double expected = move_under_ball("vertex_block_descent", problem).force.back().norm();
+    for (const char *const name : {"corotational_implicit", "projective_dynamics"})
+        EXPECT_NEAR(move_under_ball(name, problem).force.back().norm() / expected, 1.0, 0.15) << name;
 }
 
 TEST(TouchingContenders, GiveTheSameBitsAgain) {
