@@ -7,6 +7,7 @@
 
 #include "core/mesh/local_refinement.hpp"
 #include "fem_reference/hyperelastic/paths/load_path.hpp"
+#include "tests/fem_reference/half_space.hpp"
 #include "tests/fem_reference/hyperelastic_bodies.hpp"
 
 namespace livermark {
@@ -14,28 +15,7 @@ namespace livermark {
 namespace {
 
 using core::Vector3;
-
-/// A rigid ball on an elastic half-space (K. L. Johnson, Contact Mechanics, 1985, chapters 3 and 4), in metres: so
-/// shallow that strains and slopes are a hundredth.
-struct HalfSpace {
-    static constexpr double ball_radius = 1.0, depth = 1e-4, modulus = 5000.0;
-    double poisson;
-
-    double shear_modulus() const { return 0.5 * modulus / (1.0 + poisson); }
-    double contact_radius() const { return std::sqrt(ball_radius * depth); }
-    /// 4/3 E* sqrt(R) d^(3/2)
-    double force() const {
-        return 4.0 / 3.0 * modulus / (1.0 - poisson * poisson) * std::sqrt(ball_radius) * std::pow(depth, 1.5);
-    }
-    /// Far from the contact: of the force, as if at the origin, on the half-space below z = 0 (Boussinesq).
-    Vector3 far_field(const Vector3 &x) const {
-        const double depth_of_point = -x.z(), rho = x.norm();
-        const double along = depth_of_point / std::pow(rho, 3) - (1.0 - 2.0 * poisson) / (rho * (rho + depth_of_point));
-        return force() / (4.0 * std::numbers::pi * shear_modulus()) *
-               Vector3(x.x() * along, x.y() * along,
-                       -(2.0 * (1.0 - poisson) / rho + depth_of_point * depth_of_point / std::pow(rho, 3)));
-    }
-};
+using tests::HalfSpace;
 
 /// The quarter of the half-space that is left between two planes of symmetry, cut out near the contact.
 struct CutOut {
@@ -79,7 +59,7 @@ struct CutOut {
             const Vector3 &x = system.points[node];
             const bool is_outer = x.x() > size - rounding || x.y() > size - rounding || x.z() < -size + rounding;
             if (is_outer)
-                Vector3::Map(&conditions.prescribed[3 * node]) = space.far_field(x);
+                Vector3::Map(&conditions.prescribed[3 * node]) = space.pressed(space.force(), x);
             if (x.x() < rounding)
                 conditions.prescribed[3 * node] = 0.0;
             if (x.y() < rounding)
