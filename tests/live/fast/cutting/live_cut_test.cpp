@@ -302,7 +302,7 @@ TEST(LiveCut, IsRefusedInASentenceAndHarmsNothing) {
     expect({.tool = BladeCut{{Vector3(0.0, 0.0, 0.0), Vector3(1.0, 0.0, 0.0), Vector3(1.0, 0.0, 0.0),
                               Vector3(0.0, 0.0, 0.0)},
                              0.001}},
-           "no quadrilateral");
+           "do not form a quadrilateral");
     expect({.tool = BladeCut{std::get<BladeCut>(blade(0.03, 0.01).tool).corners, 0.0}}, "without thickness");
     expect_same(scene.move(box.poke(0.004), 40), quiet.move(box.poke(0.004), 40));
     scene.cut(around_lesion(0.001));
