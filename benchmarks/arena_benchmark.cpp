@@ -14,7 +14,7 @@
 #include "benchmarks/program.hpp"
 #include "core/mesh/bounding_box.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "models/tool_motion/contender.hpp"
+#include "models/tool_motion/moving_method.hpp"
 #include "support/root_folder.hpp"
 
 namespace {
@@ -45,13 +45,13 @@ core::Problem pressed(const std::string &body_name) {
 }
 
 /// Made once, however often the benchmark asks, in the order in which threads come.
-MovingScene &scene_of(const models::Contender &contender, const std::string &body, int thread) {
+MovingScene &scene_of(const models::MovingMethod &moving_method, const std::string &body, int thread) {
     static std::mutex one_at_a_time;
     static std::map<std::string, std::shared_ptr<const core::Problem>> problems;
     static std::map<std::pair<std::string, int>, MovingScene> scenes; // of one method at a time
     static std::string method;
     const std::scoped_lock lock(one_at_a_time);
-    if (const auto name = contender.name + "/" + body; name != method) {
+    if (const auto name = moving_method.name + "/" + body; name != method) {
         scenes.clear();
         method = name;
     }
@@ -61,7 +61,7 @@ MovingScene &scene_of(const models::Contender &contender, const std::string &bod
         if (!problem)
             problem = std::make_shared<const core::Problem>(pressed(body));
         scene.problem = problem;
-        scene.body = contender.prepare(*problem);
+        scene.body = moving_method.prepare(*problem);
         scene.effort = scene.body->least_effort().value_or(usual_effort);
         scene.body->prepare_for(scene.effort);
         // Step by step, as in the arena: a tool that jumps throws springs out of all bounds.
@@ -80,8 +80,8 @@ bool has_left(const MovingScene &scene) {
                                 [&](const core::Vector3 &u) { return u.lpNorm<Eigen::Infinity>() < bound; });
 }
 
-void time_frames(benchmark::State &state, const models::Contender &contender, const std::string &body) {
-    auto &scene = scene_of(contender, body, state.thread_index());
+void time_frames(benchmark::State &state, const models::MovingMethod &moving_method, const std::string &body) {
+    auto &scene = scene_of(moving_method, body, state.thread_index());
     for (auto _ : state)
         scene.advance();
     if (has_left(scene)) {
@@ -106,11 +106,11 @@ void time_frames(benchmark::State &state, const models::Contender &contender, co
 
 void register_all() {
     for (const std::string body : {"liver_healthy", "liver_refined_once"})
-        for (const auto &contender : models::all_contenders())
+        for (const auto &moving_method : models::all_moving_methods())
             for (const int threads : {1, 2})
                 benchmark::RegisterBenchmark(
-                    fmt::format("frame/{}/{}", contender.name, body).c_str(),
-                    [contender, body](benchmark::State &state) { time_frames(state, contender, body); })
+                    fmt::format("frame/{}/{}", moving_method.name, body).c_str(),
+                    [moving_method, body](benchmark::State &state) { time_frames(state, moving_method, body); })
                     ->Threads(threads)
                     ->UseRealTime()
                     ->Unit(benchmark::kMillisecond);

@@ -8,7 +8,7 @@
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
-#include "models/tool_motion/contender.hpp"
+#include "models/tool_motion/moving_method.hpp"
 #include "msm/implicit_integrators.hpp"
 #include "msm/spring_law.hpp"
 #include "studies/catalogue.hpp"
@@ -43,7 +43,7 @@ void list_spring_laws() {
 }
 
 void list_methods() {
-    for (const auto &method : models::all_contenders())
+    for (const auto &method : models::all_moving_methods())
         print_entry(method.name, fmt::format("{} [{}]", method.implementation, method.source));
 }
 

@@ -8,7 +8,7 @@
 
 #include "core/tool/ball_contact.hpp"
 #include "interactive/method.hpp"
-#include "models/tool_motion/contenders.hpp"
+#include "models/tool_motion/moving_methods.hpp"
 #include "models/tool_motion/scaled_masses.hpp"
 #include "models/tool_motion/tool_place.hpp"
 #include "msm/dynamics/time_step.hpp"
@@ -190,13 +190,13 @@ class InteractiveBody : public MovingBody {
 
 } // namespace
 
-std::vector<Contender> interactive_contenders(Precision precision) {
-    std::vector<Contender> contenders;
+std::vector<MovingMethod> interactive_moving_methods(Precision precision) {
+    std::vector<MovingMethod> moving_methods;
     const auto add = [&](const Method &method, bool is_scaled) {
         const auto &implementation = precision == Precision::double_precision && !method.in_double.empty()
                                          ? method.in_double
                                          : method.implementation;
-        contenders.push_back(
+        moving_methods.push_back(
             {.name = method.name + (is_scaled ? scaled_name : ""),
              .source = method.source + (is_scaled ? scaled_source : ""),
              .implementation = implementation + (is_scaled ? scaled_implementation : ""),
@@ -213,7 +213,7 @@ std::vector<Contender> interactive_contenders(Precision precision) {
         if (method.is_explicit && method.name != "tled_quadratic")
             add(method, true);
     }
-    return contenders;
+    return moving_methods;
 }
 
 } // namespace livermark::models

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/tool/ball_contact.hpp"
-#include "models/tool_motion/contenders.hpp"
+#include "models/tool_motion/moving_methods.hpp"
 #include "models/tool_motion/tool_place.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
@@ -165,7 +165,7 @@ class MovingSprings : public MovingBody {
     bool has_let_go_ = false;
 };
 
-Contender contender(const MovingSpringModel &model, bool is_scaled) {
+MovingMethod method(const MovingSpringModel &model, bool is_scaled) {
     const std::string on_vector_units = "vector units, single precision with a state of twice the digits";
     return {.name = model.name + (is_scaled ? scaled_name : ""),
             .source = model.source + (is_scaled ? scaled_source : ""),
@@ -255,14 +255,14 @@ std::span<const MovingSpringModel> moving_spring_models() {
     return models;
 }
 
-std::vector<Contender> spring_contenders() {
-    std::vector<Contender> contenders;
+std::vector<MovingMethod> moving_springs() {
+    std::vector<MovingMethod> methods;
     for (const auto &model : moving_spring_models()) {
-        contenders.push_back(contender(model, false));
+        methods.push_back(method(model, false));
         if (model.is_scaled)
-            contenders.push_back(contender(model, true));
+            methods.push_back(method(model, true));
     }
-    return contenders;
+    return methods;
 }
 
 } // namespace livermark::models

@@ -5,7 +5,7 @@
 
 namespace livermark::models {
 
-/// What the motions of contenders are compared with: neo-Hookean quadratic tetrahedra on the mesh refined at the rims
+/// What the motions of methods are compared with: neo-Hookean quadratic tetrahedra on the mesh refined at the rims
 /// of places, by the energy-momentum method. Records of the nodes of the mesh.
 /// @param problem          of a load case with a tool
 /// @param level            how often the mesh is refined

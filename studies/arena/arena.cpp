@@ -13,7 +13,7 @@
 #include "core/mesh/refinement.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "load_cases/readers/moving_ball.hpp"
-#include "models/tool_motion/contender.hpp"
+#include "models/tool_motion/moving_method.hpp"
 #include "results/hdf5/files/arena_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/arena/arena_run.hpp"
@@ -61,14 +61,15 @@ core::Problem on_mesh(const core::Problem &problem, int mesh) {
     return {std::make_shared<const core::Body>(std::move(parts.body)), std::move(load_case)};
 }
 
-std::vector<models::Contender> chosen_contenders(const std::vector<std::string> &names, models::Precision precision) {
-    auto contenders = models::all_contenders(precision);
+std::vector<models::MovingMethod> chosen_moving_methods(const std::vector<std::string> &names,
+                                                        models::Precision precision) {
+    auto methods = models::all_moving_methods(precision);
     for (const auto &name : names)
-        support::find_named(contenders, name, "method");
-    std::erase_if(contenders, [&](const models::Contender &contender) {
-        return names.empty() ? contender.only_when_named : std::ranges::find(names, contender.name) == names.end();
+        support::find_named(methods, name, "method");
+    std::erase_if(methods, [&](const models::MovingMethod &method) {
+        return names.empty() ? method.only_when_named : std::ranges::find(names, method.name) == names.end();
     });
-    return contenders;
+    return methods;
 }
 
 /// The same in steps of half the length; an explicit method has one of the two numbers only.
@@ -79,12 +80,12 @@ models::Effort twice(const models::Effort &effort) {
 
 /// Methods that know no contact.
 /// @throws support::InputError if one was asked for by name
-void leave_out_glued(std::vector<models::Contender> &contenders, const std::vector<std::string> &asked_for,
+void leave_out_glued(std::vector<models::MovingMethod> &methods, const std::vector<std::string> &asked_for,
                      std::vector<std::string> &notes) {
     std::vector<std::string> glued;
-    for (const auto &contender : contenders)
-        if (!contender.knows_contact)
-            glued.push_back(contender.name);
+    for (const auto &method : methods)
+        if (!method.knows_contact)
+            glued.push_back(method.name);
     if (glued.empty())
         return;
     if (!asked_for.empty())
@@ -92,7 +93,7 @@ void leave_out_glued(std::vector<models::Contender> &contenders, const std::vect
                                               fmt::join(glued, ", "), glued.size() == 1 ? "is" : "are",
                                               glued.size() == 1 ? "it" : "them"));
     notes.push_back(fmt::format("glued only, so left out where the tool touches: {}", fmt::join(glued, ", ")));
-    std::erase_if(contenders, [](const models::Contender &contender) { return !contender.knows_contact; });
+    std::erase_if(methods, [](const models::MovingMethod &method) { return !method.knows_contact; });
 }
 
 /// One of each tool, so that none takes the place of another.
@@ -101,7 +102,7 @@ std::string arena_file_of(const ArenaOptions &options) {
 }
 
 /// A method with all budgets and settings on one mesh. What has no choice of its effort moves once.
-std::vector<results::ArenaRun> run_budgets(const models::Contender &contender, const ArenaScene &scene,
+std::vector<results::ArenaRun> run_budgets(const models::MovingMethod &method, const ArenaScene &scene,
                                            const std::vector<double> &budgets) {
     std::vector<results::ArenaRun> runs;
     const auto add = [&](results::ArenaRun run, const std::string &setting, double budget, double seconds) {
@@ -111,7 +112,7 @@ std::vector<results::ArenaRun> run_budgets(const models::Contender &contender, c
             run.outcome = results::ArenaOutcome::too_slow;
         runs.push_back(std::move(run));
     };
-    const auto measured = contender.prepare(scene.problem);
+    const auto measured = method.prepare(scene.problem);
     if (const auto least = measured->least_effort()) {
         const auto add_all = [&](const results::ArenaRun &run, const char *setting) {
             for (const double budget : budgets)
@@ -119,15 +120,15 @@ std::vector<results::ArenaRun> run_budgets(const models::Contender &contender, c
             return run.outcome != results::ArenaOutcome::diverged;
         };
         // What is stable at rest need not be so where a tool has pressed the body together.
-        if (!add_all(run_contender(contender, scene, *least), stable))
-            add_all(run_contender(contender, scene, twice(*least)), half_steps);
+        if (!add_all(run_method(method, scene, *least), stable))
+            add_all(run_method(method, scene, twice(*least)), half_steps);
         return runs;
     }
     for (const auto setting : {models::Setting::one_step, models::Setting::one_iteration})
         for (const double budget : budgets) {
             const auto [effort, seconds, spread] =
                 largest_effort(*measured, *scene.problem.load_case.tool, setting, budget);
-            auto run = run_contender(contender, scene, effort);
+            auto run = run_method(method, scene, effort);
             run.calibration_spread = spread;
             add(std::move(run), models::to_string(setting), budget, seconds);
         }
@@ -135,16 +136,16 @@ std::vector<results::ArenaRun> run_budgets(const models::Contender &contender, c
 }
 
 /// A method with given numbers of iterations on one mesh.
-std::vector<results::ArenaRun> run_series(const models::Contender &contender, const ArenaScene &scene,
+std::vector<results::ArenaRun> run_series(const models::MovingMethod &method, const ArenaScene &scene,
                                           const std::vector<int> &iterations) {
     std::vector<results::ArenaRun> runs;
     const auto add = [&](const models::Effort &effort, const char *setting) {
-        runs.push_back(run_contender(contender, scene, effort));
+        runs.push_back(run_method(method, scene, effort));
         runs.back().setting = setting;
     };
     if (iterations.empty())
         return runs;
-    if (const auto least = contender.prepare(scene.problem)->least_effort()) {
+    if (const auto least = method.prepare(scene.problem)->least_effort()) {
         add(*least, stable);
         add(twice(*least), half_steps);
         return runs;
@@ -156,12 +157,12 @@ std::vector<results::ArenaRun> run_series(const models::Contender &contender, co
     return runs;
 }
 
-results::ArenaMethod texts_of(const models::Contender &contender) {
-    return {.name = contender.name,
-            .source = contender.source,
-            .implementation = contender.implementation,
-            .converges_to = contender.converges_to,
-            .objection = contender.objection};
+results::ArenaMethod texts_of(const models::MovingMethod &method) {
+    return {.name = method.name,
+            .source = method.source,
+            .implementation = method.implementation,
+            .converges_to = method.converges_to,
+            .objection = method.objection};
 }
 
 } // namespace
@@ -220,32 +221,32 @@ results::Arena empty_arena(const core::Problem &problem, const results::ToolRefe
 }
 
 ArenaResults run_arena(const ArenaOptions &options, const std::string &command_line, const ProgressReport &report) {
-    auto contenders = chosen_contenders(options.methods, options.precision);
+    auto methods = chosen_moving_methods(options.methods, options.precision);
     auto [problems, notes, left_out] = read_arena_problems(options.bodies, options.load_case, options.material);
     if (options.tool == ArenaTool::touching) {
-        leave_out_glued(contenders, options.methods, notes);
+        leave_out_glued(methods, options.methods, notes);
         for (auto &problem : problems)
             problem.load_case =
                 load_cases::with_touching_ball(std::move(problem.load_case), problem.body->mesh, options.friction);
     }
     ArenaResults done{{}, notes};
-    Steps steps(static_cast<int>(problems.size() * contenders.size() * options.meshes.size()), report);
+    Steps steps(static_cast<int>(problems.size() * methods.size() * options.meshes.size()), report);
     for (const auto &problem : problems) {
         std::optional<results::ToolReference> reference;
         if (options.tool == ArenaTool::glued || has_stored_tool_reference(problem))
             reference = stored_tool_reference(problem);
         const auto folder = make_output_folder(options.output, problem);
         auto arena = empty_arena(problem, reference ? &*reference : nullptr, command_line);
-        std::ranges::transform(contenders, std::back_inserter(arena.methods), texts_of);
+        std::ranges::transform(methods, std::back_inserter(arena.methods), texts_of);
         const auto changes = reference ? volume_changes(problem.body->mesh, reference->history) : std::vector<double>{};
         for (const int mesh : options.meshes) {
             const ArenaScene scene{on_mesh(problem, mesh), &problem.body->mesh,
                                    reference ? &reference->history : nullptr, changes};
-            for (const auto &contender : contenders) {
+            for (const auto &method : methods) {
                 steps.next(fmt::format("{} / {} tetrahedra / {}", problem.body->name,
-                                       scene.problem.body->mesh.tetrahedra.size(), contender.name));
-                std::ranges::move(run_budgets(contender, scene, options.budgets), std::back_inserter(arena.runs));
-                std::ranges::move(run_series(contender, scene, options.iterations), std::back_inserter(arena.series));
+                                       scene.problem.body->mesh.tetrahedra.size(), method.name));
+                std::ranges::move(run_budgets(method, scene, options.budgets), std::back_inserter(arena.runs));
+                std::ranges::move(run_series(method, scene, options.iterations), std::back_inserter(arena.series));
             }
         }
         results::write_arena(folder / arena_file_of(options), arena);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "meshes/io/body_reader.hpp"
-#include "models/tool_motion/contender.hpp"
+#include "models/tool_motion/moving_method.hpp"
 #include "results/records/arena.hpp"
 #include "studies/arena/arena_reference.hpp"
 #include "studies/progress.hpp"

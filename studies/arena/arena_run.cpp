@@ -80,7 +80,7 @@ std::vector<core::Deformation> shapes(const core::TetraMesh &mesh, const core::T
     return result;
 }
 
-/// Keeps the nodes of the reference of what a contender does.
+/// Keeps the nodes of the reference of what a method does.
 class Recorder {
   public:
     Recorder(const ArenaScene &scene, results::ArenaRun &run)
@@ -224,16 +224,16 @@ MeasuredEffort largest_effort(MovingBody &body, const core::ToolMotion &motion, 
             std::max(of_one.spread, of_trial.spread)};
 }
 
-results::ArenaRun run_contender(const models::Contender &contender, const ArenaScene &scene, const Effort &effort) {
+results::ArenaRun run_method(const models::MovingMethod &method, const ArenaScene &scene, const Effort &effort) {
     const auto &motion = scene.problem.load_case.tool.value();
     results::ArenaRun run;
-    run.method = contender.name;
+    run.method = method.name;
     run.tetrahedra = static_cast<int>(scene.problem.body->mesh.tetrahedra.size());
     run.steps = effort.steps;
     run.iterations = effort.iterations;
     run.smallest_jacobian = std::numeric_limits<double>::infinity();
     double start = processor_seconds();
-    const auto body = contender.prepare(scene.problem);
+    const auto body = method.prepare(scene.problem);
     body->prepare_for(effort);
     run.setup_seconds = processor_seconds() - start;
     const auto cost = body->cost(effort);

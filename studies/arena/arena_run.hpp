@@ -2,7 +2,7 @@
 
 #include "core/problem.hpp"
 #include "core/tool/tool_motion.hpp"
-#include "models/tool_motion/contender.hpp"
+#include "models/tool_motion/moving_method.hpp"
 #include "results/records/arena.hpp"
 
 namespace livermark::studies {
@@ -38,8 +38,7 @@ models::Effort effort_of(models::Setting setting, int number);
 double pressed_force(const core::ToolMotion &motion, const std::vector<core::Vector3> &force);
 
 /// Moves a method through the whole motion and judges it.
-results::ArenaRun run_contender(const models::Contender &contender, const ArenaScene &scene,
-                                const models::Effort &effort);
+results::ArenaRun run_method(const models::MovingMethod &method, const ArenaScene &scene, const models::Effort &effort);
 
 /// (F) change of volume at each field, of the mesh whose nodes they are.
 std::vector<double> volume_changes(const core::TetraMesh &mesh, const core::ToolHistory &history);

@@ -14,7 +14,7 @@
 #include "experiments/marker_field.hpp"
 #include "experiments/own_experiment.hpp"
 #include "models/model_table.hpp"
-#include "models/tool_motion/contender.hpp"
+#include "models/tool_motion/moving_method.hpp"
 #include "results/hdf5/files/experiment_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/run/solutions/output_folder.hpp"
@@ -66,7 +66,7 @@ std::string reference_of(const StatesOnMesh &states) {
 std::vector<core::Model> chosen_models(const ExperimentOptions &options, const StatesOnMesh &states,
                                        const std::string &reference) {
     auto known = models::all_models();
-    const auto methods = support::names_of(models::all_contenders());
+    const auto methods = support::names_of(models::all_moving_methods());
     const auto is_method = [&](const core::Model &model) {
         return model.only_when_named && std::ranges::find(methods, model.name) != methods.end();
     };

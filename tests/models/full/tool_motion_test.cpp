@@ -7,19 +7,19 @@
 #include "core/tool/tool_errors.hpp"
 #include "fem_reference/hyperelastic/motion/tool_motion.hpp"
 #include "models/model_table.hpp"
-#include "models/tool_motion/contender.hpp"
+#include "models/tool_motion/moving_method.hpp"
 #include "models/tool_motion/reference_motion.hpp"
 #include "tests/samples/tool_block.hpp"
 
 namespace livermark {
 namespace {
 
-/// A contender moved through the whole motion.
+/// A method moved through the whole motion.
 core::ToolHistory move(const std::string &name, const core::Problem &problem, const models::Effort &effort,
                        models::Precision precision = models::Precision::single_precision) {
-    const auto contenders = models::all_contenders(precision);
-    const auto contender = std::ranges::find(contenders, name, &models::Contender::name);
-    const auto body = contender->prepare(problem);
+    const auto methods = models::all_moving_methods(precision);
+    const auto method = std::ranges::find(methods, name, &models::MovingMethod::name);
+    const auto body = method->prepare(problem);
     const auto &motion = *problem.load_case.tool;
     core::ToolHistory history;
     const auto record = [&](int frame) {
@@ -97,7 +97,7 @@ core::Problem slower(core::Problem problem, double factor) {
 }
 
 /// They have one energy. Masses are lumped in place of consistent, which matters the less the slower the tool is.
-TEST(Contenders, TledMovesAsLinearElementsDo) {
+TEST(MovingMethods, TledMovesAsLinearElementsDo) {
     const auto fast = tests::tool_block(), slow = slower(fast, 6.0);
     const auto of_fast = compare(fast, move("tled", fast, {}), linear_elements(fast, 32));
     const auto of_slow = compare(slow, move("tled", slow, {}), linear_elements(slow, 64));
@@ -107,7 +107,7 @@ TEST(Contenders, TledMovesAsLinearElementsDo) {
 }
 
 /// As above, with the elements of second order that the reference is made of.
-TEST(Contenders, QuadraticTetrahedraMoveAsQuadraticElementsDo) {
+TEST(MovingMethods, QuadraticTetrahedraMoveAsQuadraticElementsDo) {
     const auto fast = tests::tool_block(), slow = slower(fast, 6.0);
     const auto elements = [](const core::Problem &problem, int steps_per_frame) {
         return hyperelastic::move_tool(problem, hyperelastic::material_law("neo_hookean"), 2, steps_per_frame,
@@ -121,7 +121,7 @@ TEST(Contenders, QuadraticTetrahedraMoveAsQuadraticElementsDo) {
 }
 
 /// Methods of one energy, with steps and iterations enough, move alike.
-TEST(Contenders, MoveAsTheirEnergyDoesOnceStepsAndIterationsAreEnough) {
+TEST(MovingMethods, MoveAsTheirEnergyDoesOnceStepsAndIterationsAreEnough) {
     const auto problem = tests::tool_block();
     const models::Effort effort{.steps = 64, .iterations = 30};
     const auto descended = move("vertex_block_descent", problem, effort);
@@ -133,7 +133,7 @@ TEST(Contenders, MoveAsTheirEnergyDoesOnceStepsAndIterationsAreEnough) {
 }
 
 /// Softer than linear elements, which lock: near the elements of second order.
-TEST(Contenders, SpringsAreNearerToTheReferenceThanLinearElements) {
+TEST(MovingMethods, SpringsAreNearerToTheReferenceThanLinearElements) {
     const auto problem = tests::tool_block();
     const auto reference = models::reference_motion(problem, 0, 8);
     const auto springs = compare(problem, move("nodal_neo_hookean", problem, {}), reference);
@@ -143,7 +143,7 @@ TEST(Contenders, SpringsAreNearerToTheReferenceThanLinearElements) {
 }
 
 /// Press, slide and release, with damping.
-TEST(Contenders, MoveInSinglePrecisionAsInDouble) {
+TEST(MovingMethods, MoveInSinglePrecisionAsInDouble) {
     const auto problem = tests::tool_block();
     for (const char *const name :
          {"corotational_implicit", "fast_mass_spring", "projective_dynamics", "tled", "tled_nodal_pressure",
@@ -160,8 +160,9 @@ TEST(Contenders, MoveInSinglePrecisionAsInDouble) {
 }
 
 /// What the list of methods says of their code is true of what moves.
-TEST(Contenders, SayWhichPrecisionTheyHave) {
-    const auto fast = models::all_contenders(), slow = models::all_contenders(models::Precision::double_precision);
+TEST(MovingMethods, SayWhichPrecisionTheyHave) {
+    const auto fast = models::all_moving_methods(),
+               slow = models::all_moving_methods(models::Precision::double_precision);
     ASSERT_EQ(fast.size(), slow.size());
     std::set<std::string> differ;
     for (std::size_t c = 0; c < fast.size(); ++c) {
@@ -175,25 +176,25 @@ TEST(Contenders, SayWhichPrecisionTheyHave) {
                                      "tled_quadratic", "vertex_block_descent", "xpbd_neo_hookean", "xpbd_springs"}));
 }
 
-TEST(Contenders, GiveTheSameBitsAgainAndLetGo) {
+TEST(MovingMethods, GiveTheSameBitsAgainAndLetGo) {
     const auto problem = tests::tool_block();
-    for (const auto &contender : models::all_contenders()) {
+    for (const auto &method : models::all_moving_methods()) {
         const models::Effort effort{.steps = 4, .iterations = 4};
-        const auto once = move(contender.name, problem, effort), again = move(contender.name, problem, effort);
-        EXPECT_EQ(once.displacement, again.displacement) << contender.name;
-        EXPECT_GT(once.force[10].norm(), 0.0) << contender.name;
-        EXPECT_EQ(once.force.back(), core::Vector3::Zero()) << contender.name;
-        const auto body = contender.prepare(problem);
-        EXPECT_GT(body->cost(effort).element_passes, 0.0) << contender.name;
-        EXPECT_GT(body->cost(effort).bytes_per_element, 0.0) << contender.name;
+        const auto once = move(method.name, problem, effort), again = move(method.name, problem, effort);
+        EXPECT_EQ(once.displacement, again.displacement) << method.name;
+        EXPECT_GT(once.force[10].norm(), 0.0) << method.name;
+        EXPECT_EQ(once.force.back(), core::Vector3::Zero()) << method.name;
+        const auto body = method.prepare(problem);
+        EXPECT_GT(body->cost(effort).element_passes, 0.0) << method.name;
+        EXPECT_GT(body->cost(effort).bytes_per_element, 0.0) << method.name;
     }
 }
 
 /// For the card of each, see the report.
-TEST(Contenders, SayWhatTheyConvergeToAndWhatTheirUsersWouldObjectTo) {
-    for (const auto &contender : models::all_contenders()) {
-        EXPECT_FALSE(contender.converges_to.empty()) << contender.name;
-        EXPECT_TRUE(contender.objection.ends_with('.')) << contender.name;
+TEST(MovingMethods, SayWhatTheyConvergeToAndWhatTheirUsersWouldObjectTo) {
+    for (const auto &method : models::all_moving_methods()) {
+        EXPECT_FALSE(method.converges_to.empty()) << method.name;
+        EXPECT_TRUE(method.objection.ends_with('.')) << method.name;
     }
 }
 

@@ -8,7 +8,7 @@
 #include "core/tool/ball_contact.hpp"
 #include "core/tool/tool_motion.hpp"
 #include "models/model_table.hpp"
-#include "models/tool_motion/contender.hpp"
+#include "models/tool_motion/moving_method.hpp"
 #include "tests/samples/touched_block.hpp"
 
 namespace livermark {
@@ -16,7 +16,7 @@ namespace {
 
 using core::Vector3;
 
-/// What a contender does under a ball, frame by frame.
+/// What a method does under a ball, frame by frame.
 struct TouchedMotion {
     std::vector<Vector3> force;                                ///< (K) of the body on the ball [N]
     std::vector<std::vector<Vector3>> displacement;            ///< (K, N) [m]
@@ -33,9 +33,9 @@ models::Effort effort_for(const std::string &name) {
 
 TouchedMotion move_under_ball(const std::string &name, const core::Problem &problem,
                               models::Precision precision = models::Precision::single_precision) {
-    const auto contenders = models::all_contenders(precision);
-    const auto contender = std::ranges::find(contenders, name, &models::Contender::name);
-    const auto body = contender->prepare(problem);
+    const auto methods = models::all_moving_methods(precision);
+    const auto method = std::ranges::find(methods, name, &models::MovingMethod::name);
+    const auto body = method->prepare(problem);
     const auto &motion = *problem.load_case.tool;
     const auto &mesh = problem.body->mesh;
     const auto used = body->least_effort().value_or(effort_for(name));
@@ -70,9 +70,9 @@ TouchedMotion move_under_ball(const std::string &name, const core::Problem &prob
 
 std::vector<std::string> methods_with_contact() {
     std::vector<std::string> names;
-    for (const auto &contender : models::all_contenders())
-        if (contender.knows_contact)
-            names.push_back(contender.name);
+    for (const auto &method : models::all_moving_methods())
+        if (method.knows_contact)
+            names.push_back(method.name);
     return names;
 }
 
@@ -102,7 +102,7 @@ tests::TouchedBlock with_friction(double friction) {
 }
 
 /// Points of facets are inside the ball by what the penalty lets them: a sixth of the press on this mesh.
-TEST(TouchingContenders, KeepFacetsOutOfTheBallAndArePushedOnly) {
+TEST(TouchingMethods, KeepFacetsOutOfTheBallAndArePushedOnly) {
     for (const double friction : {0.0, 0.3}) {
         const auto problem = tests::slid_block(with_friction(friction));
         const auto &motion = *problem.load_case.tool;
@@ -121,7 +121,7 @@ TEST(TouchingContenders, KeepFacetsOutOfTheBallAndArePushedOnly) {
 }
 
 /// A ball that goes away again takes nothing with it.
-TEST(TouchingContenders, DoNotStickToABallThatGoesAway) {
+TEST(TouchingMethods, DoNotStickToABallThatGoesAway) {
     auto problem = tests::slid_block(with_friction(0.3));
     auto &motion = *problem.load_case.tool;
     motion.slide = {0.0, 0.0, 8e-3}; // out of the body, by more than it came in
@@ -145,7 +145,7 @@ TEST(TouchingContenders, DoNotStickToABallThatGoesAway) {
     }
 }
 
-TEST(TouchingContenders, FeelFrictionWithinItsCone) {
+TEST(TouchingMethods, FeelFrictionWithinItsCone) {
     const auto none = tests::slid_block(with_friction(0.0), 8e-3), some = tests::slid_block(with_friction(0.2), 8e-3);
     for (const auto &name : methods_with_contact()) {
         const double smooth = slide_ratio(none, move_under_ball(name, none));
@@ -156,7 +156,7 @@ TEST(TouchingContenders, FeelFrictionWithinItsCone) {
     }
 }
 
-TEST(TouchingContenders, MoveInSinglePrecisionAsInDouble) {
+TEST(TouchingMethods, MoveInSinglePrecisionAsInDouble) {
     const auto problem = tests::slid_block(with_friction(0.3));
     for (const char *const name :
          {"tled", "tled_nodal_pressure", "tled_quadratic", "vertex_block_descent", "xpbd_springs", "xpbd_neo_hookean",
@@ -171,7 +171,7 @@ TEST(TouchingContenders, MoveInSinglePrecisionAsInDouble) {
 }
 
 /// Where the ball stays long enough, springs come to rest under it as in their equilibrium.
-TEST(TouchingContenders, SpringsComeToRestInTheirStaticSolution) {
+TEST(TouchingMethods, SpringsComeToRestInTheirStaticSolution) {
     auto problem = tests::slid_block();
     auto &motion = *problem.load_case.tool;
     motion.slide.setZero();
@@ -196,13 +196,13 @@ TEST(TouchingContenders, SpringsComeToRestInTheirStaticSolution) {
 }
 
 /// All of them, so that no method is left out where the tool touches.
-TEST(TouchingContenders, AreAllMethods) {
-    EXPECT_EQ(methods_with_contact().size(), models::all_contenders().size());
+TEST(TouchingMethods, AreAllMethods) {
+    EXPECT_EQ(methods_with_contact().size(), models::all_moving_methods().size());
 }
 
 /// Where the ball stays, methods on linear tetrahedra come to about the same force: their energies differ by less than
 /// contact would if it were another.
-TEST(TouchingContenders, ImplicitMethodsAreAsStiffUnderABallAsExplicitOnes) {
+TEST(TouchingMethods, ImplicitMethodsAreAsStiffUnderABallAsExplicitOnes) {
     auto problem = tests::slid_block(with_friction(0.3));
     auto &motion = *problem.load_case.tool;
     motion.slide.setZero();
@@ -213,7 +213,7 @@ TEST(TouchingContenders, ImplicitMethodsAreAsStiffUnderABallAsExplicitOnes) {
         EXPECT_NEAR(move_under_ball(name, problem).force.back().norm() / expected, 1.0, 0.15) << name;
 }
 
-TEST(TouchingContenders, GiveTheSameBitsAgain) {
+TEST(TouchingMethods, GiveTheSameBitsAgain) {
     const auto problem = tests::slid_block(with_friction(0.3));
     for (const auto &name : methods_with_contact())
         EXPECT_EQ(move_under_ball(name, problem).force, move_under_ball(name, problem).force) << name;

@@ -66,7 +66,7 @@ enum class Setting {
 const char *to_string(Setting setting);
 
 /// A method in the arena.
-struct Contender {
+struct MovingMethod {
     std::string name;
     std::string source;         ///< literature reference
     std::string implementation; ///< one line: how good it is, and its number format
@@ -82,6 +82,6 @@ using livermark::interactive::Precision;
 
 /// All that there are: springs on the fastest kernels, then interactive methods.
 /// @param precision  of interactive methods that have both
-std::vector<Contender> all_contenders(Precision precision = Precision::single_precision);
+std::vector<MovingMethod> all_moving_methods(Precision precision = Precision::single_precision);
 
 } // namespace livermark::models

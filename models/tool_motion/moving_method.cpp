@@ -1,0 +1,20 @@
+#include "models/tool_motion/moving_method.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include "models/tool_motion/moving_methods.hpp"
+
+namespace livermark::models {
+
+const char *to_string(Setting setting) {
+    return setting == Setting::one_step ? "one step" : "one iteration";
+}
+
+std::vector<MovingMethod> all_moving_methods(Precision precision) {
+    auto methods = moving_springs();
+    std::ranges::move(interactive_moving_methods(precision), std::back_inserter(methods));
+    return methods;
+}
+
+} // namespace livermark::models
