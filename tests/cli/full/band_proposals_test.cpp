@@ -134,10 +134,10 @@ TEST_F(BandsCommand, SaysWhichLineAChangedEntryHas) {
     write_bands("[[group]]\norigin = 'x'\nmargin = 0.002\n[group.relative_l2.box]\nsprings = {pull = 0.25}\n");
     const auto said = bands("--model springs");
     EXPECT_EQ(said.status, 0) << said.output;
-    EXPECT_NE(said.output.find(bands_file().string() +
-                               ":5: box under pull: springs had 25.00 +- 0.20 % and now has 30.00 %; take the old one "
-                               "out"),
-              std::string::npos)
+    EXPECT_NE(
+        said.output.find(bands_file().string() +
+                         ":5: box under pull: springs had 25.00 +- 0.20 % and now has 30.00 %; remove the old line"),
+        std::string::npos)
         << said.output;
     EXPECT_NE(said.output.find("springs = { pull = 0.3 }"), std::string::npos) << said.output;
     EXPECT_EQ(said.output.find("stiffer"), std::string::npos) << said.output;

@@ -81,7 +81,7 @@ TEST(ScratchFolder, SaysThatTmpdirIsWrong) {
         const ScratchFolder scratch;
         ADD_FAILURE() << scratch.path;
     } catch (const InputError &error) {
-        EXPECT_NE(std::string(error.what()).find("TMPDIR: '/nowhere/of/somebody' is no folder"), std::string::npos)
+        EXPECT_NE(std::string(error.what()).find("TMPDIR: '/nowhere/of/somebody' is not a folder"), std::string::npos)
             << error.what();
     }
     if (before)
