@@ -2,24 +2,18 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { frames, pixels, shippedFolder, startBrowser, startServer } from '../browser.mjs';
+import { frames, pixels } from '../browser.mjs';
 import { bodyOf, frameOf, noReplay, playNatively, startHarness } from '../springs.mjs';
-import { createLivePage } from './live_page.mjs';
+import { startLivePage } from './live_page.mjs';
 import { isClosed, randomCuts, randomNumbers } from './random_cuts.mjs';
 
-let shipped, server, browser, live;
+let site, shipped, browser, live;
 
 before(async () => {
-  shipped = shippedFolder('liver_tumours');
-  server = await startServer(shipped.folder);
-  browser = await startBrowser();
-  live = createLivePage(browser, `${server.address}#${encodeURIComponent('liver_tumours/palpation.h5')}`);
+  site = await startLivePage();
+  ({ shipped, browser, live } = site);
 });
-after(async () => {
-  await browser?.close();
-  await server?.stop();
-  shipped?.remove();
-});
+after(() => site?.stop());
 
 /** As red as the wound is under any light and behind glass, and nothing else of the picture but arrows. */
 const red = ([r, g, b]) => r > 80 && r > 1.7 * g && r > 1.3 * b;

@@ -1,6 +1,26 @@
 // The live page in a browser, as tests handle it. Machines that run tests are slow and draw in software, so nothing here asks how
 // fast it goes.
 import { readFileSync } from 'node:fs';
+import { shippedFolder, startBrowser, startServer } from '../browser.mjs';
+
+/** A server with a result of the liver with tumours, a browser, and the live page of that file; stop() ends all. */
+export async function startLivePage() {
+  const site = { shipped: shippedFolder('liver_tumours') };
+  site.stop = async () => {
+    await site.browser?.close();
+    await site.server?.stop();
+    site.shipped.remove();
+  };
+  try {
+    site.server = await startServer(site.shipped.folder);
+    site.browser = await startBrowser();
+  } catch (error) {
+    await site.stop();
+    throw error;
+  }
+  site.live = createLivePage(site.browser, `${site.server.address}#${encodeURIComponent('liver_tumours/palpation.h5')}`);
+  return site;
+}
 
 /** @param browser  of startBrowser() @param address  of the page with its file */
 export function createLivePage(browser, address) {

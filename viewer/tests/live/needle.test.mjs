@@ -2,23 +2,17 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { frames, pixels, shippedFolder, startBrowser, startServer } from '../browser.mjs';
-import { createLivePage } from './live_page.mjs';
+import { frames, pixels } from '../browser.mjs';
+import { startLivePage } from './live_page.mjs';
 import { bodyOf } from '../springs.mjs';
 
-let shipped, server, browser, live;
+let site, shipped, live;
 
 before(async () => {
-  shipped = shippedFolder('liver_tumours');
-  server = await startServer(shipped.folder);
-  browser = await startBrowser();
-  live = createLivePage(browser, `${server.address}#${encodeURIComponent('liver_tumours/palpation.h5')}`);
+  site = await startLivePage();
+  ({ shipped, live } = site);
 });
-after(async () => {
-  await browser?.close();
-  await server?.stop();
-  shipped?.remove();
-});
+after(() => site?.stop());
 
 const needle = (name) => live.value(`needle-${name}`);
 const takeNeedle = async () => {

@@ -1,22 +1,16 @@
 // What the live page draws and says: colours that follow, an arrow with a scale, values at a node, springs beside finite elements.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { frames, pixels, shippedFolder, startBrowser, startServer } from '../browser.mjs';
-import { createLivePage } from './live_page.mjs';
+import { frames, pixels } from '../browser.mjs';
+import { startLivePage } from './live_page.mjs';
 
-let shipped, server, browser, live;
+let site, server, live;
 
 before(async () => {
-  shipped = shippedFolder('liver_tumours');
-  server = await startServer(shipped.folder);
-  browser = await startBrowser();
-  live = createLivePage(browser, `${server.address}#${encodeURIComponent('liver_tumours/palpation.h5')}`);
+  site = await startLivePage();
+  ({ server, live } = site);
 });
-after(async () => {
-  await browser?.close();
-  await server?.stop();
-  shipped?.remove();
-});
+after(() => site?.stop());
 
 const legendEnd = async () => Number(await live.page.locator('#live-legend .numbers').getAttribute('data-end'));
 const canvasBox = () => live.page.locator('#live-stage canvas').boundingBox();

@@ -1,22 +1,15 @@
 // A body that nobody touches comes to rest, and the live page then does nothing; and it goes back to before the last tool.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { shippedFolder, startBrowser, startServer } from '../browser.mjs';
-import { createLivePage } from './live_page.mjs';
+import { startLivePage } from './live_page.mjs';
 
-let shipped, server, browser, live;
+let site, live;
 
 before(async () => {
-  shipped = shippedFolder('liver_tumours');
-  server = await startServer(shipped.folder);
-  browser = await startBrowser();
-  live = createLivePage(browser, `${server.address}#${encodeURIComponent('liver_tumours/palpation.h5')}`);
+  site = await startLivePage();
+  ({ live } = site);
 });
-after(async () => {
-  await browser?.close();
-  await server?.stop();
-  shipped?.remove();
-});
+after(() => site?.stop());
 
 /** Steps, pictures and frames of the screen that are asked for in a second, or until a slow machine has drawn. */
 const workInASecond = ({ untilDrawn = false } = {}) =>
