@@ -76,7 +76,8 @@ int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions opti
     if (options.tool == studies::ArenaTool::glued && options.friction > 0.0)
         throw support::InputError("a glued tool has no friction; add --tool touching, or leave --friction out");
     std::ranges::sort(options.iterations);
-    options.iterations.erase(std::ranges::unique(options.iterations).begin(), options.iterations.end());
+    options.iterations.erase(std::unique(options.iterations.begin(), options.iterations.end()),
+                             options.iterations.end());
     options.bodies = with_images_meshed(options.bodies, command_line);
     options.budgets.clear();
     for (const double budget : sorted_once(command.budgets))

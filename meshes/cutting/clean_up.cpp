@@ -149,7 +149,7 @@ class CleanUp {
 
     /// What has to go at a pinched node: the smaller parts that an edge or the node alone joins to the rest, or all.
     std::vector<int> hanging_at(int node, const std::vector<int> &piece) const {
-        const auto star = star_in(piece, node);
+        auto star = star_in(piece, node);
         if (star.empty())
             return star;
         const auto joins = [&](int t, std::size_t k) { return is_joined(t, k); };

@@ -103,7 +103,7 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
 }
 
 std::string legend(std::span<const Result> results) {
-    const std::string expected =
+    std::string expected =
         has_bands(results) ? "\nas expected: whether L2 is in its band of results/error_bands.toml\n" : "";
     for (const Result &result : results)
         for (const ModelResult &model : result.models)

@@ -151,7 +151,7 @@ HWY_INLINE void go_backwards(FactorRows &rows, const Panel &panel) {
 }
 
 /// x <- (P A P^T)^-1 x
-HWY_NOINLINE void solve(FactorRows &rows) {
+inline HWY_NOINLINE void solve(FactorRows &rows) {
     for (const auto &panel : rows.panels)
         go_forwards(rows, panel);
     for (std::size_t p = rows.panels.size(); p-- > 0;)
