@@ -34,7 +34,7 @@ std::vector<std::filesystem::path> load_case_files_of(std::vector<std::string> w
         std::filesystem::exists(slow_folder) ? support::list_toml(slow_folder) : std::vector<std::string>{};
     for (auto &name : wanted)
         if (std::ranges::find(slow, name) != slow.end())
-            name = (slow_folder / (name + ".toml")).string();
+            name = (slow_folder / fmt::format("{}.toml", name)).string();
     return find_toml_files(wanted, load_cases_folder, "load case");
 }
 

@@ -54,7 +54,7 @@ std::map<int, int> add_outer_nodes(core::TetraMesh &mesh, const std::vector<int>
 /// A prism over a facet in three tetrahedra that fit those of its neighbours: diagonals start at the lower number.
 /// (J. Dompierre et al. 1999, How to subdivide pyramids, prisms and hexahedra into tetrahedra, CERCA R99-78)
 std::array<std::array<int, 4>, 3> prism(std::array<int, 3> corners, const std::map<int, int> &outer) {
-    std::ranges::rotate(corners, std::ranges::min_element(corners));
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
     const auto [a, b, c] = corners;
     const int over_a = outer.at(a), over_b = outer.at(b), over_c = outer.at(c);
     if (b < c)
