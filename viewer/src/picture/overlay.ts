@@ -38,7 +38,8 @@ function text(x: number, y: number, anchor: 'start' | 'middle' | 'end', content:
 function axes({ camera, views, isAnatomical, colours }: Written): SVGElement[] {
   const view = views[0]!;
   const axisLength = view.width < 400 ? 20 : 30; // [CSS pixels]
-  const [x, y] = [view.x + 14 + 1.4 * axisLength, view.y + view.height - 18 - 1.1 * axisLength];
+  const room = 38; // for the name of an axis that points to the left [CSS pixels]
+  const [x, y] = [view.x + room + 1.15 * axisLength, view.y + view.height - 18 - 1.1 * axisLength];
   const toCamera = camera.matrixWorldInverse;
   const drawn = [0, 1, 2].map((axis) => {
     const along = new three.Vector3().setComponent(axis, 1).transformDirection(toCamera);
