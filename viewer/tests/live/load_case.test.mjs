@@ -37,19 +37,24 @@ function forceOfRun(body, model, { middle, radius, way }) {
   }
 }
 
+/** Opens Live. Seconds of motion take long where the page does all by itself, and the server moves the same springs. */
+async function movedByServer(live) {
+  await live.open();
+  const { page } = live;
+  await page.check('#mode [value=live]', { force: true });
+  await live.moving();
+  await page.selectOption('#live-engine', 'native');
+  await page.waitForFunction(() => document.querySelector('#live').dataset.state === 'starting');
+  await live.moving();
+  return page;
+}
+
 async function agreesWithRun(t, body) {
   const shipped = shippedFolder(body);
   const server = await startServer(shipped.folder);
   const live = createLivePage(browser, `${server.address}#${encodeURIComponent(`${body}/palpation.h5`)}`);
   try {
-    await live.open();
-    const { page } = live;
-    await page.check('#mode [value=live]', { force: true });
-    await live.moving();
-    // Seconds of motion take long where the page does all by itself, and the server moves the same springs.
-    await page.selectOption('#live-engine', 'native');
-    await page.waitForFunction(() => document.querySelector('#live').dataset.state === 'starting');
-    await live.moving();
+    const page = await movedByServer(live);
     const model = await page.locator('#live-law').inputValue();
     assert.equal(await live.value('radius-shown'), 0.012, 'a finger at first');
     await live.set('alpha', '40');
@@ -81,13 +86,7 @@ test('a contact that is smaller than an edge is said in a sentence, and what fin
   const server = await startServer(shipped.folder);
   const live = createLivePage(browser, `${server.address}#${encodeURIComponent('liver_healthy/palpation.h5')}`);
   try {
-    await live.open();
-    const { page } = live;
-    await page.check('#mode [value=live]', { force: true });
-    await live.moving();
-    await page.selectOption('#live-engine', 'native');
-    await page.waitForFunction(() => document.querySelector('#live').dataset.state === 'starting');
-    await live.moving();
+    const page = await movedByServer(live);
     await live.set('alpha', '40');
     await page.check('#live-fem');
     await page.check('#live-stays');
