@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace livermark::hyperelastic {
@@ -37,7 +39,13 @@ EquilibriumSearch::EquilibriumSearch(PathSystem &system, int num_constraints, co
                                      FollowedPath &result)
     : system_(system), conditions_(system.conditions()), path_(path), result_(result),
       num_constraints_(num_constraints), is_free_(free_of(conditions_.prescribed)),
-      rounding_force_(100.0 * std::numeric_limits<double>::epsilon() * system.pressure_scale() * system.volume()) {}
+      rounding_force_(100.0 * std::numeric_limits<double>::epsilon() * system.pressure_scale() * system.volume()) {
+    const auto named = [&](int constraint) { return constraint < num_constraints_; };
+    const auto *ball = system.ball();
+    if (!std::ranges::all_of(conditions_.constraint, named) || (ball && !named(ball->tool().constraint)))
+        throw std::invalid_argument("a force belongs to a constraint beyond the " + std::to_string(num_constraints_) +
+                                    " that are asked for");
+}
 
 bool EquilibriumSearch::begin() {
     system_.assemble(system_.rest(), 0.0);

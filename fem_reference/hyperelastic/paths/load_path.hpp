@@ -66,6 +66,7 @@ struct FollowedPath {
 ///   the path is what friction goes by, whatever steps it takes to follow it. No place presses then
 /// @return status not_converged, with the points as far as it came, if steps became too short or if the constraints
 ///   leave the body free to move
+/// @throws std::invalid_argument if a constraint in the conditions or of the ball is none of the P
 FollowedPath follow(const Elements &elements, const fem_reference::DofConditions &conditions, int num_constraints,
                     std::span<const double> follower_pressure, const LoadPath &path = {}, TouchingBall *ball = nullptr);
 

@@ -144,6 +144,11 @@ TEST(HyperelasticPath, RefusesWhatHasNoSolution) {
                  std::invalid_argument);
     EXPECT_THROW(hyperelastic::solve(problem, neo_hookean(), tests::hyperelastic_kinds[0], {}, std::vector{1.0}),
                  std::invalid_argument);
+    const hyperelastic::Elements elements(bar.body, 1, fem_reference::Formulation::displacement, neo_hookean(),
+                                          hyperelastic::TetrahedronRule::one_point);
+    const auto conditions = fem_reference::dof_conditions(bar.clamped, elements.system());
+    EXPECT_THROW(hyperelastic::follow(elements, conditions, 0, {}), std::invalid_argument)
+        << "the reaction of the clamped end has no place in the result";
 }
 
 } // namespace livermark

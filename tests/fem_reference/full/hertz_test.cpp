@@ -80,7 +80,8 @@ Found solve(const CutOut &cut) {
                                           hyperelastic::TetrahedronRule::four_points);
     hyperelastic::TouchingBall ball(elements.system(), *cut.problem.body, cut.problem.load_case);
     const auto conditions = cut.conditions(elements.system());
-    return {hyperelastic::follow(elements, conditions, 1, {}, {.fractions = {1.0}, .tolerance = 1e-7}, &ball),
+    return {hyperelastic::follow(elements, conditions, cut.problem.load_case.num_constraints(), {},
+                                 {.fractions = {1.0}, .tolerance = 1e-7}, &ball),
             3 * elements.system().points.size()};
 }
 

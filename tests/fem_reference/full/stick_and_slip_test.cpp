@@ -160,8 +160,8 @@ TEST(StickAndSlip, OfADraggedBallIsThatOfCattaneoAndMindlin) {
     // Friction has no multipliers: a soft penalty would let points that stick go along.
     hyperelastic::TouchingBall ball(elements.system(), *problem.body, problem.load_case, {.stiffness = 400.0});
     const auto path = hyperelastic::follow(
-        elements, prescribed(elements.system(), [&](const Vector3 &x) { return half.displacement(x); }), 1, {},
-        {.fractions = {1.0}, .tolerance = 1e-7}, &ball);
+        elements, prescribed(elements.system(), [&](const Vector3 &x) { return half.displacement(x); }),
+        problem.load_case.num_constraints(), {}, {.fractions = {1.0}, .tolerance = 1e-7}, &ball);
     ASSERT_EQ(path.status, core::SolutionStatus::ok) << path.message;
     const auto &touch = path.points.back().touch;
     const double pressed = -2.0 * touch.force.z() / half.space.force() - 1.0;
