@@ -22,7 +22,7 @@
 #include "segmentation/surfaces/surface_file.hpp"
 #include "support/input_error.hpp"
 #include "tests/child.hpp"
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::tests {
 

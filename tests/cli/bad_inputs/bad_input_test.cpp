@@ -7,7 +7,7 @@
 #include "support/whole_file.hpp"
 
 #include "tests/cli/bad_inputs/bad_inputs.hpp"
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::tests {
 

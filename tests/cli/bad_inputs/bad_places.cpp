@@ -2,7 +2,7 @@
 
 #include "results/hdf5/result_file.hpp"
 #include "tests/cli/bad_inputs/bad_inputs.hpp"
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::tests {
 

@@ -13,11 +13,11 @@
 #include "studies/report/report_data.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/samples/sample_experiment.hpp"
-#include "tests/samples/sample_needles.hpp"
-#include "tests/samples/sample_result.hpp"
-#include "tests/samples/sample_sensitivity.hpp"
-#include "tests/samples/sample_timings.hpp"
+#include "tests/samples/records/sample_experiment.hpp"
+#include "tests/samples/records/sample_needles.hpp"
+#include "tests/samples/records/sample_result.hpp"
+#include "tests/samples/records/sample_sensitivity.hpp"
+#include "tests/samples/records/sample_timings.hpp"
 
 namespace livermark::studies {
 namespace {

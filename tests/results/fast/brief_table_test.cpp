@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <memory>
 
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::results {
 namespace {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "results/tables/large_table.hpp"
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::results {
 namespace {
@@ -55,7 +55,7 @@ TEST(ForceCurves, HaveTheWayOfALoadAlongIt) {
         for (std::size_t k = 0; k < path.size(); ++k) {
             EXPECT_NEAR(curves[m].force[k], load_case.path[k] * area * traction.norm(), 1e-12 * area * traction.norm());
             // The displacement of a node is a number times its place and a constant, see
-            // tests/samples/sample_result.cpp.
+            // tests/samples/records/sample_result.cpp.
             const auto &u = path[k].displacement;
             const auto &points = body->mesh.points;
             const core::Vector3 first = u[0].cast<double>();

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <memory>
 
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::results {

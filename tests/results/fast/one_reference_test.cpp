@@ -9,7 +9,7 @@
 #include "results/records/cohort.hpp"
 #include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::results {
 namespace {

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "results/tables/table_layout.hpp"
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::results {
 namespace {

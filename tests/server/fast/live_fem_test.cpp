@@ -22,7 +22,7 @@
 #include "results/hdf5/result_file.hpp"
 #include "server/sessions/shared_fem.hpp"
 #include "support/input_error.hpp"
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {

@@ -14,7 +14,7 @@
 #include "results/hdf5/result_files.hpp"
 #include "server/remembered.hpp"
 #include "server/token.hpp"
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::server {
 namespace {

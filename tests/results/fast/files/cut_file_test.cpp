@@ -7,7 +7,7 @@
 #include "results/tables/studies/cut_table.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/samples/sample_cut.hpp"
+#include "tests/samples/records/sample_cut.hpp"
 
 namespace livermark::results {
 namespace {

@@ -10,7 +10,7 @@
 #include "results/tables/studies/arena_table.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/samples/sample_arena.hpp"
+#include "tests/samples/records/sample_arena.hpp"
 #include "tests/samples/tool_block.hpp"
 
 namespace livermark::results {

@@ -1,4 +1,4 @@
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 
 #include <array>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include "models/model_table.hpp"
 #include "results/hdf5/files/stability_file.hpp"
 #include "support/input_error.hpp"
-#include "tests/samples/sample_calibration.hpp"
+#include "tests/samples/records/sample_calibration.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {

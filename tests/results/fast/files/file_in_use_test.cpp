@@ -10,7 +10,7 @@
 #include "results/hdf5/result_files.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::results {
 namespace {

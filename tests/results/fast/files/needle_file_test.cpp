@@ -9,7 +9,7 @@
 #include "results/tables/studies/needle_table.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/samples/sample_needles.hpp"
+#include "tests/samples/records/sample_needles.hpp"
 
 namespace livermark::results {
 namespace {

@@ -15,7 +15,7 @@
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/same_bits.hpp"
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::results {
 namespace {

@@ -9,7 +9,7 @@
 #include "support/whole_file.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/samples/sample_experiment.hpp"
+#include "tests/samples/records/sample_experiment.hpp"
 
 namespace livermark::results {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "results/quantile.hpp"
 #include "support/input_error.hpp"
-#include "tests/samples/sample_timings.hpp"
+#include "tests/samples/records/sample_timings.hpp"
 
 namespace livermark::results {
 namespace {

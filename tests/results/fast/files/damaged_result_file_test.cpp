@@ -10,7 +10,7 @@
 #include "results/hdf5/result_file.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/samples/sample_result.hpp"
+#include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::results {
 namespace {

@@ -9,7 +9,7 @@
 #include "results/provenance.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/samples/sample_cohort.hpp"
+#include "tests/samples/records/sample_cohort.hpp"
 
 namespace livermark::results {
 namespace {
