@@ -154,8 +154,11 @@ std::string prick(Scene &scene, Numbers &numbers) {
          {reading.depth, reading.tip, reading.force, reading.tip_force, static_cast<double>(reading.is_punctured)})
         append(bytes, number);
     append_vector(bytes, reading.target);
-    for (const double number : {reading.work.hand, reading.work.friction, reading.work.tearing})
+    for (const double number :
+         {reading.work.hand, reading.work.friction, reading.work.tearing, static_cast<double>(reading.forces.size())})
         append(bytes, number);
+    for (const auto &force : reading.forces)
+        append_vector(bytes, force);
     return bytes + frame_bytes(frame, seconds);
 }
 

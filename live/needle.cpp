@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 #include "core/mesh/point_location.hpp"
 #include "support/input_error.hpp"
@@ -27,7 +28,7 @@ void check_number(const char *what, double value, double least, double most) {
 
 HeldNeedle::HeldNeedle(const core::Needle &needle, const core::TetraMesh &mesh, const std::vector<double> &node_mass,
                        const msm::NodalConditions &conditions, const msm::FastSteps &steps)
-    : moving_(needle, mesh, node_mass, conditions) {
+    : moving_(needle, mesh, node_mass, conditions), impulses_(moving_.num_places(), core::Vector3::Zero()) {
     moving_.begin(steps);
 }
 
@@ -36,6 +37,7 @@ void HeldNeedle::act(msm::FastSteps &steps, double depth, double time_step) {
     moving_.act(steps, moving_.depth() + std::clamp(depth - moving_.depth(), -most, most), time_step);
     force_ += time_step * moving_.force();
     tip_force_ += time_step * moving_.tip_force();
+    moving_.add_impulses(impulses_);
     time_ += time_step;
 }
 
@@ -47,7 +49,10 @@ NeedleReading HeldNeedle::reading(const msm::FastSteps &steps) {
                           .tip_force = has_moved ? tip_force_ / time_ : moving_.tip_force(),
                           .is_punctured = moving_.is_punctured(),
                           .target = moving_.target_displacement(steps),
-                          .work = moving_.work()};
+                          .work = moving_.work(),
+                          .forces = std::exchange(impulses_, {impulses_.size(), core::Vector3::Zero()})};
+    for (auto &force : reading.forces)
+        force = has_moved ? core::Vector3(force / time_) : core::Vector3::Zero();
     force_ = tip_force_ = time_ = 0.0;
     return reading;
 }

@@ -15,6 +15,7 @@ struct NeedleReading {
     bool is_punctured = false;
     core::Vector3 target = core::Vector3::Zero(); ///< displacement of the target [m]
     msm::NeedleWork work;                         ///< since the needle was taken
+    std::vector<core::Vector3> forces{};          ///< (K) on the tissue at the places of core::needle_line() [N]
 };
 
 /// How fast the hand leads a needle at most [m/s].
@@ -42,6 +43,7 @@ class HeldNeedle {
   private:
     msm::MovingNeedle moving_;
     double force_ = 0.0, tip_force_ = 0.0; ///< times the time of the steps since the last reading [N s]
+    std::vector<core::Vector3> impulses_;  ///< (K) of the same steps [N s]
     double time_ = 0.0;                    ///< of these [s]
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <fmt/format.h>
 #include <system_error>
 
@@ -96,6 +97,24 @@ double required_number(const Fields &fields, const std::string &name, double sma
         throw support::InputError(fmt::format("{} is '{}', which is no number from {:g} to {:g}; give one that is",
                                               name, support::shown(text), smallest, largest));
     return value;
+}
+
+std::vector<double> required_numbers(const Fields &fields, const std::string &name) {
+    std::string_view text = required_text(fields, name);
+    std::vector<double> values;
+    while (true) {
+        const auto word = text.substr(0, text.find(','));
+        double value = 0.0;
+        const auto [rest, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+        if (error != std::errc{} || rest != word.data() + word.size() || !std::isfinite(value))
+            throw support::InputError(fmt::format("{} has '{}', where a finite number belongs; send numbers with "
+                                                  "commas between them",
+                                                  name, support::shown(word)));
+        values.push_back(value);
+        if (word.size() == text.size())
+            return values;
+        text.remove_prefix(word.size() + 1);
+    }
 }
 
 } // namespace livermark::server

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// Text of the form a=b&c=d, as URLSearchParams in a browser writes and reads it: the query of an address, and the text
 /// messages of a WebSocket.
@@ -28,5 +29,9 @@ const std::string &required_text(const Fields &fields, const std::string &name);
 /// @param smallest, largest  both allowed
 /// @throws support::InputError if the name is missing, or its value not a number between the two
 double required_number(const Fields &fields, const std::string &name, double smallest, double largest);
+
+/// @return those between the commas of a value
+/// @throws support::InputError if the name is missing, or one of them not a finite number
+std::vector<double> required_numbers(const Fields &fields, const std::string &name);
 
 } // namespace livermark::server

@@ -9,6 +9,7 @@
 #include "fem_reference/facet_conditions.hpp"
 #include "fem_reference/linear/chosen_solver.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
+#include "fem_reference/linear/place_weights.hpp"
 #include "fem_reference/solvers/iterative_solver.hpp"
 #include "fem_reference/solvers/multigrid/two_level.hpp"
 
@@ -28,7 +29,7 @@ struct RepeatedLoads::Impl {
         IterativeSolver solver;
     };
 
-    int num_mesh_nodes = 0;
+    core::TetraMesh mesh;
     ElasticSystem system; ///< without its matrix where there is a factor
     std::optional<ConstrainedSolver> factor;
     std::optional<Levels> levels;
@@ -39,8 +40,8 @@ RepeatedLoads::RepeatedLoads(const core::Body &body, const core::LoadCase &const
     : impl_(std::make_unique<Impl>()) {
     check_facets(constrained, body.mesh);
     report(fmt::format("Quadratic elements are being assembled: {} tetrahedra.", body.mesh.num_tetrahedra()));
-    auto &[num_mesh_nodes, system, factor, levels] = *impl_;
-    num_mesh_nodes = body.mesh.num_nodes();
+    auto &[mesh, system, factor, levels] = *impl_;
+    mesh = body.mesh;
     system = assemble(body, 2, NodeOrder::by_distance);
     const auto prescribed = dof_conditions(constrained, system).prescribed;
     const auto num_unknowns = prescribed.size();
@@ -59,22 +60,33 @@ RepeatedLoads::RepeatedLoads(const core::Body &body, const core::LoadCase &const
 
 RepeatedLoads::~RepeatedLoads() = default;
 
-RepeatedLoads::Solution RepeatedLoads::solve(const core::LoadCase &load_case, std::vector<double> &last) {
-    auto &[num_mesh_nodes, system, factor, levels] = *impl_;
-    const auto conditions = dof_conditions(load_case, system);
+RepeatedLoads::Solution RepeatedLoads::solve(const core::LoadCase &load_case, std::vector<double> &last,
+                                             const InnerForces &inner) {
+    auto &[mesh, system, factor, levels] = *impl_;
+    auto conditions = dof_conditions(load_case, system);
+    using Nodes = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+    const auto weights = place_weights(inner.places, system, mesh);
+    Nodes forces(weights.rows(), 3);
+    for (Eigen::Index k = 0; k < forces.rows(); ++k)
+        forces.row(k) = inner.forces[static_cast<std::size_t>(k)];
+    Eigen::Map<Nodes>(conditions.load.data(), weights.cols(), 3) += weights.transpose() * forces;
     auto found = factor ? factor->solve(conditions.prescribed, conditions.load)
                         : levels->solver.solve(conditions.prescribed, conditions.load, {last, tolerance});
     Solution solution{.is_unique = found.unique,
                       .has_converged = found.unique && found.converged,
                       .iterations = found.iterations,
-                      .displacement = {}};
+                      .displacement = {},
+                      .at_places = {}};
     if (!found.unique)
         return solution;
-    solution.displacement.resize(num_mesh_nodes);
-    for (int node = 0; node < num_mesh_nodes; ++node)
+    solution.displacement.resize(mesh.points.size());
+    for (int node = 0; node < mesh.num_nodes(); ++node)
         for (int i = 0; i < 3; ++i)
             solution.displacement[node][i] = found.displacement[3 * system.mesh_node[node] + i];
     solution.work = std::inner_product(conditions.load.begin(), conditions.load.end(), found.displacement.begin(), 0.0);
+    const Nodes means = weights * Eigen::Map<const Nodes>(found.displacement.data(), weights.cols(), 3);
+    for (const auto &mean : means.rowwise())
+        solution.at_places.emplace_back(mean);
     last.clear();
     if (solution.has_converged)
         last = std::move(found.displacement);

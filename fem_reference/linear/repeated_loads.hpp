@@ -2,9 +2,11 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "core/mesh/interior_place.hpp"
 #include "core/problem.hpp"
 
 namespace livermark::fem_reference {
@@ -41,12 +43,21 @@ class RepeatedLoads {
         int iterations = 0;                      ///< 0 with a factor
         double work = 0.0;                       ///< sum of f_i . u_i over all nodes of the elements [J]
         std::vector<core::Vector3> displacement; ///< (N) of the mesh nodes [m]; empty unless unique
+        std::vector<core::Vector3> at_places;    ///< (K) in the mean over the places inside [m]; empty unless unique
+    };
+
+    /// What acts inside the body.
+    struct InnerForces {
+        std::vector<core::InteriorPlace> places; ///< (K)
+        std::vector<core::Vector3> forces;       ///< (K) [N]
     };
 
     /// @param load_case  constrains what the first one did, at zero
     /// @param last       (n) all unknowns of the solution before, from which iterations begin; empty before the first
     ///   one. It becomes those of this one.
-    Solution solve(const core::LoadCase &load_case, std::vector<double> &last);
+    /// @param inner      beside the load case
+    /// @throws std::invalid_argument if a place is outside the body
+    Solution solve(const core::LoadCase &load_case, std::vector<double> &last, const InnerForces &inner = {});
 
   private:
     struct Impl;

@@ -288,6 +288,11 @@ void MovingNeedle::act(FastSteps &steps, double depth, double time_step) {
     num_read_ = active;
 }
 
+void MovingNeedle::add_impulses(std::span<core::Vector3> sum) const {
+    for (std::size_t k = 0; k < sum.size(); ++k)
+        sum[k] += frame_.transpose() * impulses_.row(static_cast<Index>(k)).transpose();
+}
+
 core::Vector3 MovingNeedle::target_displacement(const FastSteps &steps) const {
     core::Vector3 mean = core::Vector3::Zero();
     for (int e = row_start_[line_.target]; e < row_start_[line_.target + 1]; ++e)

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "core/tool/least_within_limits.hpp"
@@ -62,6 +63,10 @@ class MovingNeedle {
     double force() const { return force_; }         ///< of the hand, inwards, in the last step [N]
     double tip_force() const { return tip_force_; } ///< [N]
     bool is_punctured() const { return is_punctured_; }
+    /// Adds what each place has got of the needle in the last step, on the tissue [N s].
+    /// @param sum  shape (K), in the order of core::needle_line()
+    void add_impulses(std::span<core::Vector3> sum) const;
+    int num_places() const { return static_cast<int>(u_.rows()); } ///< K
     const NeedleWork &work() const { return work_; }
     const core::Needle &needle() const { return needle_; }
     /// Of the tissue at the entry, inwards, after the last step [m].

@@ -9,10 +9,12 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/tool/needle_line.hpp"
 #include "live/material.hpp"
 #include "models/model_table.hpp"
 #include "server/sessions/cut_live_body.hpp"
@@ -26,7 +28,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "messages are copied as they lie in memory");
 
-constexpr double largest_radius = 1e3; // [m]
+constexpr double largest_radius = 1e3, smallest_spread = 1e-3; // [m]
 
 using Row = std::array<double, 4>; ///< facet, traction [Pa]; the first one of a message: middle, radius [m]
 
@@ -81,11 +83,43 @@ core::LoadCase with_tractions(core::LoadCase load_case, const core::RoundLoad &s
     return load_case;
 }
 
-Message binary(double work, const std::vector<Eigen::Vector3f> &displacement) {
+/// A needle as far as its forces say where they act.
+struct Pierced {
+    fem_reference::RepeatedLoads::InnerForces inner;
+    int target = 0; ///< number of its place
+};
+
+Pierced pierced(const Fields &fields, double factor) {
+    constexpr std::size_t numbers_of_needle = 7;
+    const auto needle = required_numbers(fields, "needle"), forces = required_numbers(fields, "forces");
+    if (needle.size() != numbers_of_needle)
+        throw support::InputError(fmt::format("needle has {} numbers; send entry, target and the radius over which "
+                                              "forces are spread",
+                                              needle.size()));
+    const core::Vector3 entry(needle[0], needle[1], needle[2]), target(needle[3], needle[4], needle[5]);
+    const double spread = needle[6], length = (target - entry).norm();
+    if (!(spread >= smallest_spread && spread < length && length < largest_radius))
+        throw support::InputError(fmt::format("a needle of {:g} m, whose forces are spread over {:g} m, is none; send "
+                                              "a target that is farther from the entry than the spread, which is at "
+                                              "least {:g} m",
+                                              length, spread, smallest_spread));
+    auto line = core::needle_line({.name = {}, .entry = entry, .target = target, .spread = spread});
+    if (forces.size() != 3 * line.places.size())
+        throw support::InputError(fmt::format("there are {} forces, and the needle has {} places; send three numbers "
+                                              "for each of these",
+                                              forces.size(), line.places.size()));
+    Pierced pierced{{std::move(line.places), {}}, line.target};
+    for (std::size_t i = 0; i < forces.size(); i += 3)
+        pierced.inner.forces.emplace_back(factor * core::Vector3(forces[i], forces[i + 1], forces[i + 2]));
+    return pierced;
+}
+
+Message binary(std::span<const double> numbers, const std::vector<Eigen::Vector3f> &displacement) {
     const auto bytes_of = [](const auto *values, std::size_t count) {
         return std::string(reinterpret_cast<const char *>(values), count * sizeof(*values));
     };
-    return {.is_binary = true, .bytes = bytes_of(&work, 1) + bytes_of(displacement.data(), displacement.size())};
+    return {.is_binary = true,
+            .bytes = bytes_of(numbers.data(), numbers.size()) + bytes_of(displacement.data(), displacement.size())};
 }
 
 class LiveFem {
@@ -97,6 +131,8 @@ class LiveFem {
         if (message.is_binary)
             return respond(message.bytes);
         const auto fields = parse_fields(message.bytes);
+        if (fields.contains("needle"))
+            return pierce(fields);
         return fields.contains("gone") ? cut(required_text(fields, "gone")) : choose(fields);
     }
 
@@ -134,23 +170,43 @@ class LiveFem {
 
     Message respond(const std::string &bytes) {
         const auto rows = rows_of(bytes);
-        std::vector<Eigen::Vector3f> displacement(whole_.body->mesh.points.size(), Eigen::Vector3f::Zero());
         if (rows.empty())
-            return binary(0.0, displacement);
-        const auto load_case = with_tractions(opened_.constrained, round_load(rows.front()), std::span(rows).subspan(1),
-                                              1.0 / stiffening_);
+            return binary(std::array{0.0}, on_whole_body({}));
+        const auto solution = solve(with_tractions(opened_.constrained, round_load(rows.front()),
+                                                   std::span(rows).subspan(1), 1.0 / stiffening_));
+        // The tractions were divided by the factor of the moduli; the displacements are those of the whole ones.
+        return binary(std::array{stiffening_ * solution.work}, on_whole_body(solution.displacement));
+    }
+
+    Message pierce(const Fields &fields) {
+        const auto [inner, target] = pierced(fields, 1.0 / stiffening_);
+        const auto solution = solve(opened_.constrained, inner);
+        const auto &moved = solution.at_places[static_cast<std::size_t>(target)];
+        return binary(std::array{stiffening_ * solution.work, moved.x(), moved.y(), moved.z()},
+                      on_whole_body(solution.displacement));
+    }
+
+    fem_reference::RepeatedLoads::Solution solve(const core::LoadCase &load_case,
+                                                 const fem_reference::RepeatedLoads::InnerForces &inner = {}) {
         if (!elements_)
             elements_ = SharedFem::of(body_, opened_.constrained, report_);
-        const auto solution = elements_->solve(load_case, last_, report_);
-        for (std::size_t i = 0; i < solution.displacement.size(); ++i)
-            displacement[node_.empty() ? i : static_cast<std::size_t>(node_[i])] =
-                solution.displacement[i].cast<float>();
+        try {
+            return elements_->solve(load_case, last_, report_, inner);
+        } catch (const std::invalid_argument &) {
+            throw support::InputError("a part of the needle is outside the body; choose another entry or target");
+        }
+    }
+
+    /// @param of_left  displacements of the nodes of what is left, or none
+    std::vector<Eigen::Vector3f> on_whole_body(const std::vector<core::Vector3> &of_left) {
+        std::vector<Eigen::Vector3f> displacement(whole_.body->mesh.points.size(), Eigen::Vector3f::Zero());
+        for (std::size_t i = 0; i < of_left.size(); ++i)
+            displacement[node_.empty() ? i : static_cast<std::size_t>(node_[i])] = of_left[i].cast<float>();
         if (!std::ranges::all_of(displacement, [](const Eigen::Vector3f &u) { return u.allFinite(); })) {
             last_.clear();
             throw support::InputError("the body moves farther than a float32 can say; send smaller tractions");
         }
-        // The tractions were divided by the factor of the moduli; the displacements are those of the whole ones.
-        return binary(stiffening_ * solution.work, displacement);
+        return displacement;
     }
 
     LiveBody whole_;

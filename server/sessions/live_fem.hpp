@@ -28,6 +28,13 @@ namespace livermark::server {
 ///                                             weighted with the tractions, as a load case with `press` prescribes it
 ///             float32 (N,3)                   displacement of the nodes [m]
 ///
+///     needle=<x,y,z,x,y,z,radius>&forces=<3 K numbers>
+///                                             a needle from entry to target, the radius over which its forces are
+///                                             spread [m], and those on the tissue at the places of
+///                                             core::needle_line() [N]
+///     binary, little-endian: float64 (1+3)    sum of f_i . u_i [J], and the displacement of the target [m]
+///             float32 (N,3)                   displacement of the nodes [m]
+///
 /// What is not in the message has no traction, and nothing has after a message without rows; tractions on facets that
 /// are constrained move nothing. The first
 /// solution pays for the factor of the stiffness, and so does the first one after another Poisson's ratio, unless

@@ -80,9 +80,10 @@ int SharedFem::count() {
 }
 
 fem_reference::RepeatedLoads::Solution SharedFem::solve(const core::LoadCase &load_case, std::vector<double> &last,
-                                                        const ReportProgress &report) {
+                                                        const ReportProgress &report,
+                                                        const fem_reference::RepeatedLoads::InnerForces &inner) {
     const auto lock = alone(report);
-    auto solution = impl_->loads.solve(load_case, last);
+    auto solution = impl_->loads.solve(load_case, last, inner);
     if (!solution.is_unique)
         throw support::InputError(
             "what is constrained leaves the body, or a part of it, free to move as a rigid body; choose a "

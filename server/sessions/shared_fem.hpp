@@ -30,11 +30,12 @@ class SharedFem {
     SharedFem &operator=(const SharedFem &) = delete;
 
     /// @param load_case  constrains what was said
-    /// @param last       of this session, see fem_reference::RepeatedLoads::solve()
+    /// @param last, inner  of this session, see fem_reference::RepeatedLoads::solve()
     /// @return with displacements of the nodes, which have converged
     /// @throws support::InputError if the body is not constrained, or iterations do not come to an end
     fem_reference::RepeatedLoads::Solution solve(const core::LoadCase &load_case, std::vector<double> &last,
-                                                 const ReportProgress &report);
+                                                 const ReportProgress &report,
+                                                 const fem_reference::RepeatedLoads::InnerForces &inner = {});
 
   private:
     struct Impl;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -63,6 +64,29 @@ TEST(RepeatedLoads, AgreeWithTheStaticSolverWithAndWithoutAFactor) {
             EXPECT_NEAR(near.work, exact.work, 1e-4 * exact.work);
         }
     }
+}
+
+/// StaticSolver finds what a newton on each place does at all of them.
+TEST(RepeatedLoads, MoveUnderForcesOnPlacesInside) {
+    const Pulled pulled(0.45);
+    const core::Vector3 middle(0.045, 0.015, 0.015);
+    RepeatedLoads::InnerForces inner{{{middle, 0.008}, {middle + core::Vector3(0.004, 0.0, 0.0), 0.008}},
+                                     {{3.0, -1.0, 2.0}, {0.0, 4.0, 1.0}}};
+    StaticSolver solver(pulled.body, 2);
+    const auto compliance = solver.compliance(pulled.constrained, inner.places);
+    const Eigen::VectorXd force = Eigen::Map<const Eigen::VectorXd>(inner.forces.front().data(), 6);
+    for (const int largest : {no_factor, RepeatedLoads::largest_factor}) {
+        RepeatedLoads loads(
+            *pulled.body, pulled.constrained, [](const std::string &) {}, largest);
+        std::vector<double> last;
+        const auto found = loads.solve(pulled.constrained, last, inner);
+        ASSERT_TRUE(found.has_converged);
+        EXPECT_NEAR(found.work, force.dot(compliance.matrix * force), 1e-4 * found.work);
+    }
+    inner.places.front().middle.x() += 100.0;
+    RepeatedLoads loads(*pulled.body, pulled.constrained, [](const std::string &) {});
+    std::vector<double> last;
+    EXPECT_THROW(loads.solve(pulled.constrained, last, inner), std::invalid_argument);
 }
 
 TEST(RepeatedLoads, NeedFewerIterationsNearTheLastSolution) {

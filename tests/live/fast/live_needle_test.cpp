@@ -57,6 +57,10 @@ TEST(LiveNeedle, GoesInTakesTheTargetAlongAndComesOut) {
                     0.01);
         EXPECT_LT((in.tool - prick(0.0).needle.target).norm(), 1e-3) << "it is led as fast as it was asked for";
         EXPECT_LT((in.force + in.needle->force * prick(0.0).needle.direction()).norm(), 0.02);
+        core::Vector3 sum = core::Vector3::Zero();
+        for (const auto &force : in.needle->forces)
+            sum += force;
+        EXPECT_NEAR(sum.dot(prick(0.0).needle.direction()), in.needle->force, 1e-9) << "of all places";
         const auto out = led(scene, depth, -0.005, step);
         EXPECT_LT(led(scene, -0.005, -0.005, step).needle->force, 1e-9);
         EXPECT_EQ(out.needle->tip, 0.0);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <string>
+#include <vector>
 
 #include "support/input_error.hpp"
 
@@ -23,6 +24,13 @@ TEST(Fields, ComeBackFromTheirText) {
 TEST(Fields, AreRefusedWhereTheyAreNotWellFormed) {
     for (const auto *text : {"a=%", "a=%2", "a=%zz", "a=%-1", "%=1", "a=1&a=1"})
         EXPECT_THROW(parse_fields(text), support::InputError) << text;
+}
+
+TEST(Fields, GiveTheNumbersBetweenCommas) {
+    EXPECT_EQ(required_numbers({{"x", "1"}}, "x"), std::vector{1.0});
+    EXPECT_EQ(required_numbers({{"x", "-1e-3,0,2.5"}}, "x"), (std::vector{-1e-3, 0.0, 2.5}));
+    for (const auto *value : {"", ",", "1,", ",1", "1,,2", "1,x", "1 ,2", "nan", "1,inf", "1e999"})
+        EXPECT_THROW(required_numbers({{"x", value}}, "x"), support::InputError) << value;
 }
 
 TEST(Fields, GiveNumbersOfTheirRangeOnly) {

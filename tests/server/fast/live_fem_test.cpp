@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fmt/format.h>
@@ -17,6 +18,7 @@
 #include <vector>
 
 #include "core/mesh/bounding_box.hpp"
+#include "core/tool/needle_line.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "models/model_table.hpp"
 #include "results/hdf5/result_file.hpp"
@@ -199,6 +201,48 @@ TEST_F(LiveFemTest, SolvesOnWhatCutsHaveLeft) {
     for (const auto *text : {"gone=", "gone=x", "gone=3,2", "gone=-1", "gone=1e1", "gone=99999999", "gone=1,,2"})
         EXPECT_NE(fault_of([&] { converse({false, text}); }), "no fault") << text;
     EXPECT_EQ(displacement(converse(binary(rows, {place, 0.9}))), found);
+}
+
+/// Forces at the places of a needle do what the model says that they do at its places, whatever Young's moduli.
+TEST_F(LiveFemTest, IsMovedByANeedle) {
+    const auto box = core::bounding_box(mesh.points);
+    const core::Vector3 target = box.center(), entry(target.x(), target.y(), box.max().z());
+    const core::Needle needle{.name = {}, .entry = entry, .target = target, .spread = 0.4 * (target - entry).norm()};
+    const auto line = core::needle_line(needle);
+    std::string forces;
+    Eigen::VectorXd force(3 * line.places.size());
+    for (Eigen::Index i = 0; i < force.size(); ++i) {
+        force[i] = std::sin(static_cast<double>(i));
+        forces += fmt::format("{}{}", i == 0 ? "" : ",", force[i]);
+    }
+    const auto message = [&](const core::Vector3 &to, const std::string &given) {
+        return fmt::format("needle={},{},{},{},{},{},{}&forces={}", entry.x(), entry.y(), entry.z(), to.x(), to.y(),
+                           to.z(), needle.spread, given);
+    };
+    auto load_case = tests::empty_load_case(mesh);
+    tests::prescribe(load_case, mesh, "x_min", core::Vector3::Zero());
+    const auto models = models::all_models();
+    const auto compliance = std::ranges::find(models, "fem_p2", &core::Model::name)
+                                ->compliance({result.problem.body, load_case}, line.places);
+    const auto converse = begin();
+    const auto moved_target = [&] {
+        const auto reply = converse({false, message(target, forces)});
+        std::array<double, 4> numbers{};
+        std::memcpy(numbers.data(), reply.bytes.data(), sizeof numbers);
+        EXPECT_EQ(reply.bytes.size(), sizeof numbers + mesh.points.size() * sizeof(Eigen::Vector3f));
+        EXPECT_NEAR(numbers[0], force.dot(compliance.matrix * force), 1e-6 * numbers[0]);
+        return core::Vector3(numbers[1], numbers[2], numbers[3]);
+    };
+    const auto moved = moved_target();
+    const core::Vector3 expected = (compliance.matrix * force).segment<3>(3 * line.target);
+    EXPECT_LT((moved - expected).norm(), 1e-6 * expected.norm());
+
+    const auto fault = [&](const std::string &text) { return fault_of([&] { converse({false, text}); }); };
+    EXPECT_NE(fault(message(target, "1,2,3")).find("send three numbers for each"), std::string::npos);
+    EXPECT_NE(fault(message(target, "x")).find("forces has 'x'"), std::string::npos);
+    EXPECT_NE(fault(message(entry, forces)).find("farther from the entry than the spread"), std::string::npos);
+    EXPECT_NE(fault("needle=1,2,3&forces=1,2,3").find("send entry, target"), std::string::npos);
+    EXPECT_NE(fault("needle=1,2,3").find("forces is missing"), std::string::npos);
 }
 
 TEST_F(LiveFemTest, SharesTheElementsOfABodyThatIsHeldAsAnother) {

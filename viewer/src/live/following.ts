@@ -4,7 +4,7 @@ import { percent } from '../picture/scale.ts';
 import { tell } from './readings.ts';
 import type { Scene } from './scene.ts';
 import { femEngine } from './engines/socket_engines.ts';
-import { inWords, startAsking, stiffnessRatio, type Asking, type Truth } from './truth.ts';
+import { inWords, isLoaded, startAsking, stiffnessRatio, type Asking, type Truth } from './truth.ts';
 import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
 
 export interface Following {
@@ -25,6 +25,11 @@ const box = () => byId<HTMLInputElement>('live-fem');
 
 function tellTruth(truth: Truth): void {
   const { force, springs, elements, error, isAtRest } = truth;
+  const isNeedle = truth.apart !== null;
+  byId('live-fem-springs-name').textContent = isNeedle ? 'Springs move the target by' : 'Springs give way by';
+  byId('live-fem-elements-name').textContent = isNeedle ? 'FEM moves the target by' : 'FEM gives way by';
+  byId('live-fem-off-row').hidden = isNeedle;
+  byId('live-fem-caption').textContent = isNeedle ? 'FEM: motion of the target by the same needle' : 'FEM: indentation by the same round load';
   const off = stiffnessRatio(truth) - 1;
   const mm = (metres: number) => `${(1000 * metres).toFixed(2).replace('-', '−')} mm`;
   tell('live-fem-force', force, `${force.toFixed(2)} N`);
@@ -112,7 +117,7 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
       start();
     },
     follow(frame) {
-      if (asking && truth && frame.loadedFacets.length === 0) forget();
+      if (asking && truth && !isLoaded(frame)) forget();
       if (before) asking?.ask(frame, before);
       before = frame;
     },

@@ -1,14 +1,16 @@
-// What finite elements say to the round load that the springs are under: one question under way, always about the latest frame.
+// What finite elements say to the round load or the needle that the springs are under: one question under way, always about the latest frame.
 import { nodalVolumes } from '../data/nodal_volumes.ts';
-import { length } from './tool/tool_state.ts';
+import { length, plus } from './tool/tool_state.ts';
+import type { NeedleFrame } from './tool/needle/types.ts';
 import type { LiveBody, LiveFrame, LiveSettings, TruthEngine } from './types.ts';
 
 export interface Truth {
   displacement: Float32Array; // of finite elements, (N,3) [m]
   asked: Float32Array; // of the springs under these forces, (N,3) [m]
-  force: number; // [N]
-  springs: number; // indentation [m]
-  elements: number; // the same of finite elements, in the mean over the disc weighted with the same round load [m]
+  force: number; // of the hand [N]
+  springs: number; // indentation, or how far the target of a needle has moved [m]
+  elements: number; // the same of finite elements; an indentation in the mean over the disc weighted with the same round load [m]
+  apart: number | null; // of a needle: between the two targets [m]
   error: number; // of the displacement, weighted by volume as in the comparison of result files
   isAtRest: boolean; // the springs were
 }
@@ -31,14 +33,18 @@ export const stiffnessRatio = ({ springs, elements }: Pick<Truth, 'springs' | 'e
 /** By how much a force has to change for a hand to notice, as a part of it (Pang, Tan, Durlach 1991, Perception & Psychophysics 49). */
 const noticeable = 0.07;
 
-/** What a hand would say of the springs, in a sentence. */
-export function inWords(truth: Pick<Truth, 'springs' | 'elements'>): string {
+/** What a hand would say of the springs, or where they have the target, in a sentence. */
+export function inWords(truth: Pick<Truth, 'springs' | 'elements' | 'apart'>): string {
+  if (truth.apart !== null) return `The springs have the target ${(1000 * truth.apart).toFixed(2)} mm from where FEM has it.`;
   const off = stiffnessRatio(truth) - 1;
   if (!Number.isFinite(off)) return '';
   const amount = Math.round(100 * Math.abs(off));
   const how = amount === 0 ? 'as stiff as FEM here' : `${amount} % too ${off < 0 ? 'soft' : 'stiff'} here`;
   return `The springs are ${how}; a hand feels ${Math.round(100 * noticeable)} %.`;
 }
+
+/** Whether the tool does anything to the body. */
+export const isLoaded = ({ loadedFacets, needle }: LiveFrame): boolean => loadedFacets.length > 0 || !!needle?.forces.some((force) => force !== 0);
 
 /** Whether a body goes less than a fiftieth of its displacement in a second. */
 export function isSlow(frame: LiveFrame, before: LiveFrame): boolean {
@@ -70,17 +76,19 @@ export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveS
 
   async function answer(frame: LiveFrame, isAtRest: boolean): Promise<void> {
     if (chosen !== wanted) await engine.choose((chosen = wanted));
-    const { displacement, work } = await engine.solve(frame);
+    const found = frame.needle ? await pierced(frame.needle) : await pressed(frame);
     if (isClosed) return;
-    onTruth({
-      displacement,
-      asked: frame.displacement,
-      force: length(frame.force),
-      springs: frame.indentation,
-      elements: work / length(frame.force),
-      error: relativeError(frame.displacement, displacement, volumes),
-      isAtRest,
-    });
+    onTruth({ ...found, asked: frame.displacement, error: relativeError(frame.displacement, found.displacement, volumes), isAtRest });
+  }
+  async function pressed(frame: LiveFrame) {
+    const { displacement, work } = await engine.solve(frame);
+    const force = length(frame.force);
+    return { displacement, force, springs: frame.indentation, elements: work / force, apart: null };
+  }
+  async function pierced(needle: NeedleFrame) {
+    const { displacement, targetMoved } = await engine.pierce(needle);
+    const apart = length(plus(needle.targetMoved, targetMoved, -1));
+    return { displacement, force: needle.force, springs: length(needle.targetMoved), elements: length(targetMoved), apart };
   }
   const fail = (error: unknown) => void (isClosed || onFault(error));
   const whenDone = (work: Promise<void>) => {
@@ -97,7 +105,7 @@ export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveS
   }
   function ask(frame: LiveFrame, before: LiveFrame): void {
     if (isBusy) latest = [frame, before];
-    else if (frame.loadedFacets.length > 0) whenDone(answer(frame, isSlow(frame, before)));
+    else if (isLoaded(frame)) whenDone(answer(frame, isSlow(frame, before)));
   }
   whenDone(engine.open(body));
 

@@ -80,12 +80,14 @@ export interface Engine {
   close(): void;
 }
 
-/** The linear finite element answer to the same round load. */
+/** The linear finite element answer to the same round load, or to a needle. */
 export interface TruthEngine {
   /** @param body  of a file in the server's list; it may have been cut */
   open(body: LiveBody): Promise<void>;
   choose(settings: Pick<LiveSettings, 'youngModulus' | 'poissonRatio'>): Promise<void>;
   /** @return (N,3) displacement [m], and the work of the tractions in it, sum of f_i . u_i over all nodes of the elements [J] */
   solve(load: Pick<LiveFrame, 'disc' | 'loadedFacets' | 'tractions'>): Promise<{ displacement: Float32Array; work: number }>;
+  /** @return (N,3) displacement [m], and that of the target [m] */
+  pierce(needle: Pick<NeedleFrame, 'line' | 'forces'>): Promise<{ displacement: Float32Array; targetMoved: Vector }>;
   close(): void;
 }

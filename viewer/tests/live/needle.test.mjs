@@ -53,6 +53,19 @@ for (const engine of ['wasm', 'native'])
     await live.page.waitForFunction(() => Number(document.querySelector('#live-volume').dataset.value) > 0.98);
   });
 
+test('finite elements say how far the same needle moves the target', async () => {
+  await live.goLive({});
+  await takeNeedle();
+  await live.above('needle-inside', 0.015);
+  await live.page.check('#live-fem');
+  await live.page.waitForFunction(() => document.querySelector('#live-fem-words').textContent.includes('from where FEM has it'));
+  const [springs, elements] = [await live.value('fem-springs'), await live.value('fem-elements')];
+  assert.ok(springs > 2e-4 && elements > 0.3 * springs && elements < 3 * springs, `${springs} m, ${elements} m`);
+  assert.equal(await live.text('fem-springs-name'), 'Springs move the target by');
+  assert.equal(await live.isShown('fem-off'), false);
+  await live.page.uncheck('#live-fem');
+});
+
 test('a whole capsule holds for longer', async () => {
   await live.goLive({});
   await live.page.check('[name=tool][value=needle]');

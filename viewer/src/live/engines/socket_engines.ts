@@ -51,6 +51,12 @@ export function femEngine(onProgress: (sentence: string) => void): TruthEngine {
       const length = Float64Array.BYTES_PER_ELEMENT;
       return { work: new Float64Array(answer, 0, 1)[0]!, displacement: new Float32Array(answer, length) };
     },
+    async pierce({ line: { entry, target, spread }, forces }) {
+      const fields = { needle: [...entry, ...target, spread].join(','), forces: forces.join(',') };
+      const answer = asBytes(await opened(socket).ask(new URLSearchParams(fields).toString()));
+      const [, x, y, z] = new Float64Array(answer, 0, 4);
+      return { targetMoved: [x!, y!, z!], displacement: new Float32Array(answer, 4 * Float64Array.BYTES_PER_ELEMENT) };
+    },
     close: () => socket?.close(),
   };
 }

@@ -76,7 +76,7 @@ export const readCutAnswer = (bytes: ArrayBuffer): CutAnswer => readCut(new Numb
 /** @param tool  that was asked for */
 export function readFrame(bytes: ArrayBuffer, tool: Tool): LiveFrame {
   const numbers = new Numbers(bytes);
-  const needle = tool.kind === 'needle' ? readNeedle(numbers) : null;
+  const needle = tool.kind === 'needle' ? readNeedle(numbers, tool) : null;
   const state = {
     time: numbers.number(),
     tool: numbers.vector(),

@@ -7,8 +7,8 @@ export function needleMessage({ entry, target, depth, values }: NeedleTool, numS
   return Float64Array.of(6, ...entry, ...target, diameter, spread, toughness, friction, punctureForce, depth, numSteps);
 }
 
-/** @param numbers  of the answer, from the front */
-export function readNeedle(numbers: { number(): number; vector(): Vector }): NeedleFrame {
+/** @param numbers  of the answer, from the front @param tool  that was asked for */
+export function readNeedle(numbers: { number(): number; vector(): Vector; take(count: number): Float64Array }, tool: NeedleTool): NeedleFrame {
   return {
     depth: numbers.number(),
     tip: numbers.number(),
@@ -17,5 +17,7 @@ export function readNeedle(numbers: { number(): number; vector(): Vector }): Nee
     isPunctured: numbers.number() !== 0,
     targetMoved: numbers.vector(),
     work: { hand: numbers.number(), friction: numbers.number(), tearing: numbers.number() },
+    line: { entry: tool.entry, target: tool.target, spread: tool.values.spread },
+    forces: numbers.take(3 * numbers.number()),
   };
 }

@@ -19,6 +19,13 @@ export interface NeedleTool {
   values: NeedleValues;
 }
 
+/** Where the forces of a needle act. */
+export interface NeedleLine {
+  entry: Vector; // [m]
+  target: Vector; // [m]
+  spread: number; // [m]
+}
+
 /** What it does. */
 export interface NeedleFrame {
   depth: number; // where the hand has led the tip [m]
@@ -28,4 +35,6 @@ export interface NeedleFrame {
   isPunctured: boolean; // whether the surface has given way
   targetMoved: Vector; // displacement of the target [m]
   work: { hand: number; friction: number; tearing: number }; // since it was taken [J]
+  line: NeedleLine; // on which its forces act
+  forces: Float64Array; // (K,3) on the tissue, at the places of that line (core/tool/needle_line.hpp) [N]
 }
