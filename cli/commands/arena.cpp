@@ -115,7 +115,7 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
     command
         ->add_option("--iterations", options->iterations,
                      "Numbers of iterations in a frame to move with as well, whatever time they take: of one step, and "
-                     "as steps with one each; explicit methods take their least number of steps, and twice that")
+                     "as steps with ten or one each; explicit methods take their least number of steps, and twice that")
         ->check(CLI::Range(1, 20000));
     command
         ->add_option("--mesh", options->meshes,

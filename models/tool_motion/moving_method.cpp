@@ -2,13 +2,22 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "models/tool_motion/moving_methods.hpp"
 
 namespace livermark::models {
 
 const char *to_string(Setting setting) {
-    return setting == Setting::one_step ? "one step" : "one iteration";
+    switch (setting) {
+    case Setting::one_step:
+        return "one step";
+    case Setting::ten_iterations:
+        return "ten iterations";
+    case Setting::one_iteration:
+        return "one iteration";
+    }
+    std::unreachable();
 }
 
 std::vector<MovingMethod> all_moving_methods(Precision precision) {

@@ -58,9 +58,11 @@ class MovingBody {
 
 /// How a method uses the time that it has.
 enum class Setting {
-    one_step,     ///< a step in a frame, and as many iterations as fit: what most programs do
-    one_iteration ///< as many steps as fit, with one iteration each: small steps
+    one_step,       ///< a step in a frame, and as many iterations as fit
+    ten_iterations, ///< as many steps as fit, with ten iterations each: what programs for games and robots do
+    one_iteration   ///< as many steps as fit, with one iteration each: small steps
 };
+inline constexpr Setting all_settings[] = {Setting::one_step, Setting::ten_iterations, Setting::one_iteration};
 
 /// The word for a setting in tables and files. Methods with a least_effort() have no choice.
 const char *to_string(Setting setting);

@@ -124,10 +124,12 @@ std::vector<results::ArenaRun> run_budgets(const models::MovingMethod &method, c
             add_all(run_method(method, scene, twice(*least)), half_steps);
         return runs;
     }
-    for (const auto setting : {models::Setting::one_step, models::Setting::one_iteration})
+    for (const auto setting : models::all_settings)
         for (const double budget : budgets) {
             const auto [effort, seconds, spread] =
                 largest_effort(*measured, *scene.problem.load_case.tool, setting, budget);
+            if (setting == models::Setting::ten_iterations && effort.steps == 1)
+                continue; // no more than one step of which more iterations fit
             auto run = run_method(method, scene, effort);
             run.calibration_spread = spread;
             add(std::move(run), models::to_string(setting), budget, seconds);
@@ -150,10 +152,13 @@ std::vector<results::ArenaRun> run_series(const models::MovingMethod &method, co
         add(twice(*least), half_steps);
         return runs;
     }
-    for (const auto setting : {models::Setting::one_step, models::Setting::one_iteration})
-        for (const int number : iterations)
-            if (number > 1 || setting == models::Setting::one_step) // the same with one
-                add(effort_of(setting, number), models::to_string(setting));
+    for (const auto setting : models::all_settings)
+        for (const int number : iterations) {
+            const int of_each = effort_of(setting, 1).iterations; // where steps are what is counted
+            const bool is_whole = number % of_each == 0;
+            if (setting == models::Setting::one_step || (is_whole && number > of_each)) // else the same again
+                add(effort_of(setting, number / of_each), models::to_string(setting));
+        }
     return runs;
 }
 

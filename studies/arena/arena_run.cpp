@@ -185,7 +185,9 @@ void find_forces(results::ArenaRun &run, const core::Problem &problem) {
 } // namespace
 
 Effort effort_of(models::Setting setting, int number) {
-    return setting == models::Setting::one_step ? Effort{1, number} : Effort{number, 1};
+    if (setting == models::Setting::one_step)
+        return {.steps = 1, .iterations = number};
+    return {.steps = number, .iterations = setting == models::Setting::ten_iterations ? 10 : 1};
 }
 
 double pressed_force(const core::ToolMotion &motion, const std::vector<core::Vector3> &force) {

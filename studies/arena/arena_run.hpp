@@ -30,7 +30,7 @@ struct MeasuredEffort {
 MeasuredEffort largest_effort(models::MovingBody &body, const core::ToolMotion &motion, models::Setting setting,
                               double budget);
 
-/// So many iterations of one step in a frame, or so many steps of one iteration.
+/// So many iterations of one step in a frame, or so many steps of ten iterations or of one.
 models::Effort effort_of(models::Setting setting, int number);
 
 /// The size of the force on a tool when its slide begins [N].

@@ -103,8 +103,11 @@ def _series_lines(series: list[dict], value: Callable[[dict], float]) -> list[Li
         one = [run for run in on_mesh if run["setting"] == "one step" and _total(run) == 1]
         groups = {"explicit steps": explicit} if explicit else {
             "one step": [run for run in on_mesh if run["setting"] == "one step"],
+            "steps with ten iterations": [run for run in on_mesh if run["setting"] == "ten iterations"],
             "steps with one iteration": one + [run for run in on_mesh if run["setting"] == "one iteration"]}
         for name, runs in groups.items():
+            if not runs:
+                continue
             runs = sorted(runs, key=_total)
             lines.append(Line(f"{size}, {name}", [float(_total(run)) for run in runs], [value(run) for run in runs]))
     return lines
@@ -118,7 +121,8 @@ def _mesh_lines(runs: list[dict], series: list[dict]) -> list[Line]:
         found = {size: min((PERCENT * float(run["contact_error"]) for run in runs if run["budget"] == budget and
                             run["tetrahedra"] == size and run["outcome"] == "ok"), default=math.nan) for size in sizes}
         lines.append(Line(f"within {1e3 * budget:.3g} ms", [float(size) for size in sizes], [found[size] for size in sizes]))
-    for setting, name in (("one step", "most iterations"), ("one iteration", "most steps"), ("half steps", "half steps")):
+    for setting, name in (("one step", "most iterations"), ("ten iterations", "most steps of ten"), ("one iteration", "most steps"),
+                          ("half steps", "half steps")):
         last = {}
         for run in sorted((run for run in series if run["setting"] == setting), key=_total):
             last[int(run["tetrahedra"])] = PERCENT * float(run["contact_error"])
