@@ -5,7 +5,7 @@
 
 namespace livermark::interactive::methods {
 
-/// SOFA's default for soft tissue.
+/// What SOFA's demo of a liver has, with rotations of polar decompositions in place of QR.
 Method corotational_implicit() {
     return {.name = {},
             .summary = "co-rotational linear tetrahedra, one linearised step of backward Euler by conjugate gradients",
@@ -14,9 +14,14 @@ Method corotational_implicit() {
                 "steps in cloth simulation, SIGGRAPH; Faure et al. 2012, SOFA, Springer",
             .energy = "mu |F - R|^2 + lambda / 2 tr(R^T F - 1)^2",
             .converges_to = "the linearised step of backward Euler; at rest the equilibrium of the energy",
-            .objection = "Users of SOFA would end conjugate gradients at a tolerance, and precondition them with a "
-                         "factor that is renewed now and then, which serves hard inclusions better than blocks of "
-                         "nodes.",
+            .objection =
+                "The accuracy of conjugate gradients depends on iterations, tolerance and conditioning (manual of "
+                "SOFA, CGLinearSolver): 'livermark arena --mesh 1 --iterations 5 25 100 --method "
+                "corotational_implicit' shows how. A factor of an earlier step is a preconditioner that serves "
+                "non-homogeneous bodies (Courtecuisse et al. 2010, Asynchronous preconditioners, VRIPHYS); here "
+                "blocks of nodes are, add --body liver_tumours. Linear tetrahedra are too stiff near "
+                "incompressibility (sofa-framework/sofa#5751): 'livermark run --static --model corotational_implicit "
+                "fem_p2 --poisson 0.3 0.49' shows it.",
             .implementation = "matrix-free, blocks of nodes as preconditioner, vector units, single precision",
             .in_double = "plain loop over tetrahedra, matrix-free, blocks of nodes as preconditioner, double",
             .time_step = frame_time,

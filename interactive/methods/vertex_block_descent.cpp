@@ -303,9 +303,14 @@ Method vertex_block_descent() {
                       "A Chebyshev semi-iterative approach, ACM TOG 34(6)",
             .energy = "mu / 2 (I1 - 3) - mu (J - 1) + (lambda + mu) / 2 (J - 1)^2",
             .converges_to = "the step of backward Euler",
-            .objection = "It is meant for a GPU, which moves all nodes of a colour at once, and for hundreds of "
-                         "thousands of nodes that may stay unconverged; its authors do not claim the stiffness of a "
-                         "material within a few iterations.",
+            .objection =
+                "It slows down where stiffness varies much (A. H. Chen 2026, A sparse coarse space for VBD, "
+                "ankachan.github.io): 'livermark arena --mesh 1 --body liver_healthy liver_tumours --iterations 10 30 "
+                "100 --method vertex_block_descent' shows it. Coordinate descent converges slowly beside Newton's "
+                "method (Trusty 2025, arXiv:2510.12053), and a test of an engine accepts three times the displacement "
+                "on another mesh (newton-physics/newton#2901): --mesh 1 2 in the same command. Chebyshev's weights, "
+                "which are used here, were unstable and difficult to tune for an author of its successor (C. Giles, "
+                "quoted in MysteryPancake/Houdini-VBD, README.md).",
             .implementation = "vector units over nodes of one colour, single precision",
             .in_double = "plain loop over nodes in the order of colours, F anew at each corner, double",
             .time_step = frame_time,

@@ -73,7 +73,7 @@ struct MovingMethod {
     std::string source;         ///< literature reference
     std::string implementation; ///< one line: how good it is, and its number format
     std::string converges_to;   ///< one line: what its steps come to
-    std::string objection;      ///< one sentence: what those who use it would object to here
+    std::string objection;      ///< what its users or authors object to, each with a source; how to see it here
     /// @param problem  of a load case with a tool
     std::function<std::unique_ptr<MovingBody>(const core::Problem &problem)> prepare;
     bool only_when_named = false;

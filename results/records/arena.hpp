@@ -56,7 +56,7 @@ struct ArenaMethod {
     std::string source;         ///< literature reference
     std::string implementation; ///< how good it is, and its number format
     std::string converges_to;   ///< what its steps come to
-    std::string objection;      ///< what those who use it would object to here
+    std::string objection;      ///< what users or authors object to, with sources
 
     bool operator==(const ArenaMethod &) const = default;
 };

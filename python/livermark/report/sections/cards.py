@@ -1,4 +1,4 @@
-"""A card for each method of the arena, one open at a time: what it converges to, what its users would object to, and its errors
+"""A card for each method of the arena, one open at a time: what it converges to, what is said against it, and its errors
 over iterations, over meshes and over time."""
 from __future__ import annotations
 
@@ -214,7 +214,7 @@ def _card(arenas: list[Arena], method: str) -> Markup:
     html = Markup("")
     if words:
         html += bullets([f"Source: {words['sources']}.", f"Here: {words['implementations']}.",
-                         f"Converges to {words['converge_to']}.", f"What its users would object to: {words['objections']}"])
+                         f"Converges to {words['converge_to']}.", f"Objections: {words['objections']}"])
     for arena in arenas:
         if _of(arena.runs, method) or _of(arena.series, method):
             html += _of_arena(arena, method)
