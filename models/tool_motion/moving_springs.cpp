@@ -225,8 +225,9 @@ ElasticBody edge_neo_hookean_f(const core::Body &body) {
 std::span<const MovingSpringModel> moving_spring_models() {
     static const std::vector<MovingSpringModel> models{
         {"lloyd", "Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5)",
-         "Its formula is for one Poisson's ratio and for elements of one shape, and its authors give tetrahedra a "
-         "volume force beside it; alone it does not keep a liver's volume.",
+         "Springs alone have Poisson's ratio 1/4, so they cannot be nearly incompressible tissue (Golec et al. 2020, "
+         "Hybrid 3D mass-spring system, The Visual Computer 36): 'livermark run --static --model lloyd fem_p2 "
+         "--poisson 0.25 0.45' shows it.",
          lloyd},
         {"patch_nodal_volume", "Livermark",
          "Those who calibrate springs fit each body and load anew; here one fit to affine strains serves all loads, "
@@ -237,12 +238,12 @@ std::span<const MovingSpringModel> moving_spring_models() {
          "from turning inside out.",
          nodal_springs, true},
         {"nodal_neo_hookean", "Livermark",
-         "It is a nodally averaged finite element with another name, as users of averaged elements would say, and its "
-         "constant a was chosen on the livers that ship.",
+         "It is a nodally averaged finite element (Puso, Solberg 2006, IJNME 67) with another name, and its constant a "
+         "was chosen on the livers that ship.",
          nodal_neo_hookean, true},
         {"nodal_neo_hookean_f", "Livermark",
-         "It is a nodally averaged finite element with another name, as users of averaged elements would say, and its "
-         "constant a was chosen on the livers that ship.",
+         "It is a nodally averaged finite element (Puso, Solberg 2006, IJNME 67) with another name, and its constant a "
+         "was chosen on the livers that ship.",
          nodal_neo_hookean_f, true},
         {"edge_neo_hookean", "Livermark",
          "It is an edge-based smoothed finite element with another name, and was not tuned for speed as those around "
