@@ -20,8 +20,8 @@ Method corotational_implicit() {
                 "corotational_implicit' shows how. A factor of an earlier step is a preconditioner that serves "
                 "non-homogeneous bodies (Courtecuisse et al. 2010, Asynchronous preconditioners, VRIPHYS); here "
                 "blocks of nodes are, add --body liver_tumours. Linear tetrahedra are too stiff near "
-                "incompressibility (sofa-framework/sofa#5751): 'livermark run --static --model corotational_implicit "
-                "fem_p2 --poisson 0.3 0.49' shows it.",
+                "incompressibility (sofa-framework/sofa#5751): 'livermark run --load-case palpation --model "
+                "corotational_implicit fem_p2 --poisson 0.3 0.49' shows it.",
             .implementation = "matrix-free, blocks of nodes as preconditioner, vector units, single precision",
             .in_double = "plain loop over tetrahedra, matrix-free, blocks of nodes as preconditioner, double",
             .time_step = frame_time,

@@ -50,8 +50,8 @@ Method fast_mass_spring() {
             .objection =
                 "It is for visual applications, where speed and stability are more important than precision (Liu et "
                 "al. 2013). Springs alone have Poisson's ratio 1/4, so they cannot be nearly incompressible tissue "
-                "(Golec et al. 2020, Hybrid 3D mass-spring system, The Visual Computer 36): 'livermark run --static "
-                "--model fast_mass_spring fem_p2 --poisson 0.25 0.45' shows it.",
+                "(Golec et al. 2020, Hybrid 3D mass-spring system, The Visual Computer 36): 'livermark run "
+                "--load-case pneumoperitoneum --model fast_mass_spring fem_p2 --poisson 0.25 0.45' shows it.",
             .implementation = "vector units, CHOLMOD's factor in single precision",
             .in_double = "plain loop over springs; CHOLMOD's solve with three right-hand sides; double",
             .time_step = frame_time,

@@ -50,8 +50,8 @@ Method projective_dynamics() {
                 "methods, ACM TOG 36(3)). L-BFGS accelerates its iterations (the same), or Chebyshev's weights do "
                 "(Wang 2015, ACM TOG 34(6)); here nothing does: 'livermark arena --mesh 1 --iterations 2 5 10 50 "
                 "--method projective_dynamics' shows how it converges. Backward Euler damps its motion (Dinev, Liu, "
-                "Kavan 2018, Stabilizing integrators, ACM TOG 37(1)). Rigorous benchmarks against reality were missing "
-                "(Dubied et al. 2022, arXiv:2201.12560v1).",
+                "Kavan 2018, Stabilizing integrators, ACM TOG 37(1)). Rigorous benchmarks against reality were "
+                "missing (Dubied et al. 2022, arXiv:2201.12560v1).",
             .implementation = "vector units without singular values, CHOLMOD's factor in single precision",
             .in_double = "plain loop with Jacobi singular values; CHOLMOD's solve with three right-hand sides; double",
             .time_step = frame_time,

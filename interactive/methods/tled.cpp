@@ -34,9 +34,9 @@ Method tled() {
             .objection =
                 "It was published for under-integrated hexahedra (Miller et al. 2007). The standard linear "
                 "tetrahedron locks where a material is almost incompressible (Joldes, Wittek, Miller 2009, Commun. "
-                "Numer. Meth. Engng 25): 'livermark run --static --model tled tled_nodal_pressure fem_p2 --poisson "
-                "0.3 0.49' shows it. A GPU is more than ten times as fast (Johnsen et al. 2015, NiftySim, Int. J. "
-                "CARS 10).",
+                "Numer. Meth. Engng 25): 'livermark run --load-case palpation --model tled tled_nodal_pressure fem_p2 "
+                "--poisson 0.3 0.49' shows it. A GPU is more than ten times as fast (Johnsen et al. 2015, NiftySim, "
+                "Int. J. CARS 10).",
             .implementation = "vector units, single precision",
             .in_double = "plain loop over tetrahedra, double",
             .time_step = frame_time,

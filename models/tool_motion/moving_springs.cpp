@@ -226,8 +226,8 @@ std::span<const MovingSpringModel> moving_spring_models() {
     static const std::vector<MovingSpringModel> models{
         {"lloyd", "Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5)",
          "Springs alone have Poisson's ratio 1/4, so they cannot be nearly incompressible tissue (Golec et al. 2020, "
-         "Hybrid 3D mass-spring system, The Visual Computer 36): 'livermark run --static --model lloyd fem_p2 "
-         "--poisson 0.25 0.45' shows it.",
+         "Hybrid 3D mass-spring system, The Visual Computer 36): 'livermark run --load-case pneumoperitoneum --model "
+         "lloyd fem_p2 --poisson 0.25 0.45' shows it.",
          lloyd},
         {"patch_nodal_volume", "Livermark",
          "Those who calibrate springs fit each body and load anew; here one fit to affine strains serves all loads, "
