@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "fem_reference/hyperelastic/distributed_hyperelasticity.hpp"
+#include "fem_reference/distributed/distributed_hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/relaxation/slow_path.hpp"
 #include "models/model_table.hpp"

@@ -2,22 +2,15 @@
 
 #include <algorithm>
 #include <iterator>
-#include <utility>
 
 #include "models/tool_motion/moving_methods.hpp"
 
 namespace livermark::models {
 
 const char *to_string(Setting setting) {
-    switch (setting) {
-    case Setting::one_step:
+    if (setting == Setting::one_step)
         return "one step";
-    case Setting::ten_iterations:
-        return "ten iterations";
-    case Setting::one_iteration:
-        return "one iteration";
-    }
-    std::unreachable();
+    return setting == Setting::ten_iterations ? "ten iterations" : "one iteration";
 }
 
 std::vector<MovingMethod> all_moving_methods(Precision precision) {
