@@ -118,9 +118,9 @@ int main(int argc, char **argv) {
     const UnfailingStandardError standard_error;
     // Outlives every exception: all ranks have to end MPI together.
     std::optional<MpiSession> session;
-    if (started_on_many_ranks())
-        session.emplace();
     try {
+        if (started_on_many_ranks())
+            session.emplace();
         const int status = run(argc, argv);
         // Text stays in a buffer until the end, and nobody else would notice that it went nowhere.
         return std::fflush(stdout) == 0 && std::ferror(stdout) == 0 ? status : refuse_output(std::strerror(errno));

@@ -15,14 +15,17 @@ find_package(CLI11 REQUIRED)
 find_package(tomlplusplus REQUIRED)
 find_package(NLopt 2.7 REQUIRED)
 
-# The openmpi flavour of HDF5 is the one that deal.II and gmsh link; the serial one beside it breaks both.
-set(HDF5_PREFER_PARALLEL ON)
+include(finite_elements)
+
+# A deal.II with MPI, such as Debian's, links the openmpi flavour of HDF5; the serial one beside it breaks both.
+set(HDF5_PREFER_PARALLEL ${DEAL_II_WITH_MPI})
 find_package(HDF5 REQUIRED COMPONENTS C HL)
-if(NOT HDF5_IS_PARALLEL)
+if(DEAL_II_WITH_MPI AND NOT HDF5_IS_PARALLEL)
   message(FATAL_ERROR "found serial HDF5, which clashes with the one deal.II links; install libhdf5-openmpi-dev")
 endif()
-# Its headers include mpi.h, though nothing here calls MPI.
-find_package(MPI REQUIRED COMPONENTS C)
+if(HDF5_IS_PARALLEL OR LIVERMARK_WITH_MPI)
+  find_package(MPI REQUIRED COMPONENTS C) # headers of this HDF5 include mpi.h
+endif()
 add_library(livermark_hdf5 INTERFACE)
 target_include_directories(livermark_hdf5 SYSTEM INTERFACE ${HDF5_INCLUDE_DIRS} ${MPI_C_INCLUDE_DIRS})
 target_link_libraries(livermark_hdf5 INTERFACE ${HDF5_LIBRARIES} ${HDF5_HL_LIBRARIES})
@@ -57,8 +60,6 @@ if(BUILD_TESTING)
     message(STATUS "Bullet is not there: nothing is compared with its soft bodies (package libbullet-dev)")
   endif()
 endif()
-
-include(finite_elements)
 
 # From images to bodies, in a program of its own. Only these parts of ITK, because its
 # HDF5 is the serial one.

@@ -18,22 +18,24 @@ add_dependencies(bad_input_table ${programs})
 gtest_discover_tests(bad_input_tests NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES LABELS full TIMEOUT 60)
 
 # The distributed solver on one rank, then on two and four, which compare with what the one wrote.
-add_executable(distributed_solver_check fem_reference/distributed_solver_check.cpp)
-target_link_libraries(distributed_solver_check PRIVATE livermark_fem_samples fmt::fmt
-  livermark_build_options)
-set(one_rank_solutions ${CMAKE_CURRENT_BINARY_DIR}/one_rank_solutions.txt)
-foreach(num_ranks 1 2 4)
-  set(name DistributedSolver.AgreesWithTheSerialOneOn${num_ranks}Ranks)
-  add_test(NAME ${name} COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${num_ranks}
-    $<TARGET_FILE:distributed_solver_check> ${one_rank_solutions})
-  set_tests_properties(${name} PROPERTIES LABELS full TIMEOUT 300 ENVIRONMENT "${mpi_environment}"
-    PROCESSORS ${num_ranks})
-endforeach()
-set_tests_properties(DistributedSolver.AgreesWithTheSerialOneOn1Ranks PROPERTIES FIXTURES_SETUP one_rank_solutions)
-foreach(num_ranks 2 4)
-  set_tests_properties(DistributedSolver.AgreesWithTheSerialOneOn${num_ranks}Ranks PROPERTIES
-    FIXTURES_REQUIRED one_rank_solutions)
-endforeach()
+if(LIVERMARK_WITH_MPI)
+  add_executable(distributed_solver_check fem_reference/distributed_solver_check.cpp)
+  target_link_libraries(distributed_solver_check PRIVATE livermark_fem_samples fmt::fmt
+    livermark_build_options)
+  set(one_rank_solutions ${CMAKE_CURRENT_BINARY_DIR}/one_rank_solutions.txt)
+  foreach(num_ranks 1 2 4)
+    set(name DistributedSolver.AgreesWithTheSerialOneOn${num_ranks}Ranks)
+    add_test(NAME ${name} COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${num_ranks}
+      $<TARGET_FILE:distributed_solver_check> ${one_rank_solutions})
+    set_tests_properties(${name} PROPERTIES LABELS full TIMEOUT 300 ENVIRONMENT "${mpi_environment}"
+      PROCESSORS ${num_ranks})
+  endforeach()
+  set_tests_properties(DistributedSolver.AgreesWithTheSerialOneOn1Ranks PROPERTIES FIXTURES_SETUP one_rank_solutions)
+  foreach(num_ranks 2 4)
+    set_tests_properties(DistributedSolver.AgreesWithTheSerialOneOn${num_ranks}Ranks PROPERTIES
+      FIXTURES_REQUIRED one_rank_solutions)
+  endforeach()
+endif()
 
 # What h5py and VTK, and so ParaView, see of a result file: one program writes it, Python looks at it.
 foreach(candidate /usr/bin/python3 python3)

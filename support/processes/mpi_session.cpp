@@ -2,12 +2,9 @@
 
 #include <deal.II/base/mpi.h>
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
-#include <mutex>
-#include <optional>
 #include <string>
 
 namespace livermark::support {
@@ -18,54 +15,7 @@ bool mpi_runs() {
     return dealii::Utilities::MPI::job_supports_mpi();
 }
 
-/// A variable of the environment, for as long as this lives.
-class Environment {
-  public:
-    Environment(const char *name, const char *value) : name_(name) {
-        if (const char *before = std::getenv(name))
-            before_ = before;
-        ::setenv(name, value, 1);
-    }
-    ~Environment() {
-        if (before_)
-            ::setenv(name_, before_->c_str(), 1);
-        else
-            ::unsetenv(name_);
-    }
-    Environment(const Environment &) = delete;
-    Environment &operator=(const Environment &) = delete;
-
-  private:
-    const char *name_;
-    std::optional<std::string> before_;
-};
-
-/// Ends MPI with the program, if nobody else has by then.
-struct SingleProcess {
-    SingleProcess() {
-        // Open MPI: a process that nobody started with mpirun asks no daemon to start others for it, and the only
-        // transport is the one from a process to itself. Other libraries do not know the names.
-        const Environment alone("OMPI_MCA_ess_singleton_isolated", "1");
-        const Environment to_itself("OMPI_MCA_btl", "self");
-        MPI_Init(nullptr, nullptr);
-    }
-    ~SingleProcess() {
-        int ended = 0;
-        MPI_Finalized(&ended);
-        if (!ended)
-            MPI_Finalize();
-    }
-};
-
 } // namespace
-
-bool started_on_many_ranks() {
-    constexpr std::array sizes{"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE"};
-    return std::ranges::any_of(sizes, [](const char *name) {
-        const char *size = std::getenv(name);
-        return size && std::atoi(size) > 1;
-    });
-}
 
 struct MpiSession::Impl {
     // PETSc, which deal.II starts as well, must not read our command line: it has its own idea of --help.
@@ -78,16 +28,6 @@ struct MpiSession::Impl {
 
 MpiSession::MpiSession() : impl_(std::make_unique<Impl>()) {}
 MpiSession::~MpiSession() = default;
-
-void start_mpi_in_one_process() {
-    static std::mutex mutex;
-    const std::lock_guard lock(mutex);
-    int is_running = 0;
-    MPI_Initialized(&is_running);
-    if (is_running)
-        return;
-    static const SingleProcess session;
-}
 
 int mpi_rank() {
     return mpi_runs() ? static_cast<int>(dealii::Utilities::MPI::this_mpi_process(MPI_COMM_WORLD)) : 0;

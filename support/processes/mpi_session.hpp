@@ -12,6 +12,7 @@ bool started_on_many_ranks();
 /// MPI runs while this lives. One per program; every rank has to end it in an orderly way, outside of any exception.
 class MpiSession {
   public:
+    /// @throws InputError in a build without MPI
     MpiSession();
     ~MpiSession();
     MpiSession(const MpiSession &) = delete;

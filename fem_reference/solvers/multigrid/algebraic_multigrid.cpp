@@ -2,10 +2,13 @@
 
 #include <Epetra_CrsMatrix.h>
 #include <Epetra_Map.h>
-#include <Epetra_MpiComm.h>
 #include <Epetra_Vector.h>
 #include <ml_MultiLevelPreconditioner.h>
-#include <mpi.h>
+#ifdef HAVE_MPI // as Trilinos was built
+#include <Epetra_MpiComm.h>
+#else
+#include <Epetra_SerialComm.h>
+#endif
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -82,6 +85,17 @@ bool is_constrained(const ElasticSystem &system, const std::vector<double> &mode
     });
 }
 
+#ifdef HAVE_MPI
+Epetra_MpiComm communicator() {
+    support::start_mpi_in_one_process(); // ML runs on an MPI communicator only
+    return Epetra_MpiComm(MPI_COMM_SELF);
+}
+#else
+Epetra_SerialComm communicator() {
+    return {};
+}
+#endif
+
 class AlgebraicMultigrid : public Preconditioner {
   public:
     explicit AlgebraicMultigrid(const ElasticSystem &system) : system_(system) {}
@@ -96,7 +110,6 @@ class AlgebraicMultigrid : public Preconditioner {
         modes_ = rigid_modes(system_.points);
         if (!is_constrained(system_, modes_, is_free))
             return false;
-        support::start_mpi_in_one_process(); // ML runs on an MPI communicator only
         const auto size = is_free.size();
         for (std::size_t k = 0; k < modes_.size(); ++k)
             if (!is_free[k % size])
@@ -127,7 +140,7 @@ class AlgebraicMultigrid : public Preconditioner {
     void copy_matrix() {
         const auto stiffness = compressed_rows(system_.stiffness);
         const int size = stiffness.num_rows();
-        const Epetra_Map map(size, 0, Epetra_MpiComm(MPI_COMM_SELF));
+        const Epetra_Map map(size, 0, communicator());
         std::vector<int> length(size);
         for (int row = 0; row < size; ++row)
             length[row] = stiffness.row_start[row + 1] - stiffness.row_start[row];

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "core/tool/needle_line.hpp"
 #include "live/messages.hpp"
 #include "live/needle.hpp"
 #include "live/scene.hpp"
@@ -183,9 +184,12 @@ TEST(LiveNeedle, IsSaidInMessages) {
     const auto bytes = reply(told, std::vector<double>{6, n.entry.x(), n.entry.y(), n.entry.z(), n.target.x(),
                                                        n.target.y(), n.target.z(), n.diameter, n.spread, n.toughness,
                                                        n.friction, n.puncture_force, tool.depth, 200});
-    std::array<double, 18> head{};
-    ASSERT_GT(bytes.size(), sizeof head);
-    std::memcpy(head.data(), bytes.data(), sizeof head);
+    const auto &forces = frame.needle->forces;
+    ASSERT_EQ(forces.size(), core::needle_line(n).places.size());
+    const std::size_t behind = 12 + 3 * forces.size();
+    std::vector<double> head(behind + 7);
+    ASSERT_GT(bytes.size(), head.size() * sizeof(double));
+    std::memcpy(head.data(), bytes.data(), head.size() * sizeof(double));
     EXPECT_EQ(head[0], frame.needle->depth);
     EXPECT_EQ(head[1], frame.needle->tip);
     EXPECT_EQ(head[2], frame.needle->force);
@@ -193,9 +197,12 @@ TEST(LiveNeedle, IsSaidInMessages) {
     EXPECT_EQ(head[4], frame.needle->is_punctured ? 1.0 : 0.0);
     EXPECT_EQ(Vector3(head[5], head[6], head[7]), frame.needle->target);
     EXPECT_EQ(head[8], frame.needle->work.hand);
-    EXPECT_EQ(head[11], frame.time);
-    EXPECT_EQ(Vector3(head[12], head[13], head[14]), frame.tool);
-    EXPECT_EQ(Vector3(head[15], head[16], head[17]), frame.force);
+    EXPECT_EQ(head[11], static_cast<double>(forces.size()));
+    EXPECT_EQ(Vector3::Map(&head[12]), forces.front());
+    EXPECT_EQ(Vector3::Map(&head[behind - 3]), forces.back());
+    EXPECT_EQ(head[behind], frame.time);
+    EXPECT_EQ(Vector3::Map(&head[behind + 1]), frame.tool);
+    EXPECT_EQ(Vector3::Map(&head[behind + 4]), frame.force);
 }
 
 } // namespace

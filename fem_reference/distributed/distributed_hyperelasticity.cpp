@@ -1,4 +1,4 @@
-#include "fem_reference/hyperelastic/distributed_hyperelasticity.hpp"
+#include "fem_reference/distributed/distributed_hyperelasticity.hpp"
 
 #include <deal.II/base/mpi.h>
 
