@@ -7,31 +7,29 @@
 
 namespace livermark::results::hdf5 {
 
+namespace {
+
+template <class At> void describe_provenance(At at, Of<At, Provenance> &provenance) {
+    at.text("software_version", provenance.software_version);
+    at.text("git_commit", provenance.git_commit);
+    at.text("created", provenance.created);
+    at.text("command", provenance.command);
+    at.text("cpu", provenance.cpu);
+    at.text("compiler", provenance.compiler);
+    at.text("build_type", provenance.build_type);
+    at.integer("threads", provenance.threads, 1);
+}
+
+} // namespace
+
 void write_provenance(OutputFile &file, const Provenance &provenance) {
     file.integer("/", "schema_version", schema_version);
-    file.text("/", "software_version", provenance.software_version);
-    file.text("/", "git_commit", provenance.git_commit);
-    file.text("/", "created", provenance.created);
-    file.text("/", "command", provenance.command);
-    file.text("/", "cpu", provenance.cpu);
-    file.text("/", "compiler", provenance.compiler);
-    file.text("/", "build_type", provenance.build_type);
-    file.integer("/", "threads", provenance.threads);
+    describe_provenance(GroupWriter(file), provenance);
 }
 
 Provenance read_provenance(const InputFile &file) {
     Provenance provenance;
-    provenance.software_version = file.text("/", "software_version");
-    provenance.git_commit = file.text("/", "git_commit");
-    provenance.created = file.text("/", "created");
-    provenance.command = file.text("/", "command");
-    provenance.cpu = file.text("/", "cpu");
-    provenance.compiler = file.text("/", "compiler");
-    provenance.build_type = file.text("/", "build_type");
-    const auto threads = file.integer("/", "threads");
-    if (threads < 1 || threads > std::numeric_limits<int>::max())
-        file.refuse("/", fmt::format("attribute threads is {}", threads));
-    provenance.threads = static_cast<int>(threads);
+    describe_provenance(GroupReader(file), provenance);
     return provenance;
 }
 
@@ -75,6 +73,18 @@ std::vector<core::Material> read_materials(const InputFile &file, std::size_t nu
     for (std::size_t r = 0; r < num_regions; ++r)
         materials.push_back({density[r], young_modulus[r], poisson_ratio[r]});
     return materials;
+}
+
+void check_materials(const GroupReader &group, const std::vector<core::Material> &materials) {
+    const auto check = [&](const char *name, double core::Material::*value, double above, double below) {
+        for (std::size_t r = 0; r < materials.size(); ++r)
+            group.check(materials[r].*value > above && materials[r].*value < below, name,
+                        fmt::format("row {} is {}, which is not in ({}, {})", r, materials[r].*value, above, below));
+    };
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    check("density", &core::Material::density, 0.0, infinity);
+    check("young_modulus", &core::Material::young_modulus, 0.0, infinity);
+    check("poisson_ratio", &core::Material::poisson_ratio, -1.0, 0.5);
 }
 
 } // namespace livermark::results::hdf5

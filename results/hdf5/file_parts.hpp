@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
@@ -7,8 +8,10 @@
 #include <vector>
 
 #include "core/material.hpp"
-#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/io/columns.hpp"
+#include "results/hdf5/io/read_apart.hpp"
 #include "results/records/result.hpp"
+#include "support/whole_file.hpp"
 
 /// What several kinds of files that Livermark writes have in common. Internal to results/.
 namespace livermark::results::hdf5 {
@@ -21,6 +24,9 @@ Provenance read_provenance(const InputFile &file);
 
 /// @throws support::InputError for a file of another version, or of another program
 void check_schema(const InputFile &file);
+
+/// @throws support::InputError for a value that no material has
+void check_materials(const GroupReader &group, const std::vector<core::Material> &materials);
 
 /// A dataset of one value of each row.
 /// @param value  a member of the row, or a function of it
@@ -38,5 +44,44 @@ void write_materials(OutputFile &file, std::span<const core::Material> materials
 
 /// @throws support::InputError for another number of rows, or a value that no material has
 std::vector<core::Material> read_materials(const InputFile &file, std::size_t num_regions);
+
+/// The group /materials, a row for each region.
+/// @param num_regions  nothing where the file decides
+template <class At>
+void describe_materials(At at, Of<At, std::vector<core::Material>> &materials, const Count &num_regions = {}) {
+    const auto group = at.group("materials");
+    auto columns = columns_of(group, materials, num_regions);
+    columns.column("density", &core::Material::density, "kg/m^3");
+    columns.column("young_modulus", &core::Material::young_modulus, "Pa");
+    columns.column("poisson_ratio", &core::Material::poisson_ratio);
+    if constexpr (At::reads)
+        check_materials(group, materials);
+}
+
+/// Writes a file of one record and where it comes from, as write_result() writes results.
+/// @param describe  of the root of the file and the record
+/// @throws support::InputError if the place cannot be written to
+template <class Record, class Describe>
+void write_record(const std::filesystem::path &path, const Record &record, Describe describe) {
+    OutputFile file;
+    write_provenance(file, record.provenance);
+    describe(GroupWriter(file), record);
+    support::write_whole(path, file.image());
+}
+
+/// Reads what write_record wrote.
+/// @param maker  the command that writes such files, for messages
+/// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
+template <class Record, class Describe>
+Record read_record(const std::filesystem::path &path, const std::string &maker, Describe describe) {
+    return read_once_tried(path, [&] {
+        const InputFile file(path, maker);
+        check_schema(file);
+        Record record;
+        record.provenance = read_provenance(file);
+        describe(GroupReader(file), record);
+        return record;
+    });
+}
 
 } // namespace livermark::results::hdf5

@@ -1,0 +1,181 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <iterator>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "results/hdf5/io/described.hpp"
+
+namespace livermark::results::hdf5 {
+
+/// Records of one kind as columns of a group: each has a row of every dataset, and a text of every list of texts. A
+/// value is a member of the record, or a function that returns a reference to it. Where a file is read the first column
+/// says how many records there are, and all others have to have as many.
+template <class At, class Record> class Columns {
+  public:
+    Columns(At at, Of<At, std::vector<Record>> &records, const Count &count = {})
+        : at_(std::move(at)), records_(&records), is_sized_(count.has_value()) {
+        if constexpr (At::reads)
+            records_->resize(count.value_or(0));
+    }
+
+    const At &at() const { return at_; }
+    std::size_t size() const { return records_->size(); }
+
+    /// Texts in an attribute of the group.
+    template <class Value> void texts(const std::string &name, Value value) {
+        std::vector<std::string> all;
+        if constexpr (!At::reads)
+            all = column_of<std::string>(value);
+        at_.texts(name, all, count());
+        if constexpr (At::reads)
+            give(all, value);
+    }
+
+    /// Words of an enumeration in an attribute of the group.
+    template <class Value> void words(const std::string &name, Value value) {
+        std::vector<std::string> all;
+        if constexpr (!At::reads)
+            for (const auto &record : *records_)
+                all.emplace_back(to_string(std::invoke(value, record)));
+        at_.texts(name, all, count());
+        if constexpr (At::reads) {
+            std::vector<ValueOf<Value>> values;
+            for (const auto &word : all)
+                values.push_back(at_.template value_of<ValueOf<Value>>(name, word));
+            give(values, value);
+        }
+    }
+
+    /// Words in a dataset of numbers, which count the names in its attribute `names`.
+    /// @param names  those that stand first there, also where no record has them
+    template <class Value>
+    void numbered_words(const std::string &name, Value value, std::vector<std::string> names = {}) {
+        std::vector<int> numbers;
+        if constexpr (!At::reads)
+            for (const auto &record : *records_) {
+                const std::string word = std::invoke(value, record);
+                const auto found = std::ranges::find(names, word);
+                numbers.push_back(static_cast<int>(found - names.begin()));
+                if (found == names.end())
+                    names.push_back(word);
+            }
+        at_.rows(name, numbers, "", count());
+        at_.on(name).texts("names", names);
+        if constexpr (At::reads) {
+            check_indices(at_.file(), at_.path_of(name), numbers, 1, 0, names.size());
+            std::vector<std::string> all;
+            for (const int number : numbers)
+                all.push_back(names[static_cast<std::size_t>(number)]);
+            give(all, value);
+        }
+    }
+
+    /// The same of an enumeration.
+    template <class Value> void numbered_values(const std::string &name, Value value) {
+        using Enum = ValueOf<Value>;
+        if constexpr (At::reads) {
+            std::vector<Word> found(size());
+            Columns<At, Word> words(at_, found, count());
+            words.numbered_words(name, &Word::word);
+            std::vector<Enum> values;
+            for (const auto &entry : found)
+                values.push_back(at_.on(name).template value_of<Enum>("names", entry.word));
+            give(values, value);
+        } else {
+            numbered_words(
+                name, [&](const Record &record) { return to_string(std::invoke(value, record)); }, all_words<Enum>());
+        }
+    }
+
+    /// A dataset with a row of each record. Truths and codes are bytes.
+    template <class Value> void column(const std::string &name, Value value, const std::string &units = "") {
+        using T = ValueOf<Value>;
+        using Stored = std::conditional_t<std::is_same_v<T, bool> || std::is_enum_v<T>, std::uint8_t, T>;
+        std::vector<Stored> all;
+        if constexpr (!At::reads)
+            all = column_of<Stored>(value);
+        at_.rows(name, all, units, count());
+        if constexpr (At::reads)
+            give(all, value);
+    }
+
+    /// A dataset with a block of rows of each record, whose value is a vector.
+    template <class Value>
+    void blocks(const std::string &name, Value value, std::size_t rows_per_block, const std::string &units = "") {
+        auto all = joined(value);
+        at_.blocks(name, all, rows_per_block, units, count());
+        share_out(all, value, rows_per_block);
+    }
+
+    /// The same with the rows of all records behind each other. Another column has to come before it.
+    template <class Value>
+    void rows(const std::string &name, Value value, std::size_t rows_per_record, const std::string &units = "") {
+        auto all = joined(value);
+        at_.rows(name, all, units, rows_per_record * size());
+        share_out(all, value, rows_per_record);
+    }
+
+  private:
+    struct Word {
+        std::string word;
+    };
+    template <class Value> using ValueOf = std::remove_cvref_t<std::invoke_result_t<Value, Record &>>;
+
+    Count count() const { return is_sized_ ? Count(records_->size()) : std::nullopt; }
+
+    template <class Stored, class Value> std::vector<Stored> column_of(Value value) const {
+        std::vector<Stored> all;
+        all.reserve(records_->size());
+        for (const auto &record : *records_)
+            all.push_back(static_cast<Stored>(std::invoke(value, record)));
+        return all;
+    }
+
+    template <class Stored, class Value> void give(const std::vector<Stored> &all, Value value) {
+        take_size(all.size());
+        for (std::size_t r = 0; r < all.size(); ++r)
+            std::invoke(value, (*records_)[r]) = static_cast<ValueOf<Value>>(all[r]);
+    }
+
+    template <class Value> ValueOf<Value> joined(Value value) const {
+        ValueOf<Value> all;
+        if constexpr (!At::reads)
+            for (const auto &record : *records_)
+                all.insert(all.end(), std::invoke(value, record).begin(), std::invoke(value, record).end());
+        return all;
+    }
+
+    template <class Value> void share_out(const ValueOf<Value> &all, Value value, std::size_t rows_per_record) {
+        if constexpr (At::reads) {
+            if (!is_sized_)
+                take_size(rows_per_record == 0 ? 0 : all.size() / rows_per_record);
+            auto from = all.begin();
+            for (auto &record : *records_) {
+                const auto until = from + static_cast<std::ptrdiff_t>(rows_per_record);
+                std::invoke(value, record).assign(from, until);
+                from = until;
+            }
+        }
+    }
+
+    void take_size(std::size_t size) {
+        if constexpr (At::reads)
+            records_->resize(size);
+        is_sized_ = true;
+    }
+
+    At at_;
+    Of<At, std::vector<Record>> *records_;
+    bool is_sized_;
+};
+
+/// Columns of a place; the kind of record follows from the vector.
+template <class At, class Records> auto columns_of(At at, Records &records, const Count &count = {}) {
+    return Columns<At, typename Records::value_type>(std::move(at), records, count);
+}
+
+} // namespace livermark::results::hdf5
