@@ -1,88 +1,51 @@
 #include "results/hdf5/cut_file.hpp"
 
-#include <algorithm>
-#include <fmt/format.h>
-
 #include "results/hdf5/file_parts.hpp"
-#include "results/hdf5/io/hdf5_io.hpp"
-#include "results/hdf5/io/read_apart.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::results {
 
 namespace {
 
-constexpr const char *cut_group = "/cut";
-
-/// Calls for each row of records of a model with its name and its units.
-template <class Run, class Visit> void for_each_row(Run &run, Visit visit) {
-    visit("stored", run.stored, "J");
-    visit("work", run.work, "J");
-    visit("opening", run.opening, "m");
-    visit("tool_stiffness", run.tool_stiffness, "N/m");
-    visit("setup_seconds", run.setup_seconds, "s");
-    visit("solve_seconds", run.solve_seconds, "s");
+/// @param num_records  K
+template <class At> void describe_cut_run(At at, hdf5::Of<At, CutRun> &run, std::size_t num_records) {
+    at.rows("stored", run.stored, "J", num_records);
+    at.rows("work", run.work, "J", num_records);
+    at.rows("opening", run.opening, "m", num_records);
+    at.rows("tool_stiffness", run.tool_stiffness, "N/m", num_records);
+    at.rows("setup_seconds", run.setup_seconds, "s", num_records);
+    at.rows("solve_seconds", run.solve_seconds, "s", num_records);
 }
 
-CutFile cut_in(const std::filesystem::path &path) {
-    const hdf5::InputFile file(path, "livermark cut");
-    hdf5::check_schema(file);
-    CutFile cut{.provenance = hdf5::read_provenance(file),
-                .body = file.text("/", "body"),
-                .load_case = file.text("/", "load_case"),
-                .title = file.text("/", "title")};
-    const std::string group = cut_group;
-    std::ranges::copy(file.dataset<core::Vector3>(group + "/blade", 4), cut.blade.begin());
-    cut.toughness = file.number(group, "toughness");
-    cut.depth = file.dataset<double>(group + "/depth");
-    const auto size = cut.depth.size();
-    if (size == 0)
-        file.refuse(group + "/depth", "is empty");
-    cut.area = file.dataset<double>(group + "/area", size);
-    cut.cut_seconds = file.dataset<double>(group + "/cut_seconds", size);
-    cut.nodes = file.dataset<int>(group + "/nodes", size);
-    for (const auto &model : file.children(group + "/models")) {
-        CutRun run{.model = model};
-        for_each_row(run, [&](const char *name, auto &values, const char *) {
-            values = file.dataset<double>(fmt::format("{}/models/{}/{}", group, model, name), size);
-        });
-        cut.runs.push_back(std::move(run));
-    }
-    if (cut.runs.empty() || cut.runs.front().model != file.text(group, "reference"))
-        file.refuse(group, "does not begin with its reference");
-    return cut;
+template <class At> void describe_cut(At root, hdf5::Of<At, CutFile> &cut) {
+    root.text("body", cut.body);
+    root.text("load_case", cut.load_case);
+    root.text("title", cut.title);
+    const auto at = root.group("cut", hdf5::Order::kept);
+    at.number("toughness", cut.toughness);
+    std::string reference = cut.runs.empty() ? "" : cut.runs.front().model;
+    at.text("reference", reference);
+    at.rows("blade", cut.blade, "m");
+    at.rows("depth", cut.depth, "m");
+    at.check(!cut.depth.empty(), "depth", "is empty");
+    const auto num_records = cut.depth.size();
+    at.rows("area", cut.area, "m^2", num_records);
+    at.rows("cut_seconds", cut.cut_seconds, "s", num_records);
+    at.rows("nodes", cut.nodes, "", num_records);
+    at.group("models", hdf5::Order::kept).each(cut.runs, &CutRun::model, [&](auto of_model, auto &run) {
+        describe_cut_run(of_model, run, num_records);
+    });
+    at.check(!cut.runs.empty() && cut.runs.front().model == reference, "does not begin with its reference");
 }
 
 } // namespace
 
 void write_cut(const std::filesystem::path &path, const CutFile &cut) {
-    hdf5::OutputFile file;
-    hdf5::write_provenance(file, cut.provenance);
-    file.text("/", "body", cut.body);
-    file.text("/", "load_case", cut.load_case);
-    file.text("/", "title", cut.title);
-    const std::string group = cut_group;
-    file.group(group, true);
-    file.number(group, "toughness", cut.toughness);
-    file.text(group, "reference", cut.runs.front().model);
-    file.dataset(group + "/blade", std::vector<core::Vector3>(cut.blade.begin(), cut.blade.end()), "m");
-    file.dataset(group + "/depth", cut.depth, "m");
-    file.dataset(group + "/area", cut.area, "m^2");
-    file.dataset(group + "/cut_seconds", cut.cut_seconds, "s");
-    file.dataset(group + "/nodes", cut.nodes, "");
-    file.group(group + "/models", true);
-    for (const auto &run : cut.runs) {
-        const auto of_model = fmt::format("{}/models/{}", group, run.model);
-        file.group(of_model);
-        for_each_row(run, [&](const char *name, const auto &values, const char *units) {
-            file.dataset(fmt::format("{}/{}", of_model, name), values, units);
-        });
-    }
-    support::write_whole(path, file.image());
+    hdf5::write_record(path, cut, [](auto root, auto &record) { describe_cut(root, record); });
 }
 
 CutFile read_cut_file(const std::filesystem::path &path) {
-    return hdf5::read_once_tried(path, [&] { return cut_in(path); });
+    return hdf5::read_record<CutFile>(path, "livermark cut",
+                                      [](auto root, auto &record) { describe_cut(root, record); });
 }
 
 } // namespace livermark::results
