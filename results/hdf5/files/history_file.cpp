@@ -1,11 +1,8 @@
 #include "results/hdf5/files/history_file.hpp"
 
 #include <array>
-#include <fmt/format.h>
 
 #include "results/hdf5/file_parts.hpp"
-#include "results/hdf5/io/read_apart.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::results {
 
@@ -14,78 +11,47 @@ namespace {
 /// Attributes of a case: those of one degree of freedom, then those of a body.
 constexpr std::array parameter_names{"mass", "stiffness", "damping", "alpha", "beta"};
 
-StepHistory read_step(const hdf5::InputFile &file, const std::string &place) {
-    StepHistory history{.time_step = file.number(place, "time_step"),
-                        .time = file.dataset<double>(place + "/time"),
-                        .displacement = {},
-                        .diverged_at = file.number(place, "diverged_at")};
-    if (history.time.empty())
-        file.refuse(place + "/time", "is empty");
-    history.displacement = file.dataset<double>(place + "/displacement", history.time.size());
-    return history;
+template <class At> void describe_step(At at, hdf5::Of<At, StepHistory> &history) {
+    at.number("time_step", history.time_step);
+    at.number("diverged_at", history.diverged_at);
+    at.rows("time", history.time, "s");
+    at.check(!history.time.empty(), "time", "is empty");
+    at.rows("displacement", history.displacement, "m", history.time.size());
 }
 
-HistoryCase read_case(const hdf5::InputFile &file, const std::string &name) {
-    const auto group = "/histories/" + name;
-    HistoryCase entry{.name = name,
-                      .title = file.text(group, "title"),
-                      .parameters = {},
-                      .critical_time_step = file.number(group, "critical_time_step"),
-                      .steps = {}};
-    for (const auto *const parameter : parameter_names)
-        if (file.has_attribute(group, parameter))
-            entry.parameters.emplace_back(parameter, file.number(group, parameter));
-    for (const auto &step : file.children(group))
-        entry.steps.push_back(read_step(file, fmt::format("{}/{}", group, step)));
-    return entry;
+template <class At> void describe_parameter_list(At at, hdf5::Of<At, HistoryCase> &entry) {
+    if constexpr (At::reads)
+        for (const auto *const name : parameter_names)
+            if (at.has(name))
+                entry.parameters.emplace_back(name, 0.0);
+    for (auto &[name, value] : entry.parameters)
+        at.number(name, value);
+}
+
+template <class At> void describe_histories(At root, hdf5::Of<At, Histories> &histories) {
+    root.text("subject", histories.subject);
+    root.text("integrator", histories.integrator);
+    root.group("histories", hdf5::Order::kept)
+        .each(
+            histories.cases, &HistoryCase::name,
+            [](auto at, auto &entry) {
+                at.text("title", entry.title);
+                describe_parameter_list(at, entry);
+                at.number("critical_time_step", entry.critical_time_step);
+                at.each(entry.steps, [](auto place, auto &step) { describe_step(place, step); });
+            },
+            hdf5::Order::kept);
 }
 
 } // namespace
 
 void write_histories(const std::filesystem::path &path, const Histories &histories) {
-    hdf5::OutputFile file;
-    hdf5::write_provenance(file, histories.provenance);
-    file.text("/", "subject", histories.subject);
-    file.text("/", "integrator", histories.integrator);
-    file.group("/histories", true);
-    for (const auto &entry : histories.cases) {
-        const auto group = "/histories/" + entry.name;
-        file.group(group, true);
-        file.text(group, "title", entry.title);
-        for (const auto &[name, value] : entry.parameters)
-            file.number(group, name, value);
-        file.number(group, "critical_time_step", entry.critical_time_step);
-        for (std::size_t s = 0; s < entry.steps.size(); ++s) {
-            const auto &history = entry.steps[s];
-            const auto place = fmt::format("{}/{}", group, s);
-            file.group(place);
-            file.number(place, "time_step", history.time_step);
-            file.number(place, "diverged_at", history.diverged_at);
-            file.dataset(place + "/time", history.time, "s");
-            file.dataset(place + "/displacement", history.displacement, "m");
-        }
-    }
-    support::write_whole(path, file.image());
+    hdf5::write_record(path, histories, [](auto root, auto &record) { describe_histories(root, record); });
 }
-
-namespace {
-
-Histories histories_in(const std::filesystem::path &path) {
-    const hdf5::InputFile file(path, "livermark histories");
-    hdf5::check_schema(file);
-    Histories histories{.provenance = hdf5::read_provenance(file),
-                        .subject = file.text("/", "subject"),
-                        .integrator = file.text("/", "integrator"),
-                        .cases = {}};
-    for (const auto &name : file.children("/histories"))
-        histories.cases.push_back(read_case(file, name));
-    return histories;
-}
-
-} // namespace
 
 Histories read_histories(const std::filesystem::path &path) {
-    return hdf5::read_once_tried(path, [&] { return histories_in(path); });
+    return hdf5::read_record<Histories>(path, "livermark histories",
+                                        [](auto root, auto &record) { describe_histories(root, record); });
 }
 
 } // namespace livermark::results
