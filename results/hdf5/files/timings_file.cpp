@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <fmt/format.h>
+#include <map>
 #include <set>
 
 #include "results/hdf5/file_parts.hpp"
-#include "results/hdf5/io/read_apart.hpp"
 #include "results/quantile.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::results {
 
@@ -46,62 +44,66 @@ constexpr std::array counter_names{"springs",
                                    "difference",
                                    "difference_converged"};
 
+template <class At> void describe_counters(At at, hdf5::Of<At, std::map<std::string, double>> &counters) {
+    if constexpr (At::reads)
+        for (const auto *const name : counter_names)
+            if (at.has(name))
+                counters.emplace(name, 0.0);
+    for (auto &[name, value] : counters)
+        at.number(name, value);
+}
+
+template <class At> void describe_timing(At at, hdf5::Of<At, Timing> &timing) {
+    std::string clock = timing.is_wall_clock ? "wall" : "processor";
+    at.text("clock", clock);
+    at.integer("iterations", timing.iterations);
+    describe_counters(at, timing.counters);
+    at.rows("seconds", timing.seconds, "s");
+    at.check(!timing.seconds.empty() && std::ranges::all_of(timing.seconds, [](double value) { return value >= 0.0; }),
+             "seconds", "is empty, or holds what is no time");
+    if constexpr (At::reads) {
+        timing.is_wall_clock = clock == "wall";
+    } else {
+        at.number("seconds_median", median(timing.seconds));
+        at.number("seconds_min", *std::ranges::min_element(timing.seconds));
+        at.number("seconds_max", *std::ranges::max_element(timing.seconds));
+    }
+}
+
 /// A group without seconds holds benchmarks whose names go on.
-void read_below(const hdf5::InputFile &file, const std::string &group, std::vector<Timing> &timings) {
-    if (!file.has(group + "/seconds")) {
-        for (const auto &child : file.children(group))
-            read_below(file, fmt::format("{}/{}", group, child), timings);
+void read_below(const hdf5::GroupReader &group, std::vector<Timing> &timings) {
+    if (!group.file().has(group.path_of("seconds"))) {
+        for (const auto &child : group.file().children(group.path()))
+            read_below(group.on(child), timings);
         return;
     }
-    Timing timing{.name = group.substr(top.size() + 1),
-                  .seconds = file.dataset<double>(group + "/seconds"),
-                  .is_wall_clock = file.text(group, "clock") == "wall",
-                  .iterations = file.integer(group, "iterations"),
-                  .counters = {}};
-    if (timing.seconds.empty() || !std::ranges::all_of(timing.seconds, [](double value) { return value >= 0.0; }))
-        file.refuse(group + "/seconds", "is empty, or holds what is no time");
-    for (const auto *const counter : counter_names)
-        if (file.has_attribute(group, counter))
-            timing.counters[counter] = file.number(group, counter);
-    timings.push_back(std::move(timing));
+    describe_timing(group, timings.emplace_back());
+    timings.back().name = group.path().substr(top.size() + 1);
+}
+
+void describe_timings(const hdf5::GroupReader &root, Timings &timings) {
+    read_below(root.on("timings"), timings.timings);
+}
+
+void describe_timings(const hdf5::GroupWriter &root, const Timings &timings) {
+    std::set<std::string> made;
+    make_groups(root.file(), top, made);
+    for (const auto &timing : timings.timings) {
+        const auto group = root.on("timings").on(timing.name);
+        make_groups(root.file(), group.path(), made);
+        describe_timing(group, timing);
+    }
 }
 
 } // namespace
 
 void write_timings(const std::filesystem::path &path, const Timings &timings) {
-    hdf5::OutputFile file;
-    hdf5::write_provenance(file, timings.provenance);
-    std::set<std::string> made;
-    make_groups(file, top, made);
-    for (const auto &timing : timings.timings) {
-        const auto group = top + "/" + timing.name;
-        make_groups(file, group, made);
-        file.number(group, "seconds_median", median(timing.seconds));
-        file.number(group, "seconds_min", *std::ranges::min_element(timing.seconds));
-        file.number(group, "seconds_max", *std::ranges::max_element(timing.seconds));
-        file.text(group, "clock", timing.is_wall_clock ? "wall" : "processor");
-        file.integer(group, "iterations", timing.iterations);
-        for (const auto &[name, value] : timing.counters)
-            file.number(group, name, value);
-        file.dataset(group + "/seconds", timing.seconds, "s");
-    }
-    support::write_whole(path, file.image());
+    hdf5::write_record(path, timings, [](auto root, auto &record) { describe_timings(root, record); });
 }
-
-namespace {
-
-Timings timings_in(const std::filesystem::path &path) {
-    const hdf5::InputFile file(path, "step_benchmark --hdf5=FILE");
-    hdf5::check_schema(file);
-    Timings timings{.provenance = hdf5::read_provenance(file), .timings = {}};
-    read_below(file, top, timings.timings);
-    return timings;
-}
-
-} // namespace
 
 Timings read_timings(const std::filesystem::path &path) {
-    return hdf5::read_once_tried(path, [&] { return timings_in(path); });
+    return hdf5::read_record<Timings>(path, "step_benchmark --hdf5=FILE",
+                                      [](auto root, auto &record) { describe_timings(root, record); });
 }
 
 } // namespace livermark::results
