@@ -32,7 +32,7 @@ struct Calibration {
 /// @throws support::InputError if the place cannot be written to
 void write_calibration(const std::filesystem::path &path, const Calibration &calibration);
 
-/// Reads what write_calibration wrote, without the provenance. Shapes, types and ranges are checked.
+/// Reads what write_calibration wrote. Shapes, types and ranges are checked.
 /// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
 Calibration read_calibration(const std::filesystem::path &path);
 
