@@ -4,8 +4,6 @@
 #include <limits>
 
 #include "results/hdf5/file_parts.hpp"
-#include "results/hdf5/io/read_apart.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::results {
 
@@ -21,7 +19,7 @@ void write_tool_scene(const std::filesystem::path &path, const core::Problem &pr
     file.dataset("/points", mesh.points, "m");
     file.dataset("/tetrahedra", mesh.tetrahedra, "");
     file.dataset("/region", mesh.region, "");
-    hdf5::write_materials(file, problem.body->materials);
+    hdf5::describe_materials(hdf5::GroupWriter(file), problem.body->materials);
     file.dataset("/held", tool.held, "");
     file.group("/tool");
     file.dataset("/tool/time", core::record_times(motion), "s");
