@@ -1,10 +1,8 @@
 #pragma once
 
-#include <string>
-
 #include "core/problem.hpp"
 #include "core/tool/tool_stiffness.hpp"
-#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/io/described.hpp"
 
 namespace livermark::results {
 
@@ -12,12 +10,12 @@ namespace livermark::results {
 void write_tools(hdf5::OutputFile &file, const core::Problem &problem);
 
 /// Writes /comparisons/<model>/tool and its attributes.
-/// @param group  /comparisons/<model>
-void write_tool_comparison(hdf5::OutputFile &file, const std::string &group, const core::ToolComparison &tool);
+/// @param at  /comparisons/<model>
+void write_tool_comparison(const hdf5::GroupWriter &at, const core::ToolComparison &tool,
+                           const core::LoadCase &load_case);
 
 /// Reads /comparisons/<model>/tool; what its attributes say follows from it.
 /// @throws support::InputError for what the schema does not allow
-core::ToolComparison read_tool_comparison(const hdf5::InputFile &file, const std::string &group,
-                                          const core::LoadCase &load_case);
+core::ToolComparison read_tool_comparison(const hdf5::GroupReader &at, const core::LoadCase &load_case);
 
 } // namespace livermark::results

@@ -1,0 +1,151 @@
+#include "results/hdf5/solution_group.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "results/hdf5/io/columns.hpp"
+#include "results/hdf5/io/schema.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+using hdf5::Of;
+
+template <class At>
+void describe_history(At at, Of<At, core::History> &history, const core::LoadCase &load_case, std::size_t num_nodes) {
+    at.check(load_case.release.has_value(), "is there, and /load_case/release is not");
+    const auto &release = load_case.release.value();
+    const auto num_records = static_cast<std::size_t>(release.num_steps) + 1;
+    at.number("setup_seconds", history.setup_seconds);
+    at.number("solve_seconds", history.solve_seconds);
+    at.text("integrator", history.integrator);
+    at.text("kernel", history.kernel);
+    if (at.has("forces_per_step")) // files of earlier versions have none
+        at.integer("forces_per_step", history.forces_per_step, 0);
+    at.number("time_step", history.time_step);
+    at.number("critical_time_step", history.critical_time_step);
+    at.number("diverged_at", history.diverged_at);
+    at.optional("observed_order", history.observed_error, [&](auto &error) {
+        at.number("observed_order", error.order);
+        at.number("observed_difference", error.difference);
+        at.number("observed_l2", error.relative_l2);
+    });
+    at.rows("time", history.time, "s", num_records);
+    at.blocks("displacement", history.displacement, release.probes.size(), "m", num_records);
+    at.rows("kinetic_energy", history.kinetic_energy, "J", num_records);
+    at.rows("strain_energy", history.strain_energy, "J", num_records);
+    if (at.has("frames", !history.frames.empty())) // references that are stored have none
+        at.rows("frames", history.frames, "m", static_cast<std::size_t>(release.num_frames()) * num_nodes);
+}
+
+template <class At>
+void describe_path(At at, Of<At, std::vector<core::PathPoint>> &path, const core::LoadCase &load_case,
+                   std::size_t num_nodes) {
+    auto points = hdf5::columns_of(at, path);
+    points.column("strain_energy", &core::PathPoint::strain_energy, "J");
+    at.check(!path.empty() && path.size() <= load_case.num_path_points(),
+             fmt::format("has {} points, and /load_case/path or /load_case/slow_history {}", path.size(),
+                         load_case.num_path_points()));
+    points.rows("displacement", &core::PathPoint::displacement, num_nodes, "m");
+    points.blocks("reaction", &core::PathPoint::reaction, static_cast<std::size_t>(load_case.num_constraints()), "N");
+    if (!load_case.slow_history)
+        return;
+    points.column("work", &core::PathPoint::work, "J");
+    points.column("dissipated_energy", &core::PathPoint::dissipated_energy, "J");
+}
+
+/// The springs of models are often the same in all but one field: what an earlier model has gets a second name.
+template <class At>
+void describe_springs(At at, Of<At, core::SpringNetwork> &springs, std::size_t num_nodes,
+                      std::span<const NamedSprings> earlier) {
+    const auto has_second_name = [&](const std::string &name, auto field) {
+        if constexpr (!At::reads)
+            for (const auto &other : earlier)
+                if (other.springs->*field == springs.*field) {
+                    at.file().hard_link(hdf5::path_below(other.group, name), at.path_of(name));
+                    return true;
+                }
+        return false;
+    };
+    using Springs = core::SpringNetwork;
+    if (!has_second_name("node_mass", &Springs::node_mass))
+        at.rows("node_mass", springs.node_mass, "kg", num_nodes);
+    if (!has_second_name("edges", &Springs::edges))
+        at.node_numbers("edges", springs.edges, num_nodes);
+    if (!has_second_name("stiffness", &Springs::stiffness))
+        at.rows("stiffness", springs.stiffness, "N/m", springs.edges.size());
+    if (!has_second_name("rest_length", &Springs::rest_length))
+        at.rows("rest_length", springs.rest_length, "m", springs.edges.size());
+}
+
+/// All but the springs.
+template <class At>
+void describe_solution(At at, Of<At, core::Solution> &solution, const core::LoadCase &load_case,
+                       std::size_t num_nodes) {
+    at.word("status", solution.status);
+    at.text("message", solution.message);
+    if (at.has("solver")) // files of earlier versions have none
+        at.text("solver", solution.solver);
+    at.integer("degrees_of_freedom", solution.degrees_of_freedom);
+    at.number("setup_seconds", solution.setup_seconds);
+    at.number("solve_seconds", solution.solve_seconds);
+    at.number("strain_energy", solution.strain_energy);
+    if (at.has("load_work", !std::isnan(solution.load_work)))
+        at.number("load_work", solution.load_work);
+    at.number("nonlinearity", solution.nonlinearity);
+    at.optional("critical_time_step", solution.explicit_steps, [&](auto &steps) {
+        at.number("critical_time_step", steps.critical_time_step);
+        at.number("seconds_per_step", steps.seconds_per_step);
+        at.text("kernel", steps.kernel);
+    });
+    at.optional("observed_order", solution.observed_error, [&](auto &error) {
+        at.number("observed_order", error.order);
+        at.number("observed_difference", error.difference);
+        at.number("observed_l2", error.relative_l2);
+        at.number("observed_energy", error.energy);
+        at.number("observed_reaction", error.reaction);
+        if (at.has("observed_load_fraction")) // files of earlier versions have none
+            at.number("observed_load_fraction", error.load_fraction);
+        at.number("observed_stiffness", error.stiffness);
+    });
+    at.rows("displacement", solution.displacement, "m", num_nodes);
+    at.rows("reaction", solution.reaction, "N", static_cast<std::size_t>(load_case.num_constraints()));
+    auto patches = load_case.constraint_names();
+    at.on("reaction").texts("patches", patches);
+    at.check(patches == load_case.constraint_names(), "reaction",
+             "attribute patches differs from the names of /load_case/constraint");
+    if (at.has("path", !solution.path.empty()))
+        describe_path(at.group("path"), solution.path, load_case, num_nodes);
+    at.optional("history", solution.history,
+                [&](auto &history) { describe_history(at.group("history"), history, load_case, num_nodes); });
+}
+
+} // namespace
+
+void write_springs(hdf5::OutputFile &file, const NamedSprings &model, std::span<const NamedSprings> earlier) {
+    describe_springs(hdf5::GroupWriter(file, model.group), *model.springs, model.springs->node_mass.size(), earlier);
+}
+
+void write_solution_group(hdf5::OutputFile &file, const std::string &model, const core::Solution &solution,
+                          const core::LoadCase &load_case) {
+    file.group(solution_group(model));
+    describe_solution(hdf5::GroupWriter(file, solution_group(model)), solution, load_case,
+                      solution.displacement.size());
+}
+
+core::Solution read_solution_group(const hdf5::InputFile &file, const std::string &model,
+                                   const core::Problem &problem) {
+    const hdf5::GroupReader at(file, solution_group(model));
+    const auto num_nodes = problem.body->mesh.points.size();
+    core::Solution solution;
+    describe_solution(at, solution, problem.load_case, num_nodes);
+    at.optional("edges", solution.springs, [&](auto &springs) { describe_springs(at, springs, num_nodes, {}); });
+    return solution;
+}
+
+std::size_t num_frame_rows(const core::Problem &problem) {
+    return static_cast<std::size_t>(problem.load_case.release->num_frames()) * problem.body->mesh.points.size();
+}
+
+} // namespace livermark::results
