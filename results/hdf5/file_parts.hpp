@@ -1,10 +1,7 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
-#include <span>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 #include "core/material.hpp"
@@ -27,23 +24,6 @@ void check_schema(const InputFile &file);
 
 /// @throws support::InputError for a value that no material has
 void check_materials(const GroupReader &group, const std::vector<core::Material> &materials);
-
-/// A dataset of one value of each row.
-/// @param value  a member of the row, or a function of it
-template <class Row, class Value>
-void write_column(OutputFile &file, const std::string &path, const std::vector<Row> &rows, Value value,
-                  const std::string &units = "") {
-    std::vector<std::decay_t<std::invoke_result_t<Value, const Row &>>> column;
-    for (const auto &row : rows)
-        column.push_back(std::invoke(value, row));
-    file.dataset(path, column, units);
-}
-
-/// The group /materials, a row for each region.
-void write_materials(OutputFile &file, std::span<const core::Material> materials);
-
-/// @throws support::InputError for another number of rows, or a value that no material has
-std::vector<core::Material> read_materials(const InputFile &file, std::size_t num_regions);
 
 /// The group /materials, a row for each region.
 /// @param num_regions  nothing where the file decides
