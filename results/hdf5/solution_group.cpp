@@ -59,7 +59,7 @@ void describe_path(At at, Of<At, std::vector<core::PathPoint>> &path, const core
 template <class At>
 void describe_springs(At at, Of<At, core::SpringNetwork> &springs, std::size_t num_nodes,
                       std::span<const NamedSprings> earlier) {
-    const auto has_second_name = [&](const std::string &name, auto field) {
+    const auto has_second_name = [&]([[maybe_unused]] const std::string &name, [[maybe_unused]] auto field) {
         if constexpr (!At::reads)
             for (const auto &other : earlier)
                 if (other.springs->*field == springs.*field) {
