@@ -1,47 +1,8 @@
 // How far every model is from the reference: numbers, and a plot in the rows of the table.
 import type { Model, Result } from '../data/types.ts';
 import { millimetres, percent, short } from '../picture/scale.ts';
-import { element, row, svg } from './elements.ts';
-
-/** Powers of ten around all errors. Errors of 1 % and of 300 % have to fit into one plot. */
-function decades(errors: number[]): [low: number, high: number] {
-  const known = errors.filter((error) => error > 0 && Number.isFinite(error));
-  if (known.length === 0) return [-2, 0];
-  const low = Math.floor(Math.log10(Math.min(...known)));
-  return [low, Math.max(Math.ceil(Math.log10(Math.max(...known))), low + 1)];
-}
-
-type Axis = (error: number) => number; // per cent of the width
-
-function axisOf([low, high]: [number, number]): Axis {
-  return (error) => 100 * Math.min(Math.max((Math.log10(error) - low) / (high - low), 0), 1);
-}
-
-function gridLines([low, high]: [number, number]): SVGElement[] {
-  return Array.from({ length: high - low + 1 }, (_, i) => {
-    const x = `${(100 * i) / (high - low)}%`;
-    return svg('line', { x1: x, x2: x, y1: -5, y2: 33, class: 'grid' });
-  });
-}
-
-function axisLabels([low, high]: [number, number]): SVGElement {
-  const labels = Array.from({ length: high - low + 1 }, (_, i) =>
-    svg('text', { x: `${(100 * i) / (high - low)}%`, y: 20, 'text-anchor': 'middle' }, `${Number((100 * 10 ** (low + i)).toPrecision(1))} %`));
-  return svg('svg', { 'aria-hidden': 'true' }, ...labels);
-}
-
-function dot(range: [number, number], error: number, uncertainty: number, isShown: boolean): SVGElement {
-  const parts = gridLines(range);
-  const axis = axisOf(range);
-  if (uncertainty > 0)
-    parts.push(svg('rect', { x: 0, y: -5, width: `${axis(uncertainty)}%`, height: 38, class: 'uncertain' }));
-  if (error > 0 && Number.isFinite(error)) {
-    const x = `${axis(error)}%`;
-    parts.push(svg('line', { x1: 0, x2: x, y1: 14, y2: 14, class: 'stem' }));
-    parts.push(svg('circle', { cx: x, cy: 14, r: 5, class: isShown ? 'dot shown' : 'dot' }));
-  }
-  return svg('svg', { 'aria-hidden': 'true' }, ...parts);
-}
+import { element, row } from './elements.ts';
+import { axisLabels, decades, dot, sayRoles } from './error_dots.ts';
 
 const smallestFelt = 0.07; // that fingers tell apart (Pang, Tan, Durlach 1991)
 
@@ -83,16 +44,6 @@ function modelRow(model: Model, result: Result, range: [number, number], shown: 
   return line;
 }
 
-/** A table that is laid out as blocks stays a table for who hears it. */
-function sayRoles(table: HTMLTableElement): void {
-  table.setAttribute('role', 'table');
-  for (const part of [table.tHead!, ...table.tBodies]) part.setAttribute('role', 'rowgroup');
-  for (const line of table.rows) {
-    line.setAttribute('role', 'row');
-    for (const cell of line.cells) cell.setAttribute('role', cell.tagName === 'TH' ? 'columnheader' : 'cell');
-  }
-}
-
 const heads = (result: Result) => ['', '', 'Error [%]', ...(hasTool(result) ? ['Tool [%]'] : []), 'Largest [mm]', 'Energy [%]', 'Reaction [%]',
   ...(result.motionReference ? ['Motion [%]', 'Lag [ms]'] : []), 'Solved in [s]', 'State'];
 
@@ -103,7 +54,7 @@ const heads = (result: Result) => ['', '', 'Error [%]', ...(hasTool(result) ? ['
 export function comparison(result: Result, shown: string[], load: string, onChoose: (model: string) => void): Node[] {
   const compared = result.models.filter((model) => model.comparison);
   const range = decades(compared.map((model) => model.comparison!.relativeL2));
-  const head = row('th', 'Model', axisLabels(range), ...heads(result).slice(2));
+  const head = row('th', 'Model', axisLabels(range, (ratio) => `${Number((100 * ratio).toPrecision(1))} %`), ...heads(result).slice(2));
   head.cells[1]!.className = 'plot';
   head.cells[1]!.append(element('span', { class: 'unseen' }, 'Error, on a logarithmic scale'));
   const rank = (model: Model) => (model.name === result.reference ? -1 : (model.comparison?.relativeL2 ?? Number.NaN));

@@ -42,6 +42,11 @@ export function listen({ change, setMoving, setPoint }: Changes, stage: Stage, r
       change({ models });
     });
   listenToCut(result, choice, change);
+  listenToKeys(document.querySelector<HTMLCanvasElement>('#stage canvas')!, stage, () => change({ node: null }));
+}
+
+/** Keys on a picture: they turn it, and Esc deselects. */
+export function listenToKeys(canvas: HTMLCanvasElement, stage: Stage, deselect: () => void): void {
   const step = Math.PI / 18;
   const keys: Record<string, () => void> = {
     ArrowLeft: () => stage.turn(-step, 0),
@@ -53,9 +58,9 @@ export function listen({ change, setMoving, setPoint }: Changes, stage: Stage, r
     '-': () => stage.zoom(1 / 0.9),
     r: () => stage.resetView(),
     R: () => stage.resetView(),
-    Escape: () => change({ node: null }),
+    Escape: deselect,
   };
-  document.querySelector<HTMLCanvasElement>('#stage canvas')!.addEventListener('keydown', (event) => {
+  canvas.addEventListener('keydown', (event) => {
     const action = keys[event.key];
     if (!action || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();

@@ -17,7 +17,7 @@ function numberField(result: Result, node: number | null, onChoose: (node: numbe
 }
 
 /** In millimetres, all as fine as the length of the vector is to be read. */
-function components(vector: number[]): string {
+export function components(vector: number[]): string {
   const length = 1000 * Math.hypot(...vector);
   const decimals = length > 0 && Number.isFinite(length) ? Math.min(Math.max(2 - Math.floor(Math.log10(length)), 0), 7) : 0;
   return vector.map((metres) => (1000 * metres).toFixed(decimals).replace('-', '−').replace('NaN', '–')).join(', ');
