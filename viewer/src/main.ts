@@ -1,12 +1,14 @@
 // The page: files are opened, compared or set in motion, and the address says what is shown.
 import './style.css';
+import type { OpenExperiment } from './data/client.ts';
 import { courseOf, Fault, type Result } from './data/types.ts';
+import { createExperimentView } from './experiment/view.ts';
 import { createModes } from './modes.ts';
 import { createCompareView, type Prepared } from './page/compare.ts';
 import { listen } from './page/controls.ts';
 import { byId } from './page/elements.ts';
 import { acceptFiles, fetchFile, fillList, listedFiles, showListed } from './page/files.ts';
-import { linkTo, placeOf, readLink } from './page/link.ts';
+import { linkTo, placeOf, readLink, type Link } from './page/link.ts';
 import { createOpening } from './page/opening.ts';
 import { createPlayer } from './page/player.ts';
 import { comparedFrame, savePicture, saveTable } from './page/save.ts';
@@ -22,6 +24,7 @@ listenToTheme();
 const stage = startStage();
 const compare = createCompareView(stage, { complain, drawn: writeLink });
 const modes = createModes({ say, complain, changed: writeLink });
+const experiment = createExperimentView({ complain, changed: writeLink });
 const player = createPlayer(() => compare.result()?.frameTimes ?? [], () => compare.choice()?.frame ?? 0, (frame) => compare.apply({ frame }));
 
 function startStage(): Stage {
@@ -44,6 +47,8 @@ function complain(name: string, error: unknown): void {
 }
 
 const fragment = () => {
+  const ofExperiment = experiment.link(path);
+  if (ofExperiment !== null) return ofExperiment;
   const [result, choice] = [compare.result(), compare.choice()];
   if (!result || !choice) return '';
   const live = modes.liveLink()?.toString().replaceAll('%2C', ',');
@@ -66,21 +71,33 @@ function describe(file: Result): void {
   byId('about').textContent = `${file.file}: ${file.points.length / 3} nodes, ${file.surfaces.outside.triangles.length / 3} triangles on the surface.${inside}${axes} Keys on the picture: arrows turn, + and − zoom, R resets the view, Esc unmarks the node.`;
 }
 
-const open = createOpening<Prepared>({
-  prepare: (file, link) => compare.prepare(file, link.view),
+function showResult(prepared: Prepared, link: Link): void {
+  experiment.hide();
+  byId('compare').hidden = false;
+  describe(prepared.file.result);
+  compare.show(prepared);
+  const camera = placeOf(link.view.get('camera'));
+  if (camera) stage.setCameraPlace(camera);
+  void modes.opened(prepared.file, path, link.view);
+}
+
+function showExperiment(opened: OpenExperiment, link: Link): void {
+  modes.closed();
+  compare.close();
+  experiment.show(opened, link.view);
+}
+
+const open = createOpening<Prepared | OpenExperiment>({
+  prepare: async (file, link) => ('experiment' in file ? file : compare.prepare(file, link.view)),
   accept(prepared, link) {
     say('');
     player.stop();
     path = link.path;
     byId('welcome').hidden = true;
-    byId('compare').hidden = false;
-    describe(prepared.file.result);
-    compare.show(prepared);
-    const camera = placeOf(link.view.get('camera'));
-    if (camera) stage.setCameraPlace(camera);
+    if ('experiment' in prepared) showExperiment(prepared, link);
+    else showResult(prepared, link);
     showListed(path);
     writeLink();
-    void modes.opened(prepared.file, path, link.view);
   },
   refuse(name, error) {
     showListed(path);
@@ -126,11 +143,11 @@ new ResizeObserver(() => {
   byId('stage').dataset['arrangement'] = canvas.clientWidth >= canvas.clientHeight ? 'beside' : 'below';
 }).observe(canvas);
 listen({ change: (part) => void compare.apply(part), setMoving, setPoint }, stage, compare.result, compare.choice);
-for (const id of ['copy_link', 'live-copy-link']) byId(id).addEventListener('click', ofShown(() => copyLink(byId(id))));
+for (const id of ['copy_link', 'live-copy-link', 'experiment-copy-link']) byId(id).addEventListener('click', () => void copyLink(byId(id)));
 byId('save_picture').addEventListener('click', ofShown((result) => savePicture(stage, byId('stage'), comparedFrame(result, compare.choice()!)).catch((error) => complain('The picture', error))));
 byId('save_table').addEventListener('click', ofShown(() => saveTable(compare.seen()!, compare.choice()!)));
 // A link to a view of a file from elsewhere is for the first such file.
-const firstView = () => (compare.result() ? new URLSearchParams() : readLink(location.hash).view);
+const firstView = () => (compare.result() || experiment.link('') ? new URLSearchParams() : readLink(location.hash).view);
 acceptFiles((file) => void open(file.name, { path: '', view: firstView() }, () => file));
 
 const files = await listedFiles();

@@ -7,6 +7,8 @@ import { byId } from './page/elements.ts';
 export interface Modes {
   /** @param path  in the server's list; empty for a file from elsewhere @param view  of the link that it was opened with, or empty */
   opened(opened: OpenFile, path: string, view: URLSearchParams): Promise<void>;
+  /** Nothing is left that could be compared or moved. */
+  closed(): void;
   /** What a link says of the body that moves; null while models are compared. */
   liveLink(): URLSearchParams | null;
 }
@@ -60,7 +62,12 @@ export function createModes({ say, complain, changed }: ModeHooks): Modes {
       if (view.size > 0) choice(view.get('mode') === 'live' ? 'live' : 'compare').checked = true;
       return show();
     },
+    closed() {
+      file = null;
+      switches().hidden = byId('compare').hidden = byId('live').hidden = true;
+      live?.hide();
+    },
     // Before the springs are there it says no more than that they are wanted.
-    liveLink: () => (choice('live').checked ? (live?.link() ?? new URLSearchParams({ mode: 'live' })) : null),
+    liveLink: () => (file && choice('live').checked ? (live?.link() ?? new URLSearchParams({ mode: 'live' })) : null),
   };
 }

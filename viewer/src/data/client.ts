@@ -1,5 +1,6 @@
 // Asks the worker that reads a file. Each file has a worker of its own: no answer can be about another file, a file that is refused or
 // broken off leaves the others as they were, and one that breaks the HDF5 library breaks no other.
+import type { Experiment } from './experiment.ts';
 import type { Kind, Questions, Reply } from './messages.ts';
 import { Fault, type Result } from './types.ts';
 import ReadingWorker from './worker.ts?worker&inline';
@@ -10,6 +11,12 @@ export interface OpenFile {
   result: Result;
   /** @throws Fault with a sentence about the file; Closed if the file is closed before the answer is there */
   ask: Ask;
+  close(): void;
+}
+
+/** All of it was read. */
+export interface OpenExperiment {
+  experiment: Experiment;
   close(): void;
 }
 
@@ -58,13 +65,14 @@ let spare = startReader();
  * @param signal  closes it, at any time
  * @throws Fault with a sentence about the file; Closed if it was broken off
  */
-export async function openFile(file: File, signal: AbortSignal): Promise<OpenFile> {
+export async function openFile(file: File, signal: AbortSignal): Promise<OpenFile | OpenExperiment> {
   const reader = spare;
   spare = startReader();
   signal.addEventListener('abort', reader.close);
   try {
-    const result = await reader.ask('open', { file });
-    return { result, ...reader };
+    const content = await reader.ask('open', { file });
+    if ('experiment' in content) reader.close();
+    return { ...content, ...reader };
   } catch (error) {
     reader.close();
     throw error;

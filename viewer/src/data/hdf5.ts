@@ -4,6 +4,15 @@ import { Fault } from './types.ts';
 
 type Scalar = string | number | bigint;
 
+const makers = new WeakMap<File, string>(); // of files that `livermark run` did not write
+
+/** Says which command writes files of this kind. */
+export const setMaker = (file: File, command: string) => makers.set(file, command);
+
+/** What is wrong with a file, and what to do about it. */
+export const refuse = (file: File, fault: string, remedy = `make the file again with ${makers.get(file) ?? 'livermark run'}`) =>
+  new Fault(`${fault}; ${remedy}.`);
+
 const own = new WeakMap<File, Set<string>>(); // places that were found to be in the file itself
 
 /** The library would follow a link to whatever it names. */
@@ -16,7 +25,7 @@ function refuseLinks(file: File, path: string): void {
     if (!known.has(part)) {
       if (!names(file, parent).includes(name)) return; // it is not there
       if (file.get_link(part) || file.get_external_link(part)?.filename)
-        throw new Fault(`${part} is a link to another place, and links are not followed; make the file again with livermark run.`);
+        throw refuse(file, `${part} is a link to another place, and links are not followed`);
       known.add(part);
     }
     parent = part;
@@ -99,16 +108,16 @@ function asNumbers(values: Numbers): ArrayLike<number> {
  */
 export function rows(file: File, path: string, columns: number, range?: [number, number]): ArrayLike<number> {
   const found = dataset(file, path);
-  if (!found) throw new Fault(`${path} is missing; make the file again with livermark run.`);
+  if (!found) throw refuse(file, `${path} is missing`);
   const shape = found.shape ?? [];
   if (shape.slice(1).reduce((product, length) => product * length, 1) !== columns)
-    throw new Fault(`${path} does not have rows of ${columns}; make the file again with livermark run.`);
+    throw refuse(file, `${path} does not have rows of ${columns}`);
   if (range && !(range[0] >= 0 && range[1] <= (shape[0] ?? 0)))
-    throw new Fault(`${path} is too short; make the file again with livermark run.`);
+    throw refuse(file, `${path} is too short`);
   const slice = range ? [range, ...shape.slice(1).map((length) => [0, length] as [number, number])] : undefined;
   const values = slice ? found.slice(slice) : found.value;
   if (!values || typeof values !== 'object')
-    throw new Fault(`${path} cannot be read: the file is damaged; make it again with livermark run.`);
+    throw refuse(file, `${path} cannot be read: the file is damaged`);
   return asNumbers(values as Numbers);
 }
 

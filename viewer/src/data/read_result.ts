@@ -21,10 +21,13 @@ function refuseOtherFiles(file: File): void {
     ['/springs', 'calibrated springs (livermark calibrate)'],
     ['/timings', 'timings of the benchmarks'],
     ['/statistics', 'errors over a cohort (livermark cohort)'],
+    ['/arena', 'accuracy and time of methods (livermark arena)'],
+    ['/needles', 'needles in bodies (livermark needle)'],
+    ['/sensitivity', 'indices of a sensitivity analysis (livermark sensitivity)'],
   ];
   const kind = kinds.find(([path]) => has(file, path))?.[1];
   const what = kind ? `it holds ${kind}` : 'it is an HDF5 file of something else';
-  throw new Fault(`It has no solution of a model: ${what}. Choose a file that livermark run wrote.`);
+  throw new Fault(`It has no solution of a model: ${what}. Choose a file that livermark run or livermark experiment wrote.`);
 }
 
 function readComparison(file: File, model: string): Comparison | null {

@@ -1,8 +1,10 @@
 // Reads one file, off the thread that draws. The file stays where it is: only what is asked for is read.
 import * as hdf5 from 'h5wasm';
-import type { Kind, Message, Questions, Reply } from './messages.ts';
+import { has, setMaker } from './hdf5.ts';
+import type { Content, Kind, Message, Questions, Reply } from './messages.ts';
 import { nodalVolumes } from './nodal_volumes.ts';
 import { readBody } from './read_body.ts';
+import { readExperiment } from './read_experiment.ts';
 import { readField, readLargest, readMotion, readNode } from './read_fields.ts';
 import { readMesh } from './read_mesh.ts';
 import { readForces, readPointErrors } from './read_path.ts';
@@ -38,15 +40,20 @@ function openMounted(path: string): hdf5.File {
   return file;
 }
 
-async function open(file: File): Promise<Result> {
+async function open(file: File): Promise<Content> {
   await refuseWhatIsNotHdf5(file);
   const { FS } = await hdf5.ready;
   const folder = '/opened';
   FS.mkdir(folder);
   FS.mount(FS.filesystems['WORKERFS']!, { blobs: [{ name: 'result.h5', data: file }] }, folder);
   const mounted = openMounted(`${folder}/result.h5`);
-  opened = { file: mounted, result: readResult(mounted, file.name), strain: null, volumes: null };
-  return opened.result;
+  if (has(mounted, '/experiment')) {
+    setMaker(mounted, 'livermark experiment');
+    return { experiment: readExperiment(mounted, file.name) };
+  }
+  const result = readResult(mounted, file.name);
+  opened = { file: mounted, result, strain: null, volumes: null };
+  return { result };
 }
 
 function shown(): Opened {

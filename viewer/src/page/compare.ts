@@ -40,6 +40,8 @@ export interface CompareView {
   /** @throws Fault if something of it cannot be read */
   prepare(file: OpenFile, view: URLSearchParams): Promise<Prepared>;
   show(prepared: Prepared): void;
+  /** Another kind of file is shown. */
+  close(): void;
   result(): Result | null;
   /** The result with the errors of the moment that is drawn. */
   seen(): Result | null;
@@ -204,6 +206,11 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
       numChanges++; // what was asked of the file before is not drawn any more
       stage.setBody(file.result.points, file.result.surfaces, partsOf(file.result));
       draw(file.result, prepared.choice, prepared.read);
+    },
+    close() {
+      file?.close();
+      file = drawn = seen = null;
+      numChanges++;
     },
     result: () => file?.result ?? null,
     seen: () => seen,

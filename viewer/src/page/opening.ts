@@ -1,5 +1,5 @@
 // Opening a file takes a while: the page says so, keeps what it shows until all of the new file is there, and can break it off.
-import { openFile, type OpenFile } from '../data/client.ts';
+import { openFile, type OpenExperiment, type OpenFile } from '../data/client.ts';
 import { byId } from './elements.ts';
 import type { Link } from './link.ts';
 
@@ -7,7 +7,7 @@ export type Load = (signal: AbortSignal, onProgress: (part: number) => void) => 
 
 export interface Opening<Prepared> {
   /** Reads what is to be shown first. */
-  prepare(file: OpenFile, link: Link): Promise<Prepared>;
+  prepare(file: OpenFile | OpenExperiment, link: Link): Promise<Prepared>;
   /** Shows it, in the place of what was open. */
   accept(prepared: Prepared, link: Link): void;
   /** What was open stays. @param error  null if the reader broke it off */
@@ -43,7 +43,7 @@ export function createOpening<Prepared>({ prepare, accept, refuse }: Opening<Pre
     const mine = new AbortController();
     current = mine;
     sayLoading(name);
-    let file: OpenFile | null = null;
+    let file: OpenFile | OpenExperiment | null = null;
     try {
       const blob = await load(mine.signal, (part) => current === mine && (progress.value = part));
       if (mine.signal.aborted) return;

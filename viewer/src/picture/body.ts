@@ -7,7 +7,7 @@ import { createCutFace } from './cut_face.ts';
 import { createFacets } from './facets.ts';
 import { displaced, textureCoordinates } from './fields.ts';
 import { createMarks, type Marks } from './marks.ts';
-import { createMaterials, mapWidth, type Skin } from './materials.ts';
+import { createMaterials, mapWidth, type BodySkin } from './materials.ts';
 import type { Cut, Reach } from './section.ts';
 import { createWound } from './wound.ts';
 
@@ -19,7 +19,7 @@ export interface Look {
   values: Float32Array; // (N) what is coloured
   end: number; // value at the end of the legend
   quantity: Colouring; // of patches on the outside, and of values inside
-  skin: Skin;
+  skin: BodySkin;
   exaggeration: number;
   node: number | null; // marked
 }
@@ -38,6 +38,7 @@ export interface BodyParts {
   tetrahedra?: Int32Array; // (M,4), which close what is cut open
   labels?: NodeLabel[]; // what has a name
   firstOfWound?: number; // triangle of the outside that it and all behind it were cut, and share no vertex with others
+  alsoSeen?: Float32Array; // (P,3) places around it that are in sight at first [m]
   isAnatomical?: boolean; // its axes are those of a patient (LPS)
 }
 
@@ -130,7 +131,7 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
       outside.material = wound.outside(materials.skins[look.skin]);
       facets.mesh.visible = look.quantity === 'patches';
       outside.visible = !facets.mesh.visible; // a ray meets it all the same
-      front.visible = look.skin === 'translucent';
+      front.visible = look.skin === 'translucent' || look.skin === 'veil';
       inside.visible = hasInside && look.skin === 'translucent';
       update(outside.geometry, surfaces.outside, points, look);
       wound.follow();

@@ -4,6 +4,8 @@ import { colourAt, notANumber, quantities, type Colour, type Colouring } from '.
 import { patchColour } from './patch_colours.ts';
 
 export type Skin = 'translucent' | 'solid' | 'flat';
+/** Also a thin one, without colours, through which one sees what is inside. */
+export type BodySkin = Skin | 'veil';
 /** Every colour is the one of the legend. */
 export const defaultSkin: Skin = 'flat';
 /** What one touches has to be seen as a body, so Live begins with light on it. */
@@ -22,15 +24,19 @@ function mapTexture(colours: Colour[], filter: three.MagnificationTextureFilter 
   return texture;
 }
 
-/** Glass that is thicker where it is seen from the side, so that the shape of the body can be read. */
-function glassMaterial(): three.MeshStandardMaterial {
+/**
+ * Glass that is thicker where it is seen from the side, so that the shape of the body can be read.
+ * @param least, most  opacity seen from the front and from the side
+ */
+function glassMaterial(least: string, most: string): three.MeshStandardMaterial {
   const glass = new three.MeshStandardMaterial({ roughness: 0.6, transparent: true, depthWrite: false });
   glass.onBeforeCompile = (shader) => {
     shader.fragmentShader = shader.fragmentShader.replace('#include <opaque_fragment>', `
       float facing = abs(dot(normal, normalize(vViewPosition)));
-      diffuseColor.a = mix(0.9, 0.5, smoothstep(0.0, 0.75, facing));
+      diffuseColor.a = mix(${most}, ${least}, smoothstep(0.0, 0.75, facing));
       #include <opaque_fragment>`);
   };
+  glass.customProgramCacheKey = () => `glass ${least} ${most}`; // the programs differ in these alone
   return glass;
 }
 
@@ -51,7 +57,7 @@ function flatMaterial(): three.MeshBasicMaterial {
 }
 
 export interface BodyMaterials {
-  skins: Record<Skin, three.Material>;
+  skins: Record<BodySkin, three.Material>;
   section: three.Material;
   outline: three.LineBasicMaterial;
   depth: three.Material; // how far away glass is
@@ -70,7 +76,8 @@ export function createMaterials(numPatches: number): BodyMaterials {
     patches: mapTexture(mapOf(patchColour, Math.max(numPatches, 1)), three.NearestFilter),
   } as Record<Colouring, three.DataTexture>;
   const lit = new three.MeshStandardMaterial({ roughness: 0.75, side: three.DoubleSide });
-  const glass = glassMaterial();
+  const glass = glassMaterial('0.5', '0.9');
+  const veil = glassMaterial('0.12', '0.45');
   const flat = flatMaterial();
   const section = flatMaterial();
   const outline = new three.LineBasicMaterial({ color: 0x111111, toneMapped: false });
@@ -82,7 +89,7 @@ export function createMaterials(numPatches: number): BodyMaterials {
   // A map from the start: to get one later, a material would have to be compiled again.
   for (const material of coloured) material.map = textures.displacement;
   return {
-    skins: { translucent: glass, solid: lit, flat },
+    skins: { translucent: glass, solid: lit, flat, veil },
     section,
     outline,
     depth,
@@ -94,10 +101,10 @@ export function createMaterials(numPatches: number): BodyMaterials {
       outline.color.set(colouring === 'displacement' ? 0xffffff : 0x111111);
     },
     clip(planes) {
-      for (const material of [lit, glass, flat, depth, wound]) material.clippingPlanes = planes;
+      for (const material of [lit, glass, flat, veil, depth, wound]) material.clippingPlanes = planes;
     },
     free() {
-      for (const material of [...coloured, outline, depth, wound, unseen]) material.dispose();
+      for (const material of [...coloured, veil, outline, depth, wound, unseen]) material.dispose();
       for (const texture of Object.values(textures)) texture.dispose();
     },
   };

@@ -25,10 +25,16 @@ export interface Stage {
   /** Of what is inside: all, or those that a cut goes through. */
   showNames(which: Names): void;
   mark(side: Side, marks: Marks): void;
+  /** Draws something else with the body of a side, until there is another body. It remains the caller's to change and to free. */
+  add(side: Side, object: three.Object3D): void;
+  /** After a change of what was added. */
+  redraw(): void;
   setViews(count: 1 | 2): void;
   /** What is under the pointer. */
   hitAt(event: PointerEvent): (Hit & { side: Side }) | null;
   screenAt(point: readonly number[]): Screen;
+  /** Where places [m] are in the first view. @return (N,3): x and y from the corner of the canvas [CSS pixels], and the depth */
+  onCanvas(places: Float32Array): Float32Array;
   /** What the wheel does, and two pointers: zoom, or nothing while a tool has hold of the body. */
   setZooming(isZooming: boolean): void;
   resetView(): void;
@@ -52,6 +58,8 @@ export interface Hit {
 export interface Hooks {
   /** The node that was clicked, or null beside the body. */
   onPick?(node: number | null): void;
+  /** A place of the canvas was clicked [CSS pixels from its corner]. */
+  onClick?(x: number, y: number): void;
   /** Whether a press on a body is taken by a tool, so that it does not turn the camera. */
   takesPress?(event: PointerEvent): boolean;
   /** @param seconds  that drawing took */
@@ -210,7 +218,11 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
   }, { capture: true });
   canvas.addEventListener('pointerup', (event) => {
     const isClick = pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) < 4;
-    if (isClick && event.button === 0) hooks.onPick?.(nodeAt(event));
+    if (isClick && event.button === 0) {
+      const box = canvas.getBoundingClientRect();
+      hooks.onPick?.(nodeAt(event));
+      hooks.onClick?.(event.clientX - box.left, event.clientY - box.top);
+    }
     pressed = null;
   });
   controls.addEventListener('start', () => (wasMoved = true));
@@ -230,7 +242,7 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
       cut = null;
       make(points, surfaces, parts);
       const arrows = parts.conditions ? endsOfArrows(surfaces.outside, points, parts.conditions, 2 * sphere.radius) : [];
-      places = Float32Array.from([...points, ...arrows]);
+      places = Float32Array.from([...points, ...arrows, ...(parts.alsoSeen ?? [])]);
       resetView();
     },
     replaceBody(points, surfaces, parts) {
@@ -264,6 +276,20 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
       resize();
       // Whoever has turned it goes on to see as much of it.
       if (wasMoved) zoom(before / Math.min(camera.aspect, asWideAsHigh));
+    },
+    add(side, object) {
+      bodies?.[side].scene.add(object);
+      askForDrawing();
+    },
+    redraw: askForDrawing,
+    onCanvas(points) {
+      const view = layout()[0]!;
+      camera.updateMatrixWorld();
+      const place = new three.Vector3();
+      return Float32Array.from({ length: points.length }, (_, i) => {
+        if (i % 3 === 0) place.fromArray(points, i).project(camera);
+        return i % 3 === 0 ? view.x + ((place.x + 1) / 2) * view.width : i % 3 === 1 ? view.y + ((1 - place.y) / 2) * view.height : place.z;
+      });
     },
     hitAt,
     screenAt: (point) => screenAt(camera, layout()[0]!.height, point),
