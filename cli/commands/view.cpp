@@ -59,7 +59,7 @@ int view(const ViewOptions &options) {
         .page = {},
         .port = options.port,
         .token = server::new_token(),
-        .is_result_file = server::remembered(results::is_result_file),
+        .is_result_file = server::remembered(results::is_shown_on_page),
         .sessions = {
             {"/live/fem",
              [folder](const server::Fields &query, const server::ReportProgress &report) {
@@ -109,7 +109,9 @@ Command add_view(CLI::App &parent) {
     auto *command = parent.add_subcommand("view", "Show result files in a browser on this machine");
     auto options = std::make_shared<ViewOptions>();
     options->folder = (support::root_folder() / "results" / "runs").string();
-    command->add_option("folder", options->folder, "Folder with result files of 'livermark run', at any depth")
+    command
+        ->add_option("folder", options->folder,
+                     "Folder with files of 'livermark run' or 'livermark experiment', at any depth")
         ->capture_default_str();
     command->add_option("--port", options->port, "Port on 127.0.0.1; 0 takes a free one")
         ->check(CLI::Range(0, 65535))

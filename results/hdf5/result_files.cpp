@@ -74,9 +74,10 @@ std::vector<Result> read_results(std::span<const std::filesystem::path> paths) {
     return results;
 }
 
-bool is_result_file(const std::filesystem::path &path) {
+bool is_shown_on_page(const std::filesystem::path &path) {
     try {
-        return kind_of_file(path) == FileKind::result;
+        const auto kind = kind_of_file(path);
+        return kind == FileKind::result || kind == FileKind::experiment;
     } catch (const FileInUse &) {
         throw;
     } catch (const support::InputError &) {

@@ -17,8 +17,9 @@ std::vector<std::filesystem::path> hdf5_files_below(const std::filesystem::path 
 /// @throws support::InputError if a folder cannot be listed, a file that is named cannot be read, or nothing is there
 std::vector<Result> read_results(std::span<const std::filesystem::path> paths);
 
-/// Whether a file says that it contains solutions of models; reading it may still find a fault.
+/// Whether a file says that it contains what the page of `livermark view` shows: solutions of models, or models beside
+/// an experiment. Reading it may still find a fault.
 /// @throws FileInUse if another program has it open to write, so that nobody can say
-bool is_result_file(const std::filesystem::path &path);
+bool is_shown_on_page(const std::filesystem::path &path);
 
 } // namespace livermark::results

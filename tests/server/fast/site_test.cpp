@@ -78,13 +78,13 @@ TEST_F(SiteTest, ListsResultFilesByNameAsJson) {
     EXPECT_EQ(respond(request("/files.json"), site).text,
               R"([{"path":"a b%\".h5","bytes":4},{"path":"liver/pull.h5","bytes":4}])");
     auto choosy = site;
-    choosy.is_result_file = results::is_result_file;
+    choosy.is_result_file = results::is_shown_on_page;
     EXPECT_EQ(respond(request("/files.json"), choosy).text, "[]");
 }
 
 TEST_F(SiteTest, SendsResultFilesOnly) {
     auto choosy = site;
-    choosy.is_result_file = results::is_result_file;
+    choosy.is_result_file = results::is_shown_on_page;
     EXPECT_EQ(respond(request("/files/liver/pull.h5"), choosy).status, 404);
     results::write_result(results / "real.h5", tests::sample_result(2));
     EXPECT_EQ(respond(request("/files/real.h5"), choosy).status, 200);

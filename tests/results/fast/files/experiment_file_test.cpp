@@ -4,6 +4,7 @@
 #include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/files/experiment_file.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/result_files.hpp"
 #include "results/tables/studies/experiment_table.hpp"
 #include "results/tables/studies/ring_down_table.hpp"
 #include "support/whole_file.hpp"
@@ -49,6 +50,11 @@ TEST_F(ExperimentFile, KeepsAllThatWasWritten) {
         for (std::size_t k = 0; k < a.displacement.size(); ++k)
             EXPECT_TRUE(same(a.displacement[k].x(), b.displacement[k].x()));
     }
+}
+
+TEST_F(ExperimentFile, IsShownOnThePage) {
+    write_experiment(path_, tests::sample_experiment());
+    EXPECT_TRUE(is_shown_on_page(path_));
 }
 
 TEST_F(ExperimentFile, KeepsHowABodyRangDown) {

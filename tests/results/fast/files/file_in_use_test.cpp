@@ -35,7 +35,7 @@ TEST_F(FileInUseElsewhere, IsNotCalledDamaged) {
     tests::expect_input_error([&] { read_result(path_); },
                               {path_.string(), "another program has the file open to write", "wait for it"});
     EXPECT_THROW(kind_of_file(path_), FileInUse);
-    EXPECT_THROW(is_result_file(path_), FileInUse) << "nobody can say whether it is one";
+    EXPECT_THROW(is_shown_on_page(path_), FileInUse) << "nobody can say whether it is one";
 }
 
 TEST_F(FileInUseElsewhere, IsNotMissingInItsFolder) {
@@ -47,7 +47,7 @@ TEST_F(FileInUseElsewhere, IsNotMissingInItsFolder) {
 
 TEST_F(FileInUseElsewhere, IsReadOnceItIsClosed) {
     flock(file_, LOCK_UN);
-    EXPECT_TRUE(is_result_file(path_));
+    EXPECT_TRUE(is_shown_on_page(path_));
     EXPECT_EQ(read_results(std::array{directory_}).size(), 1U);
 }
 
