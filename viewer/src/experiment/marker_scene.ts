@@ -80,7 +80,7 @@ function edgesOf({ triangles }: Surface): number[] {
 }
 
 /** Many markers are drawn small, so that they do not hide each other. @param size  of the body [m] */
-const radiusOf = (size: number, numMarkers: number) => size * Math.min(0.014, 0.055 / Math.cbrt(numMarkers));
+const radiusOf = (size: number, numMarkers: number) => size * Math.min(0.022, 0.06 / Math.cbrt(numMarkers));
 
 /** @param size  of the body [m] */
 export function createMarkerScene(surface: Surface, numMarkers: number, size: number): MarkerScene {

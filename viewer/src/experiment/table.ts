@@ -7,6 +7,8 @@ import { referenceOf, stateOf, type ExperimentChoice } from './choice.ts';
 
 const heads = ['', '', 'Error [mm]', 'Worst [mm]', 'Tetrahedra', 'Solved in [s]', 'State'];
 
+const rounding = 1e-9; // what is below is 0 but for it [m]
+
 /** What a model is beside, with the error of each; what the file does not have is left out. */
 const yardsticks = (state: ExperimentState): [name: string, error: number, meaning: string][] => ([
   ['Noise of the measurement', state.noise, 'Errors below it rank no models'],
@@ -15,7 +17,7 @@ const yardsticks = (state: ExperimentState): [name: string, error: number, meani
   ['Straight line between driven places', state.straightLine, 'No mechanics'],
   ['Rigid motion that fits best', state.rigidMotion, 'No mechanics'],
   ['No motion', state.noMotion, 'No mechanics'],
-] as [string, number, string][]).filter(([name, error]) => Number.isFinite(error) && !(name.startsWith('Driven') && error === 0));
+] as [string, number, string][]).filter(([name, error]) => Number.isFinite(error) && !(name.startsWith('Driven') && error < rounding));
 
 function labelled(line: HTMLTableRowElement): HTMLTableRowElement {
   line.cells[1]!.className = 'plot';
@@ -45,7 +47,8 @@ function modelRow(of: Experiment, model: ExperimentModel, choice: ExperimentChoi
 export function experimentTable(of: Experiment, choice: ExperimentChoice, onChoose: (model: number) => void): Node[] {
   const state = stateOf(of, choice);
   const beside = yardsticks(state);
-  const range = decades([...beside.map(([, error]) => 1000 * error), ...of.models.map(({ runs }) => 1000 * (runs[choice.state]?.error ?? Number.NaN))]);
+  const errors = [...beside.map(([, error]) => error), ...of.models.map(({ runs }) => runs[choice.state]?.error ?? Number.NaN)];
+  const range = decades(errors.filter((error) => error > rounding).map((error) => 1000 * error));
   const head = row('th', 'Model', axisLabels(range, (error) => `${Number(error.toPrecision(1))} mm`), ...heads.slice(2));
   head.cells[1]!.className = 'plot';
   head.cells[1]!.append(element('span', { class: 'unseen' }, 'Error, on a logarithmic scale'));

@@ -174,7 +174,7 @@ export function createExperimentView({ complain, changed }: ExperimentHooks): Ex
     part('title').textContent = shown.name.replaceAll('_', ' ');
     part('subtitle').textContent = shown.title;
     const compared = shown.markers.drives.filter((patch) => patch === '').length;
-    const swings = shown.numRingDowns > 0 ? ` Its ${shown.numRingDowns} ring-downs are in the page of livermark report.` : '';
+    const swings = shown.numRingDowns > 0 ? ' It also rang down, which livermark report shows.' : '';
     const assumed = shown.assumptions.length > 0 ? ` Assumed: ${shown.assumptions.join('; ')}.` : '';
     part('about').textContent = `${shown.file}: ${shown.markers.names.length} markers, of which ${compared} are compared.${swings} Source: ${shown.source}.${assumed} Keys on the picture: arrows turn, + and − zoom, R resets the view, Esc unmarks the marker.`;
     part('states').replaceChildren(part('states').querySelector('legend')!, ...shown.states.map(({ name }, s) =>
