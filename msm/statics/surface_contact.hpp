@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/mesh/facet_points.hpp"
 #include "core/problem.hpp"
-#include "core/tool/facet_points.hpp"
 #include "core/tool/touched_facets.hpp"
 #include "core/tool/touching_tool.hpp"
 #include "msm/elastic_body.hpp"

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "core/tool/facet_points.hpp"
+#include "core/mesh/facet_points.hpp"
 
 namespace livermark {
 namespace {

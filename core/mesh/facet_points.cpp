@@ -1,4 +1,4 @@
-#include "core/tool/facet_points.hpp"
+#include "core/mesh/facet_points.hpp"
 
 #include <cmath>
 
