@@ -19,11 +19,13 @@
 /// A record is described once, and the description both writes and reads it. It is a template over the place in a file,
 /// GroupWriter or GroupReader, which have the same functions: the name in the file first, then what stands there.
 ///
-///     template <class At> void describe_run(At at, Of<At, CutRun> &run) {
-///         at.rows("work", run.work, "J");
-///         at.number("toughness", run.toughness);
+///     template <class At> void describe_cut(At at, Of<At, CutFile> &cut) {
+///         at.number("toughness", cut.toughness);
+///         at.rows("depth", cut.depth, "m");
+///         at.rows("area", cut.area, "m^2", cut.depth.size());
 ///     }
 ///
+/// A number or a text is an attribute of the place, rows are a dataset below it, of the given units.
 /// Sizes and ranges that a description names are checked where a file is read; what is written has them. Reading throws
 /// a support::InputError that names the file and the place. Internal to results/.
 namespace livermark::results::hdf5 {
