@@ -14,7 +14,7 @@ function(livermark_portable_sources target top)
     ${top}/meshes/cutting/articulations.cpp ${top}/meshes/cutting/check_cut.cpp ${top}/meshes/cutting/clean_up.cpp
     ${top}/meshes/cutting/face_neighbours.cpp ${top}/meshes/cutting/tool_geometry.cpp
     ${top}/core/tool/round_load.cpp ${top}/core/tool/least_within_limits.cpp ${top}/core/tool/needle_line.cpp
-    ${top}/core/mesh/interior_place.cpp ${top}/core/mesh/point_location.cpp ${top}/core/mesh/tetra_mesh.cpp ${top}/support/input_error.cpp
+    ${top}/core/mesh/interior_place.cpp ${top}/core/mesh/point_location.cpp ${top}/core/mesh/tetra_mesh.cpp ${top}/core/relaxation.cpp ${top}/support/input_error.cpp
     ${top}/support/known_names.cpp)
   set(CMAKE_CURRENT_SOURCE_DIR ${top}/msm)
   livermark_extensions(${target} spring_laws TYPE SpringLaw HEADER msm/spring_law.hpp)
@@ -25,6 +25,6 @@ function(livermark_portable_sources target top)
   target_compile_definitions(${target} PRIVATE HWY_COMPILE_ONLY_STATIC LIVERMARK_EXACT_ROOTS
     EIGEN_DONT_VECTORIZE FMT_HEADER_ONLY NDEBUG)
   target_compile_options(${target} PRIVATE -ffp-contract=off)
-  set_source_files_properties(${top}/msm/kernels/simd/scaled_mass_parts.cpp ${top}/msm/kernels/simd/take_steps.cpp
-    PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON) # they include themselves
+  set_source_files_properties(${top}/msm/kernels/simd/relax_stresses.cpp
+    ${top}/msm/kernels/simd/scaled_mass_parts.cpp ${top}/msm/kernels/simd/take_steps.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON) # they include themselves
 endfunction()

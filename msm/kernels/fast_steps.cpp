@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "msm/kernels/relaxation/relaxation_arrays.hpp"
 #include "msm/kernels/scaled_mass_steps.hpp"
 #include "msm/kernels/step_workspace.hpp"
 #include "msm/kernels/threads/partition.hpp"
@@ -29,6 +30,8 @@ class FastSteps::Implementation {
     virtual bool set_scaling(const MassScaling &scaling) = 0;
     virtual bool is_pressed() const = 0;
     virtual void take(int num_steps) = 0;
+    virtual void relax(double time) = 0;
+    virtual int steps_between_relaxations() const = 0;
     virtual std::size_t working_set() const = 0;
 };
 
@@ -73,7 +76,13 @@ template <class T> class Steps : public FastSteps::Implementation {
           double time_step, const FastStepOptions &options)
         : team_(options.num_threads) {
         const auto at_rest = centred(positions);
-        at_.body = sliced_body<T>(parts, at_rest, options.may_be_cut ? &plan_ : nullptr);
+        at_.body = sliced_body<T>(parts, at_rest, &plan_);
+        if (!options.relaxation.is_elastic()) {
+            clock_ = RelaxationClock(options.relaxation, options.relaxation_error, time_step);
+            at_.relaxation = relaxation_arrays(parts, plan_, at_.body, clock_.num_branches());
+        }
+        if (!options.may_be_cut)
+            plan_ = {};
         at_.scheme = scheme;
         at_.time_step = time_step;
         at_.alpha = damping.alpha;
@@ -113,6 +122,8 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
     void set_state(const State &state) override {
+        if (!at_.relaxation.empty() && !is_finite())
+            forget_stresses();
         // What fills up slices is put back too. Nothing moves it but forces that are no numbers: it would keep these,
         // and give them to the node of its lane through a spring without stiffness.
         for (auto &slice : at_.nodes) {
@@ -221,7 +232,10 @@ template <class T> class Steps : public FastSteps::Implementation {
             at_.loads[slice][c][lane] = static_cast<T>(force[c]);
     }
 
-    void set_time_step(double time_step) override { at_.time_step = time_step; }
+    void set_time_step(double time_step) override {
+        at_.time_step = time_step;
+        clock_.set_time_step(time_step);
+    }
 
     void set_mass(int node, double mass) override {
         const auto [slice, lane] = slot(static_cast<std::size_t>(node));
@@ -261,15 +275,24 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
     void take(int num_steps) override {
-        if (scaled_mass_.empty())
-            return take_unscaled(num_steps);
-        for (int s = 0; s < num_steps; ++s) {
-            scaled_mass_.remember(at_);
-            take_unscaled(1);
-            scaled_mass_.correct(at_);
+        if (at_.relaxation.empty())
+            return take_elastic(num_steps);
+        while (num_steps > 0) {
+            if (clock_.steps_left() == 0)
+                move_branches(clock_.turn());
+            const int now = std::min(num_steps, clock_.steps_left());
+            take_elastic(now);
+            clock_.count(now);
+            num_steps -= now;
         }
     }
 
+    void relax(double time) override {
+        if (!at_.relaxation.empty())
+            move_branches(clock_.stay(time));
+    }
+
+    int steps_between_relaxations() const override { return at_.relaxation.empty() ? 1 : clock_.num_steps(); }
     std::size_t working_set() const override {
         const auto &body = at_.body;
         return bytes(body.neighbour) + bytes(body.spring) + bytes(body.spring_lines) + bytes(body.corner) +
@@ -284,7 +307,8 @@ template <class T> class Steps : public FastSteps::Implementation {
                bytes(body.mean_node) + bytes(body.mean_gradient) + bytes(body.star_corner) + bytes(body.star_slot) +
                (body.has_gradient_stars ? 0 : bytes(body.star_tetrahedron)) + 3 * bytes(body.star_modulus) +
                bytes(body.rest_rows) + bytes(body.mean_volume) + bytes(body.mean_weight) + bytes(at_.change) +
-               bytes(at_.change_rate) + bytes(at_.mean_push);
+               bytes(at_.change_rate) + bytes(at_.mean_push) + bytes(at_.relaxation.means.faded) +
+               bytes(at_.relaxation.tetrahedra.faded);
     }
 
   private:
@@ -316,7 +340,8 @@ template <class T> class Steps : public FastSteps::Implementation {
         else
             for (auto &values : at_.corner_strain)
                 values.assign(4 * (body.corner.size() + slice_size), T(0));
-        if (has_volumes_in_fans && !is_damped) { // which dashpots inside tetrahedra alone would read
+        // Dashpots inside tetrahedra alone would read these, and branches there.
+        if (has_volumes_in_fans && !is_damped && at_.relaxation.empty()) {
             at_.body.rest_gradient = {};
             at_.body.inner_modulus = {};
         }
@@ -338,6 +363,38 @@ template <class T> class Steps : public FastSteps::Implementation {
         const auto num_places = has_gradients ? body.first_pull + body.mean_node.size() + body.volume_row.size()
                                               : static_cast<std::size_t>(body.chunk_start.back()) + 1;
         at_.corner_force.assign(4 * num_places, T(0));
+    }
+
+    bool is_finite() const {
+        return std::ranges::all_of(at_.nodes, [](const NodeSlice<T> &slice) {
+            T sum = 0;
+            for (const auto *field : {&slice.position.high, &slice.velocity.high})
+                for (const auto &component : *field)
+                    for (const T value : component)
+                        sum += T(0) * value;
+            return sum == T(0);
+        });
+    }
+
+    void forget_stresses() {
+        forget(at_.relaxation, at_.body);
+        clock_.stay(0.0);
+    }
+
+    void move_branches(RelaxationShares shares) {
+        at_.relaxation.shares = std::move(shares);
+        team_.run([this](int thread, Barrier &barrier) { relax_stresses(at_, thread, barrier); });
+    }
+
+    /// Steps in which branches do not move.
+    void take_elastic(int num_steps) {
+        if (scaled_mass_.empty())
+            return take_unscaled(num_steps);
+        for (int s = 0; s < num_steps; ++s) {
+            scaled_mass_.remember(at_);
+            take_unscaled(1);
+            scaled_mass_.correct(at_);
+        }
     }
 
     void take_unscaled(int num_steps) {
@@ -396,6 +453,7 @@ template <class T> class Steps : public FastSteps::Implementation {
     std::vector<FineField<T>> rest_;
     SlicedPlan plan_; ///< empty unless the body may be cut
     StepWorkspace<T> at_;
+    RelaxationClock clock_;
     ScaledMassSteps<T> scaled_mass_;
     std::vector<std::vector<std::size_t>> copies_; ///< of each row; empty until somebody asks
     Team team_;
@@ -412,7 +470,10 @@ std::optional<FastSteps> FastSteps::prepare(const ElasticBody &body, const std::
         parts->watched_volume = options.watched_volume;
     const auto scheme = find_scheme(integrator, options.num_stages);
     const bool is_scaled = !options.scaling.parts.empty();
-    if (!parts || !scheme || (is_scaled && scheme->kind != StepScheme::Kind::symplectic_euler))
+    const bool relaxes = !options.relaxation.is_elastic();
+    if (!parts || !scheme || ((is_scaled || relaxes) && scheme->kind != StepScheme::Kind::symplectic_euler))
+        return std::nullopt;
+    if (relaxes && (options.may_be_cut || !can_relax(*parts)))
         return std::nullopt;
     const auto make = [&]<class T>(T /*precision*/) {
         return FastSteps(
@@ -465,6 +526,12 @@ bool FastSteps::is_pressed() const {
 }
 void FastSteps::take(int num_steps) {
     implementation_->take(num_steps);
+}
+void FastSteps::relax(double time) {
+    implementation_->relax(time);
+}
+int FastSteps::steps_between_relaxations() const {
+    return implementation_->steps_between_relaxations();
 }
 std::size_t FastSteps::working_set() const {
     return implementation_->working_set();

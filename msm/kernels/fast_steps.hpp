@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/load_case.hpp"
+#include "core/relaxation.hpp"
 #include "msm/cutting/cut_changes.hpp"
 #include "msm/dynamics/chebyshev_stages.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
@@ -38,12 +39,20 @@ struct FastStepOptions {
     /// where it does not have to. Empty if nobody asks.
     std::vector<double> watched_volume{};
     bool may_be_cut = false; ///< keeps what cut() asks for, which no step does
+    /// How the stresses fade that a RelaxingTerm says do, springs' and coupled springs'; elastic if there are no
+    /// moduli. Known to symplectic_euler of bodies that are not cut.
+    core::PronySeries relaxation{};
+    /// Of a stress that fades, as a part of the largest one that there was: branches move once in as many steps as this
+    /// allows, see RelaxationClock, or in every step where it is 0. Errors of a motion are smaller, of second order in
+    /// that time.
+    double relaxation_error = 1e-3;
 };
 
 /// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.
 /// Springs, springs coupled around nodes or edges (with an energy that are_in_kernels() knows, coupled_springs.hpp),
 /// their dashpots, volume terms and the inversion guard are known; springs coupled both ways are not, nor volumes
-/// around nodes other than those that springs are coupled in.
+/// around nodes other than those that springs are coupled in. Springs relax with a Prony series, and so do
+/// neo-Hookean ones that are coupled.
 ///
 /// Single precision is that of positions within the body: 2^-24 of its size, and so about 1e-6 of the strain of a
 /// spring for each 1 % of it.
@@ -57,7 +66,8 @@ class FastSteps {
                                             const std::string &integrator, double time_step,
                                             const FastStepOptions &options = {});
 
-    /// Goes on from another state; of constrained components it takes the displacement alone.
+    /// Goes on from another state; of constrained components it takes the displacement alone. Branches keep what they
+    /// bear, but none from a state that is not finite.
     void set_state(const State &state);
     State state() const;
 
@@ -115,6 +125,13 @@ class FastSteps {
 
     /// Takes that many steps.
     void take(int num_steps);
+
+    /// Lets stresses fade as if the body stayed where it is for that long [s], which may be infinite. State and time do
+    /// not change. What is set or pushed to another place gets its stress there within one step.
+    void relax(double time);
+
+    /// How many steps there are between two moves of the branches; 1 if nothing relaxes.
+    int steps_between_relaxations() const;
 
     /// Memory that every step reads or writes [bytes].
     std::size_t working_set() const;

@@ -6,6 +6,7 @@
 
 #include "msm/dynamics/chebyshev_stages.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
+#include "msm/kernels/relaxation/relaxation_arrays.hpp"
 
 namespace livermark::msm {
 
@@ -109,6 +110,8 @@ template <class T> struct StepWorkspace {
     double alpha = 0.0, beta = 0.0; ///< Rayleigh damping
     double least_stretch = 0.0;     ///< see FastStepOptions
 
+    RelaxationArrays<T> relaxation; ///< empty if nothing relaxes
+
     std::vector<NodeSlice<T>> nodes;
     std::vector<SliceField<T>> loads;                ///< [N]; empty if there are none
     std::vector<StageSlice<T>> stages;               ///< empty for one stage
@@ -155,5 +158,8 @@ template <class T> struct StepWorkspace {
 /// Takes steps, with the widest vectors that the machine has; every thread of a team calls it. The result does not
 /// depend on how many there are: everything is written by one thread, from what was there before a barrier.
 template <class T> void take_steps(StepWorkspace<T> &workspace, int thread, int num_steps, Barrier &barrier);
+
+/// The turn of branches between steps, as RelaxationArrays::shares says; every thread of a team calls it.
+template <class T> void relax_stresses(StepWorkspace<T> &workspace, int thread, Barrier &barrier);
 
 } // namespace livermark::msm

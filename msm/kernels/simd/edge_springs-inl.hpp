@@ -33,6 +33,7 @@ HWY_NOINLINE void edge_spring_forces(StepWorkspace<T> &at, int now, int thread, 
         auto total = neo_hookean_stress(D(), modulus, means.mean(), at.least_stretch, largest);
         if constexpr (is_damped)
             total = plus<D>(total, stress<D>(hn::Mul(hn::Set(d, T(0.5)), modulus), modulus, means.rate()));
+        total = without_faded(D(), at, total, star);
         const auto *slot = body.star_slot.data() + places.corner;
         auto sum = no_vector(D());
         const auto on_end = means.forces(total, [&](std::size_t k, const Vec3<D> &force) HWY_ATTR {

@@ -172,12 +172,15 @@ template <bool is_damped, class T> class MeansOfC {
     }
     /// The first stress of Piola and Kirchhoff times the volume, of a sum over the corners and a pressure mu inside:
     /// F (V S + mu I).
+    /// @param faded  what has relaxed of the stress inside, times the volume; null if nothing does
     HWY_INLINE static Columns<D> first_stress(const Columns<D> &f, hn::Vec<D> rest_volume, Stress sum,
-                                              hn::Vec<D> inside) {
+                                              hn::Vec<D> inside, const T *faded) {
         sum = scaled<D>(rest_volume, sum);
         sum.xx = hn::Add(sum.xx, inside);
         sum.yy = hn::Add(sum.yy, inside);
         sum.zz = hn::Add(sum.zz, inside);
+        if (faded)
+            sum = minus<D>(sum, load_six(D(), faded));
         return product<D>(f, sum);
     }
 

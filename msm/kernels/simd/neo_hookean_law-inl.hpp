@@ -16,15 +16,19 @@
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
 
-/// S = mu (I - C^-1 + 1/2 ln det C C^-1) with C = I + G, where with the invariants I1, I2 and I3 of G
+/// Of C = I + G, with the invariants I1, I2 and I3 of G
 ///   det C = 1 + I1 + I2 + I3,   C^-1 det C = (1 + I1) I - G + adj G,   (I - C^-1) det C = G - adj G + (I2 + I3) I,
 /// so that small strains lose no digits.
-/// @param twice_strain  G
+template <class D> struct CauchyGreen {
+    Symmetric<D> adjugate;               ///< of G
+    hn::Vec<D> i1, two_and_three;        ///< I1, and I2 + I3
+    hn::Vec<D> adjugate_trace;           ///< of C
+    hn::Vec<D> exact_change, det_change; ///< det C - 1, and what it is taken for
+};
+
+/// @param twice_strain   G
 /// @param least_stretch  see FastStepOptions; det C is taken as if no less than the trace of its adjugate allows
-/// @param largest        told how much det C lacks of what makes the trace of C^-1 four
-template <class D>
-HWY_INLINE Symmetric<D> neo_hookean_stress(D d, hn::Vec<D> shear_modulus, const Symmetric<D> &twice_strain,
-                                           double least_stretch, LargestDeficit<D> &largest) {
+template <class D> HWY_INLINE CauchyGreen<D> cauchy_green(D d, const Symmetric<D> &twice_strain, double least_stretch) {
     using T = hn::TFromD<D>;
     const auto &[xx, yy, zz, xy, yz, zx] = twice_strain;
     const auto one = hn::Set(d, T(1));
@@ -40,8 +44,21 @@ HWY_INLINE Symmetric<D> neo_hookean_stress(D d, hn::Vec<D> shear_modulus, const 
     const auto adjugate_trace = hn::MulAdd(hn::Set(d, T(2)), i1, hn::Add(i2, hn::Set(d, T(3))));
     const auto bent = hn::MulSub(hn::Set(d, static_cast<T>(square / (1.0 + 2.0 * square))), adjugate_trace, one);
     const auto exact = hn::Add(i1, two_and_three);
+    return {adjugate, i1, two_and_three, adjugate_trace, exact, hn::Max(hn::Max(exact, bent), least)};
+}
+
+/// S = mu (I - C^-1 + 1/2 ln det C C^-1)
+/// @param twice_strain, least_stretch  see cauchy_green()
+/// @param largest  told how much det C lacks of what makes the trace of C^-1 four
+template <class D>
+HWY_INLINE Symmetric<D> neo_hookean_stress(D d, hn::Vec<D> shear_modulus, const Symmetric<D> &twice_strain,
+                                           double least_stretch, LargestDeficit<D> &largest) {
+    using T = hn::TFromD<D>;
+    const auto &[xx, yy, zz, xy, yz, zx] = twice_strain;
+    const auto [adjugate, i1, two_and_three, adjugate_trace, exact, change] =
+        cauchy_green(d, twice_strain, least_stretch);
+    const auto one = hn::Set(d, T(1));
     largest.deficit = hn::Max(largest.deficit, hn::Sub(hn::MulSub(hn::Set(d, T(0.25)), adjugate_trace, one), exact));
-    const auto change = hn::Max(hn::Max(exact, bent), least);
     const auto half_log = hn::Mul(hn::Set(d, T(0.5)), hn::Log1p(d, change));
     const auto scale = hn::Div(shear_modulus, hn::Add(one, change));
     const auto part = hn::Mul(scale, hn::Sub(one, half_log));
@@ -51,6 +68,33 @@ HWY_INLINE Symmetric<D> neo_hookean_stress(D d, hn::Vec<D> shear_modulus, const 
                               HWY_ATTR { return hn::MulAdd(part, hn::Sub(g, a), mean); };
     return {diagonal(xx, adjugate.xx), diagonal(yy, adjugate.yy), diagonal(zz, adjugate.zz),
             along(xy, adjugate.xy),    along(yz, adjugate.yz),    along(zx, adjugate.zx)};
+}
+
+/// The part of it that resists changes of shape alone, mu J^-2/3 (I - tr C / 3 C^-1), where
+///   (I - tr C / 3 C^-1) det C = (1 + I1 / 3) (G - adj G) + (I2 + I3 - I1 (1 + I1) / 3) I.
+template <class D>
+HWY_INLINE Symmetric<D> isochoric_stress(D d, hn::Vec<D> shear_modulus, const Symmetric<D> &twice_strain,
+                                         double least_stretch) {
+    using T = hn::TFromD<D>;
+    const auto of = cauchy_green(d, twice_strain, least_stretch);
+    const auto one = hn::Set(d, T(1)), third = hn::Set(d, T(1.0 / 3.0));
+    const auto isochoric = hn::Exp(d, hn::Mul(hn::Set(d, T(-1.0 / 3.0)), hn::Log1p(d, of.det_change)));
+    const auto scale = hn::Div(hn::Mul(shear_modulus, isochoric), hn::Add(one, of.det_change));
+    const auto part = hn::Mul(scale, hn::MulAdd(third, of.i1, one));
+    const auto mean = hn::Mul(scale, hn::NegMulAdd(hn::Mul(third, of.i1), hn::Add(one, of.i1), of.two_and_three));
+    auto stress = scaled<D>(part, minus<D>(twice_strain, of.adjugate));
+    stress.xx = hn::Add(stress.xx, mean);
+    stress.yy = hn::Add(stress.yy, mean);
+    stress.zz = hn::Add(stress.zz, mean);
+    return stress;
+}
+
+/// The stress of a mean without what has relaxed of it.
+/// @param mean  number of the control volume or star
+template <class D, class T>
+HWY_INLINE Symmetric<D> without_faded(D d, const StepWorkspace<T> &at, const Symmetric<D> &stress, std::size_t mean) {
+    const auto &faded = at.relaxation.means.faded;
+    return faded.empty() ? stress : minus<D>(stress, load_six(d, faded.data() + first_of_six(mean)));
 }
 
 /// g g' of relative changes e of volumes, for g = ln (1 + e).

@@ -40,7 +40,7 @@ HWY_NOINLINE void neo_hookean_stresses(StepWorkspace<T> &at, int now, int volume
             total = plus<D>(total, stress<D>(hn::Mul(hn::Set(d, T(0.5)), modulus), modulus, rate.tensor));
             push = hn::Add(push, rate.more);
         }
-        means.store(total, volume, at);
+        means.store(without_faded(D(), at, total, volume), volume, at);
         if (!body.volume_stiffness.empty())
             hn::Store(hn::Mul(hn::Load(d, body.volume_stiffness.data() + volume), push), d, pressure.data() + lane);
     }
@@ -76,7 +76,9 @@ template <class Means, class D> struct FanStresses<Means, D, true> {
         const auto to = Means::fetch_at(at, corner);
         const auto sum = plus<D>(axis, plus<D>(from, to));
         from = to;
-        return Means::first_stress(f, hn::Load(d, at.body.rest_volume.data() + t), sum, modulus);
+        const auto &faded = at.relaxation.tetrahedra.faded;
+        return Means::first_stress(f, hn::Load(d, at.body.rest_volume.data() + t), sum, modulus,
+                                   faded.empty() ? nullptr : faded.data() + first_of_six(t));
     }
 };
 

@@ -37,6 +37,11 @@ template <class D> HWY_INLINE Symmetric<D> plus(const Symmetric<D> &a, const Sym
             hn::Add(a.xy, b.xy), hn::Add(a.yz, b.yz), hn::Add(a.zx, b.zx)};
 }
 
+template <class D> HWY_INLINE Symmetric<D> minus(const Symmetric<D> &a, const Symmetric<D> &b) {
+    return {hn::Sub(a.xx, b.xx), hn::Sub(a.yy, b.yy), hn::Sub(a.zz, b.zz),
+            hn::Sub(a.xy, b.xy), hn::Sub(a.yz, b.yz), hn::Sub(a.zx, b.zx)};
+}
+
 template <class D> HWY_INLINE Symmetric<D> scaled(hn::Vec<D> factor, const Symmetric<D> &a) {
     return {hn::Mul(factor, a.xx), hn::Mul(factor, a.yy), hn::Mul(factor, a.zz),
             hn::Mul(factor, a.xy), hn::Mul(factor, a.yz), hn::Mul(factor, a.zx)};
@@ -44,6 +49,27 @@ template <class D> HWY_INLINE Symmetric<D> scaled(hn::Vec<D> factor, const Symme
 
 template <class D> HWY_INLINE Vec3<D> product(const Symmetric<D> &a, const Vec3<D> &v) {
     return {dot(Vec3<D>{a.xx, a.xy, a.zx}, v), dot(Vec3<D>{a.xy, a.yy, a.yz}, v), dot(Vec3<D>{a.zx, a.yz, a.zz}, v)};
+}
+
+/// Where the first of six numbers of each of many things stands, in slices of shape (6, 16).
+HWY_INLINE std::size_t first_of_six(std::size_t number) {
+    const std::size_t lane = number % slice_size;
+    return 6 * (number - lane) + lane;
+}
+
+template <class D, class T> HWY_INLINE Symmetric<D> load_six(D d, const T *at) {
+    const auto load = [&](int k) HWY_ATTR { return hn::Load(d, at + k * slice_size); };
+    return {load(0), load(1), load(2), load(3), load(4), load(5)};
+}
+
+template <class D, class T> HWY_INLINE void store_six(D d, const Symmetric<D> &value, T *at) {
+    const auto store = [&](int k, const hn::Vec<D> &v) HWY_ATTR { hn::Store(v, d, at + k * slice_size); };
+    store(0, value.xx);
+    store(1, value.yy);
+    store(2, value.zz);
+    store(3, value.xy);
+    store(4, value.yz);
+    store(5, value.zx);
 }
 
 /// mu ((tr E) 1 + 2 E), as springs do.

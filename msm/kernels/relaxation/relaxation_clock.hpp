@@ -1,0 +1,70 @@
+#pragma once
+
+#include <vector>
+
+#include "core/relaxation.hpp"
+
+namespace livermark::msm {
+
+/// What Maxwell branches do when their turn comes. Each has a stress r that follows gain s, where s is the stress of
+/// the elastic law: r += share (gain s - r). The stress that is left is s - at_once s - sum of r.
+struct RelaxationShares {
+    std::vector<double> share, gain; ///< (B)
+    double at_once = 0.0;
+    /// Whether the r of before are taken away in the next step, and not those of now.
+    bool takes_former = false;
+    double back = 0.0; ///< [s] how far positions are taken back along velocities before s is found
+};
+
+/// When branches of explicit steps have their turn, and what they do then. Symplectic Euler is drift, kick and drift
+/// with half steps h / 2 between; velocities stand half a step before positions. Let q be what branches have taken off
+/// the stress, dq/dt = (g s - q) / tau. It is held for m steps, and then relaxed exactly for the time m h where the
+/// body is half a step before: a splitting of Strang's (1968, SIAM J. Numer. Anal. 5(3)) of motion and relaxation, of
+/// second order in m h. Of a linear body, steps with q held keep
+///     1/2 v^T (M - h^2 / 4 K) v + Q(x, q),   Q = 1/2 s.e - q.e + sum of q^2 / (2 g c),
+/// at these half steps, with the stiffness K at once and s = c e; relaxation at fixed x and v makes Q smaller. So
+/// steps that are stable without branches are stable with them, for every m and every tau, and this energy never grows.
+///
+/// As |g s - q| is at most 2 g times the largest |s|, what is held is wrong by at most sum of g (1 - exp(-m h / tau))
+/// times that, to first order. m is chosen by it. If that is 1, branches move in every step as in relaxing_steps.hpp:
+/// with gain = g (1 - exp(-x)) / x of x = h / tau, r = q - (g - gain) s obeys r += (1 - exp(-x)) (gain s - r), and the
+/// stress at x(n) has the r of before.
+class RelaxationClock {
+  public:
+    RelaxationClock() = default;
+
+    /// @param largest_error  of the stress, as a part of the largest one of the elastic law; not negative
+    /// @param time_step      h [s], > 0
+    RelaxationClock(core::PronySeries series, double largest_error, double time_step);
+
+    bool is_elastic() const { return series_.is_elastic(); }
+    std::size_t num_branches() const { return series_.moduli.size(); }
+
+    /// Branches have their turn before the next step.
+    void set_time_step(double time_step);
+
+    /// m
+    int num_steps() const { return num_steps_; }
+    /// Until branches have their turn.
+    int steps_left() const { return steps_left_; }
+
+    /// What they do now, before the next m steps.
+    RelaxationShares turn();
+    /// What they do if the body stays where it is for that long [s]. They have their turn before the next step.
+    RelaxationShares stay(double time);
+    void count(int steps);
+
+  private:
+    std::vector<double> shares_after(double time) const;
+    bool moves_in_every_step() const { return num_steps_ == 1; }
+
+    core::PronySeries series_;
+    double largest_error_ = 0.0, time_step_ = 0.0;
+    int num_steps_ = 1, steps_left_ = 0;
+    double ahead_ = 0.0; ///< [s] by how much branches have gone on further than the body
+};
+
+/// The largest m for which sum of g (1 - exp(-m h / tau)) is at most that error; 1 if there is none.
+int steps_between_turns(const core::PronySeries &series, double largest_error, double time_step);
+
+} // namespace livermark::msm
