@@ -78,9 +78,31 @@ BorrowedThreads::~BorrowedThreads() {
     num_borrowed_in_all -= num_borrowed_;
 }
 
+core::PronySeries prony_series(const std::vector<std::pair<double, double>> &branches) {
+    core::PronySeries series;
+    for (const auto &[modulus, time] : branches) {
+        if (!(modulus >= 0.0))
+            throw support::InputError(fmt::format("relaxation: {} is no part of a modulus that fades; give pairs of a "
+                                                  "modulus, 0 or more, and a time in seconds",
+                                                  modulus));
+        if (!(time > 0.0))
+            throw support::InputError(
+                fmt::format("relaxation: a time is {} s; times have to be positive, in seconds", time));
+        series.moduli.push_back(modulus);
+        series.times.push_back(time);
+    }
+    if (!(series.remaining() > 0.0))
+        throw support::InputError(
+            fmt::format("relaxation: the moduli are parts that fade, and their sum {:g} has to be "
+                        "below 1; change them",
+                        1.0 - series.remaining()));
+    return series;
+}
+
 msm::FastSteps prepare_steps(const Springs &springs, const StepChoice &choice, const py::handle &fixed,
                              const py::handle &forces) {
-    const msm::FastStepOptions options{.precision = precision_of(choice.kernel), .num_threads = choice.num_threads};
+    const msm::FastStepOptions options{
+        .precision = precision_of(choice.kernel), .num_threads = choice.num_threads, .relaxation = choice.relaxation};
     const auto conditions = conditions_of(springs, fixed, forces);
     if (!(choice.time_step > 0.0 && std::isfinite(choice.time_step)))
         throw support::InputError(fmt::format(
@@ -91,6 +113,11 @@ msm::FastSteps prepare_steps(const Springs &springs, const StepChoice &choice, c
     try {
         const auto steps = msm::FastSteps::prepare(springs.body, springs.points, conditions, choice.damping,
                                                    integrator.name, choice.time_step, options);
+        if (!steps && !choice.relaxation.is_elastic())
+            throw support::InputError(fmt::format(
+                "relaxation: the fast kernels know it of springs and of coupled springs with an energy, by "
+                "symplectic_euler, and not of such springs by {}; take one of these, or leave relaxation out",
+                integrator.name));
         if (!steps)
             throw support::InputError(fmt::format("integrator: the fast kernels do not know {} for such springs; take "
                                                   "another one of integrators()",

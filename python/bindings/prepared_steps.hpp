@@ -1,6 +1,8 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/rayleigh_damping.hpp"
 #include "msm/kernels/fast_steps.hpp"
@@ -16,7 +18,12 @@ struct StepChoice {
     std::string kernel;
     int num_threads = 1;
     bool force_time_step = false; ///< take it even if it is too long to be stable
+    core::PronySeries relaxation{};
 };
+
+/// @param branches  modulus and time [s] of each
+/// @throws support::InputError if a modulus is negative, all together leave nothing, or a time is not positive
+core::PronySeries prony_series(const std::vector<std::pair<double, double>> &branches);
 
 /// Threads that simulations have beside those that call them. They are given back when it goes.
 class BorrowedThreads {

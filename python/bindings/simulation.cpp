@@ -91,6 +91,12 @@ class Simulation {
         alone([&] { steps_.set_load(static_cast<int>(node), {force[0], force[1], force[2]}); });
     }
 
+    void relax(double seconds) {
+        if (!(seconds >= 0.0))
+            throw support::InputError(fmt::format("seconds: {}; stresses have no way back in time", seconds));
+        alone([&] { steps_.relax(seconds); });
+    }
+
     double time_step() const { return time_step_; }
     std::int64_t num_steps() const { return num_steps_; }
     double time() const { return static_cast<double>(num_steps_) * time_step_; }
@@ -170,8 +176,10 @@ class Simulation {
 std::unique_ptr<Simulation> make_simulation(const Springs &springs, double time_step, const std::string &integrator,
                                             const core::RayleighDamping &damping, const py::object &fixed,
                                             const py::object &forces, const std::string &kernel, int num_threads,
-                                            bool force_time_step) {
-    const StepChoice choice{time_step, integrator, damping, kernel, num_threads, force_time_step};
+                                            bool force_time_step,
+                                            const std::vector<std::pair<double, double>> &relaxation) {
+    const StepChoice choice{
+        time_step, integrator, damping, kernel, num_threads, force_time_step, prony_series(relaxation)};
     return std::make_unique<Simulation>(springs, choice, fixed, forces);
 }
 
@@ -190,15 +198,22 @@ void add_simulation(py::module_ &module) {
              py::arg("integrator") = "symplectic_euler", py::arg("damping") = core::RayleighDamping{},
              py::arg("fixed") = py::none(), py::arg("forces") = py::none(), py::arg("kernel") = "simd_double",
              py::arg("num_threads") = 1, py::arg("force_time_step") = false,
+             py::arg("relaxation") = std::vector<std::pair<double, double>>{},
              "time_step: h [s], at most critical_time_step(), above which motions grow without bounds. integrator: one "
              "of\nintegrators(). fixed: node numbers, or a mask of shape (N) or (N, 3). forces: (N, 3) on the nodes "
              "[N]. "
              "kernel:\nsimd_double, or simd_float for forces in single precision. num_threads: the motion is the same "
              "with any.\nforce_time_step: take the step even if it is too long to be stable, without looking for the "
-             "largest frequency.\nRaises InputError.")
+             "largest frequency.\nrelaxation: pairs (modulus, time) of a Prony series; of the stress that resists "
+             "changes "
+             "of shape, and of a\nspring's tension, the part modulus fades with the time [s]. Known to "
+             "symplectic_euler.\nRaises InputError.")
         .def("step", &Simulation::step, py::arg("num_steps") = 1,
              "Takes that many steps. Other Python threads run meanwhile. Raises DivergedError if the motion is not "
              "finite any more.")
+        .def("relax", &Simulation::relax, py::arg("seconds"),
+             "Lets stresses fade as if the body stayed where it is for that long; math.inf is for ever. Positions, "
+             "velocities and time stay.")
         .def("set_forces", &Simulation::set_forces, py::arg("forces"),
              "Loads all nodes from now on: (N, 3) [N], in place of what loaded them.")
         .def("set_force", &Simulation::set_force, py::arg("node"), py::arg("force"),

@@ -108,6 +108,37 @@ def test_a_motion_that_is_not_finite_raises(bar, num_threads, at_once):
     assert numpy.array_equal(simulation.positions, other.positions)
 
 
+def test_springs_relax_under_a_force_and_at_once_where_they_stay():
+    step, series, force = 0.02, [(0.3, 0.5), (0.2, 0.1)], 2.0
+    simulation = livermark.Simulation(pair(), step, fixed=[0], forces=[[0, 0, 0], [force, 0, 0]], relaxation=series,
+                                      damping=livermark.RayleighDamping(20.0, 0.0))
+    simulation.step(1000)
+    assert simulation.displacement[1, 0] == pytest.approx(force / (0.5 * 200.0), rel=1e-6)
+    held = livermark.Simulation(pair(), step, fixed=[0], relaxation=series)
+    held.displacement = [[0, 0, 0], [0.01, 0, 0]]
+    held.relax(numpy.inf)
+    held.step()
+    assert held.velocity[1, 0] == pytest.approx(-step * 0.5 * 200.0 * 0.01, rel=1e-3)
+
+
+@pytest.mark.parametrize("relaxation, words", [
+    ([(-0.1, 1.0)], "relaxation: -0.1 is no part"), ([(0.5, 0.0)], "relaxation: a time is 0 s"),
+    ([(0.5, 1.0), (0.5, 2.0)], "relaxation: the moduli are parts that fade, and their sum 1 has to be below 1")])
+def test_a_series_that_is_none_is_refused(relaxation, words):
+    with pytest.raises(livermark.InputError, match="^" + words):
+        livermark.Simulation(pair(), 0.01, relaxation=relaxation)
+
+
+def test_relaxation_is_refused_where_kernels_do_not_know_it(bar):
+    springs = livermark.coupled_springs(*bar, 5000.0, 0.45, model="nodal_springs")
+    for unknown, integrator in ((springs, "symplectic_euler"), (pair(), "velocity_verlet")):
+        step = 0.5 * livermark.critical_time_step(unknown, integrator)
+        with pytest.raises(livermark.InputError, match="^relaxation: the fast kernels know it of springs"):
+            livermark.Simulation(unknown, step, integrator, relaxation=[(0.5, 1.0)])
+    with pytest.raises(livermark.InputError, match="^seconds: -1"):
+        livermark.Simulation(pair(), 0.01, relaxation=[(0.5, 1.0)]).relax(-1.0)
+
+
 def threads_of_this_process():
     return len(os.listdir("/proc/self/task"))
 
