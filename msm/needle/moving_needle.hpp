@@ -1,124 +1,30 @@
 #pragma once
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
-#include <span>
 #include <vector>
 
-#include "core/tool/least_within_limits.hpp"
-#include "core/tool/needle.hpp"
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/moving_needle.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {
 
-/// For how long a damper beside core::needle_stiffness goes on [s].
-inline constexpr double needle_damping_time = 1e-3;
+using core::needle_damping_time, core::NeedleWork;
 
-/// Work since the needle began [J]. What the hand does is what the tissue takes up, as elastic and kinetic energy and
-/// by its own damping, and the three losses.
-struct NeedleWork {
-    double hand = 0.0;     ///< of the hand
-    double friction = 0.0; ///< lost along the shaft
-    double tearing = 0.0;  ///< lost at the tip
-    double holding = 0.0;  ///< lost where the tissue is held across the axis
-};
-
-/// A straight, rigid needle in a body that moves in explicit steps: the mechanics of studies::insert() with inertia.
-///
-/// It acts on the places of core::needle_line(), which lie on the way from entry to target as it was at rest, so their
-/// weights W (K, N) are found once and no step looks for tetrahedra. After each step it changes velocities by M^-1 W^T
-/// J, and positions by h times that, with the impulses J that make it the step of symplectic Euler under implicit
-/// springs and dampers,
-///   J = -h k e' - h k tau v',  e' = e + h W M^-1 W^T J,  v' = v + W M^-1 W^T J,
-/// e and v being what a place has moved from where it is held, and how fast, after the step. With 1 / b = h^2 k +
-/// h k tau that is (W M^-1 W^T + b) J = -b (h k e + h k tau v): steps may be as long as without a needle, since
-/// 4 M + (h^2 k + 2 h k tau) W^T W - h^2 K stays positive where 4 M - h^2 K is. Between the limits
-///   0 <= J_tip <= h G w, or h times the puncture force while the surface is whole, nothing in its own hole,
-///   |J_k| <= h friction times the length of the shaft that place k stands for,
-/// the tissue sticks to the needle, and at a limit it slides (Coulomb, stick and slip). Across the axis a place is held
-/// where it was when the tip passed, without a limit.
-class MovingNeedle {
+/// A needle in explicit steps of springs.
+class MovingNeedle : public core::MovingNeedle {
   public:
     /// @param mesh        at rest, where the springs are prepared
-    /// @param node_mass   shape (N) [kg]
+    /// @param node_mass   shape (N) [kg], those of the steps, not scaled ones
     /// @param conditions  of the steps; nodes that are constrained in all components take forces and do not move
     /// @throws std::invalid_argument if no point of the body is near a place
     MovingNeedle(const core::Needle &needle, const core::TetraMesh &mesh, const std::vector<double> &node_mass,
                  const NodalConditions &conditions);
 
-    /// Begins outside, the tip at the entry as it is now.
+    /// As of core::MovingNeedle.
     void begin(const FastSteps &steps);
-
-    /// What the needle does to the last step. In a body that has diverged forces are not finite, and the tip stays
-    /// where it was. Of steps of other integrators than symplectic Euler it is a splitting of first order. Masses of
-    /// the steps are those that were given, not scaled ones.
-    /// @param depth      of the tip below the entry at rest, as the hand leads it, at the end of the step [m]
-    /// @param time_step  h of that step [s]
     void act(FastSteps &steps, double depth, double time_step);
-
-    double depth() const { return depth_; }         ///< of the tip below the entry at rest [m]
-    double tip() const { return tip_; }             ///< how much of the tissue's path is behind it, at rest [m]
-    double force() const { return force_; }         ///< of the hand, inwards, in the last step [N]
-    double tip_force() const { return tip_force_; } ///< [N]
-    bool is_punctured() const { return is_punctured_; }
-    /// Adds what each place has got of the needle in the last step, on the tissue [N s].
-    /// @param sum  shape (K), in the order of core::needle_line()
-    void add_impulses(std::span<core::Vector3> sum) const;
-    int num_places() const { return static_cast<int>(u_.rows()); } ///< K
-    const NeedleWork &work() const { return work_; }
-    const core::Needle &needle() const { return needle_; }
-    /// Of the tissue at the entry, inwards, after the last step [m].
-    double entry_displacement() const { return u_(0, 0); }
-    /// Displacement of the target: the mean over its place [m].
     core::Vector3 target_displacement(const FastSteps &steps) const;
-    /// Nodes that it may act on, those near the entry first.
-    const std::vector<int> &nodes() const { return nodes_; }
-
-  private:
-    using Row = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
-
-    int num_active() const;
-    void read(const FastSteps &steps, int active);
-    void prepare(double time_step);
-    void find_along(int touched, double depth, double time_step);
-    void find_across(int held, double time_step);
-    void kick(FastSteps &steps, int active, double time_step);
-    void move_on(int touched, int active, double time_step);
-    void move_tip(double time_step, bool tears);
-    double along_tip(const Row &field) const;
-    double largest_tip_force() const;
-
-    core::Needle needle_;
-    core::NeedleLine line_;
-    Eigen::Matrix3d frame_; // rows: the axis, and two directions across it
-
-    // The weights of the places, (K) rows one after the other; nodes have the numbers of nodes_.
-    std::vector<int> nodes_;          // (n) of the mesh
-    std::vector<double> per_mass_;    // (n) [1/kg]
-    std::vector<int> row_start_;      // (K + 1)
-    std::vector<int> column_;         // of each weight
-    std::vector<double> weight_;      // [1]
-    std::vector<int> num_nodes_;      // (K + 1) of nodes_ that the first places have
-    Eigen::MatrixXd per_mass_places_; // (K, K) W M^-1 W^T [1/kg]
-    std::vector<int> band_;           // (K) the first place that each shares nodes with
-
-    double time_step_ = 0.0, softness_ = 0.0;   // [s], b [1/kg]
-    Eigen::LLT<Eigen::MatrixXd> across_factor_; // of W M^-1 W^T + b
-    Eigen::MatrixXd along_;                     // (K + 1, K + 1) the same for the tip and the places of the shaft
-    core::LeastWithinLimits within_limits_;
-    Eigen::VectorXd right_, low_, high_, impulse_; // (K + 1) the tip first
-
-    std::vector<core::Vector3> of_nodes_;           // (n) scratch
-    Row u_, before_, impulses_, change_;            // (K, 3) along the axis and across it [m], [N s], [m/s]
-    Eigen::VectorXd stuck_at_;                      // (K) what u less the depth is held at, NaN of what does not touch
-    Eigen::Matrix<double, Eigen::Dynamic, 2> hold_; // (K, 2) where it is held across [m]
-    int num_held_ = 0, num_read_ = 0;
-
-    double depth_ = 0.0, tip_ = 0.0, deepest_ = 0.0, force_ = 0.0, tip_force_ = 0.0;
-    bool is_punctured_ = false;
-    NeedleWork work_;
+    std::vector<core::Vector3> place_displacements(const FastSteps &steps) const;
 };
 
 } // namespace livermark::msm
