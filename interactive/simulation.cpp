@@ -101,6 +101,11 @@ void Simulation::set_state(const Field &positions, const Field &velocities) {
     v_ = velocities;
 }
 
+void Simulation::kick(const Field &velocity, double time_step) {
+    check_shape(velocity, x_.cols(), "velocities");
+    set_state(x_ + time_step * velocity, v_ + velocity);
+}
+
 Field Simulation::elastic_forces() const {
     Field forces = Field::Zero(3, x_.cols());
     energy().add_forces(x_, forces);

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <vector>
 
 #include "core/tool/ball_contact.hpp"
+#include "core/tool/needle/moving_nodes.hpp"
 #include "interactive/energy.hpp"
 
 namespace livermark::interactive {
@@ -33,6 +35,12 @@ class StepCorrection {
     /// @param step    h [s]
     virtual void correct(const Field &x, const Field &before, double step, Field &change) = 0;
 };
+
+/// What acts on a body after each explicit step: a needle, say.
+/// @param nodes  as the step has left them; kicks end up in positions and velocities
+/// @param part   of the way of Simulation::step() that is behind, up to 1
+/// @param h      length of the step [s]
+using AfterStep = std::function<void(core::MovingNodes &nodes, double part, double h)>;
 
 /// A method on a scene. It begins at rest. For one thread; the same steps give the same bits.
 /// A method with nodes of its own has them in its scene(), and behind those of the mesh in positions and velocities.
@@ -68,6 +76,16 @@ class Simulation {
     /// been given (BallContact::set_way), and is told when the step has ended. Null for no ball.
     /// @return whether the method knows how; nothing happens otherwise
     virtual bool touch(const std::shared_ptr<core::BallContact> & /*ball*/) { return false; }
+
+    /// Lets something act after each of all explicit steps to come; null for nothing.
+    /// @return whether the method takes explicit steps; nothing happens otherwise
+    virtual bool act_after_steps(AfterStep /*action*/) { return false; }
+
+    /// Gives nodes more velocity, and moves them on by as much in a step, as if an impulse had acted in the last one:
+    /// what a method has found out on its way stays.
+    /// @param velocity   shape (3, N), zero where constrained [m/s]
+    /// @param time_step  h of the last step [s]
+    virtual void kick(const Field &velocity, double time_step);
 
     const Scene &scene() const { return scene_; }
     const Field &positions() const { return x_; }

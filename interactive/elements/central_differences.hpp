@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "interactive/elements/critical_step.hpp"
@@ -13,7 +14,7 @@ namespace livermark::interactive {
 /// iterations, with velocities half a step behind:
 ///     v = ((1 - alpha h / 2) v + h (f + f_ext) / m) / (1 + alpha h / 2),   x += h v.
 /// Constrained nodes go to their targets in equal parts. Longer steps than critical_time_step() blow up. What a ball
-/// that touches exerts takes part in the step.
+/// that touches exerts takes part in the step. What acts after a step is given the nodes of the mesh alone.
 /// (Belytschko, Liu, Moran 2000, Nonlinear Finite Elements for Continua and Structures, box 6.1 and section 10.7)
 class CentralDifferences : public Simulation {
   public:
@@ -42,6 +43,14 @@ class CentralDifferences : public Simulation {
             if (ball_)
                 push_out(
                     ball_->part(i, iterations), h, [&](int n) { return x.col(n); }, [&](int n) { return v.col(n); });
+            if (after_step_) {
+                NodesOfStep nodes([&](int n) -> core::Vector3 { return x.col(n) - rest_of(n); },
+                                  [&](int n, const core::Vector3 &change) {
+                                      x.col(n) += h * change;
+                                      v.col(n) += change;
+                                  });
+                after_step_(nodes, static_cast<double>(i + 1) / iterations, h);
+            }
         }
         move_to_targets(); // to the last bit
     }
@@ -63,7 +72,35 @@ class CentralDifferences : public Simulation {
         return true;
     }
 
+    bool act_after_steps(AfterStep action) override {
+        after_step_ = std::move(action);
+        return true;
+    }
+
   protected:
+    /// The nodes of a step as they are kept.
+    /// @tparam Displacement  int -> Vector3 [m]
+    /// @tparam Kick          (int, Vector3 [m/s]), of a node that is free to move
+    template <class Displacement, class Kick> class NodesOfStep : public core::MovingNodes {
+      public:
+        NodesOfStep(Displacement displacement, Kick kick)
+            : displacement_(std::move(displacement)), kick_(std::move(kick)) {}
+
+        void displacements(std::span<const int> nodes, std::span<core::Vector3> found) const override {
+            for (std::size_t i = 0; i < nodes.size(); ++i)
+                found[i] = displacement_(nodes[i]);
+        }
+        void kick(std::span<const int> nodes, std::span<const core::Vector3> velocity, double /*h*/) override {
+            for (std::size_t i = 0; i < nodes.size(); ++i)
+                kick_(nodes[i], velocity[i]);
+        }
+
+      private:
+        Displacement displacement_;
+        Kick kick_;
+    };
+
+    const AfterStep &after_step() const { return after_step_; }
     /// Null if there is none.
     StepCorrection *correction() const { return correction_.get(); }
     core::BallContact *ball() const { return ball_.get(); }
@@ -104,7 +141,10 @@ class CentralDifferences : public Simulation {
     }
 
     std::shared_ptr<StepCorrection> correction_;
+    core::Vector3 rest_of(int node) const { return scene().body->mesh.points[static_cast<std::size_t>(node)]; }
+
     std::shared_ptr<core::BallContact> ball_;
+    AfterStep after_step_;
     Field forces_;
     mutable std::optional<double> critical_time_step_;
 };

@@ -22,7 +22,7 @@ void ExplicitTetrahedra::step(double time_step, int iterations) {
     }
     rows_->aim_constrained(scene(), rest_, positions(), targets(), time_step);
     const double h = time_step / iterations;
-    if (correction() == nullptr && ball() == nullptr)
+    if (correction() == nullptr && ball() == nullptr && !after_step())
         kernels::take_explicit_steps(*rows_, h, scene().mass_damping, iterations);
     else
         for (int i = 0; i < iterations; ++i) {
@@ -32,6 +32,8 @@ void ExplicitTetrahedra::step(double time_step, int iterations) {
                 kernels::take_explicit_steps(*rows_, h, scene().mass_damping, 1);
             if (ball() != nullptr)
                 push_rows_out(ball()->part(i, iterations), h);
+            if (after_step())
+                act_on_rows(static_cast<double>(i + 1) / iterations, h);
         }
     auto &x = mutable_positions();
     take_from_rows(rows_->displacement, rows_->row_of_node, x);
@@ -69,6 +71,18 @@ void ExplicitTetrahedra::push_rows_out(const core::BallStep &step, double h) {
     push_out(
         step, h, [&](int n) { return FineRow(rest_.col(n), in_row(rows_->displacement, rows_->row_of_node[n])); },
         [&](int n) { return FineRow(core::Vector3::Zero(), in_row(rows_->velocity, rows_->row_of_node[n])); });
+}
+
+void ExplicitTetrahedra::act_on_rows(double part, double h) {
+    NodesOfStep nodes(
+        [&](int n) -> core::Vector3 {
+            return in_row(std::as_const(rows_->displacement), rows_->row_of_node[n]).cast<double>();
+        },
+        [&](int n, const core::Vector3 &change) {
+            in_row(rows_->displacement, rows_->row_of_node[n]) += (h * change).cast<float>();
+            in_row(rows_->velocity, rows_->row_of_node[n]) += change.cast<float>();
+        });
+    after_step()(nodes, part, h);
 }
 
 /// Steps of (1 + alpha h / 2) v = (1 - alpha h / 2) v_before + change, and of the change that is corrected.

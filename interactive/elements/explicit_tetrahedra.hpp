@@ -22,6 +22,7 @@ class ExplicitTetrahedra : public CentralDifferences {
   private:
     void take_corrected_step(double h);
     void push_rows_out(const core::BallStep &step, double h);
+    void act_on_rows(double part, double h);
 
     kernels::Pressure pressure_;
     Field rest_;

@@ -97,6 +97,12 @@ void PositionBased::set_state(const Field &positions, const Field &velocities) {
     }
 }
 
+void PositionBased::kick(const Field &velocity, double time_step) {
+    const auto last_time_step = last_time_step_; // multipliers are still those of the step
+    Simulation::kick(velocity, time_step);
+    last_time_step_ = last_time_step;
+}
+
 void PositionBased::set_external_forces(const Field &forces) {
     Simulation::set_external_forces(forces);
     for (Eigen::Index i = 0; rows_ && i < external_forces().cols(); ++i)

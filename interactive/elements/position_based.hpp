@@ -20,6 +20,7 @@ class PositionBased : public Simulation {
     void step(double time_step, int iterations) override;
     void set_state(const Field &positions, const Field &velocities) override;
     void set_external_forces(const Field &forces) override;
+    void kick(const Field &velocity, double time_step) override;
     bool touch(const std::shared_ptr<core::BallContact> &ball) override;
 
     /// Those of the multipliers, as far as iterations have come: what a program would send to a haptic device.

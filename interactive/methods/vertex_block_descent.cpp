@@ -86,6 +86,20 @@ class VertexBlockDescent : public Simulation {
         }
     }
 
+    /// Accelerations that the next guess is made of stay those of steps.
+    void kick(const Field &velocity, double time_step) override {
+        const Field last = last_velocities_ + velocity;
+        std::optional<kernels::Aligned<float>> last_rows;
+        if (rows_)
+            last_rows = rows_->last_velocity;
+        Simulation::kick(velocity, time_step);
+        last_velocities_ = last;
+        for (Eigen::Index i = 0; rows_ && i < velocity.cols(); ++i) {
+            const int row = rows_->row_of_node[i];
+            in_row(rows_->last_velocity, row) = in_row(*last_rows, row) + velocity.col(i).cast<float>();
+        }
+    }
+
     void set_external_forces(const Field &forces) override {
         Simulation::set_external_forces(forces);
         if (rows_)
