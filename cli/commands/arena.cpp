@@ -11,7 +11,9 @@
 #include "cli/progress.hpp"
 #include "cli/usage.hpp"
 #include "results/tables/studies/arena_table.hpp"
+#include "results/tables/studies/needles/needle_arena_table.hpp"
 #include "studies/arena/arena.hpp"
+#include "studies/arena/needle/needle_arena.hpp"
 #include "support/input_error.hpp"
 #include "support/root_folder.hpp"
 
@@ -22,6 +24,8 @@ namespace {
 struct ArenaCommand {
     std::vector<double> budgets{1.0, 4.0, 1000.0 / 60.0}; ///< [ms]
     studies::ToolReferenceOptions reference;
+    studies::NeedleArenaOptions needle;
+    bool has_load_case = false, has_meshes = false;
     bool solve_reference = false, details = false, markdown = false;
 };
 
@@ -72,9 +76,31 @@ void print_arena(const results::Arena &arena, const ArenaCommand &command) {
     fmt::print("{}", results::calibration_note(arena));
 }
 
+int run_needles(const ArenaCommand &command, studies::ArenaOptions options, const std::string &command_line) {
+    if (command.solve_reference || !options.iterations.empty())
+        throw support::InputError("the reference of a needle is static and solved at once, and a needle has no series; "
+                                  "leave --solve-reference and --iterations out");
+    if (!command.has_load_case)
+        options.load_case = "nick";
+    if (!command.has_meshes)
+        options.meshes = {1};
+    const auto found = studies::run_needle_arena(options, command.needle, command_line, print_progress());
+    print_notes(found.notes);
+    for (const auto &file : found.of_body)
+        for (const auto &study : file.needles) {
+            const auto table = results::needle_arena_table(*study.arena);
+            fmt::print("{}: {}\n{}\n{}\n", file.body, file.title, results::needle_arena_note(study),
+                       command.markdown ? results::to_markdown(table) : results::to_text(table));
+        }
+    fmt::print(stderr, "Result files are in {}\n", options.output);
+    return 0;
+}
+
 int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions options, const std::string &command_line) {
     if (options.tool == studies::ArenaTool::glued && options.friction > 0.0)
         throw support::InputError("a glued tool has no friction; add --tool touching, or leave --friction out");
+    if (options.tool == studies::ArenaTool::needle && options.friction > 0.0)
+        throw support::InputError("the friction of a needle is that of its load case; leave --friction out");
     std::ranges::sort(options.iterations);
     options.iterations.erase(std::unique(options.iterations.begin(), options.iterations.end()),
                              options.iterations.end());
@@ -82,6 +108,8 @@ int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions opti
     options.budgets.clear();
     for (const double budget : sorted_once(command.budgets))
         options.budgets.push_back(1e-3 * budget);
+    if (options.tool == studies::ArenaTool::needle)
+        return run_needles(command, std::move(options), command_line);
     if (command.solve_reference)
         return solve_references(command, options, command_line);
     const auto found = studies::run_arena(options, command_line, print_progress());
@@ -95,18 +123,21 @@ int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions opti
 } // namespace
 
 Command add_arena(CLI::App &parent, const std::string &command_line) {
-    auto *command = parent.add_subcommand(
-        "arena", "Move springs and interactive methods under a tool that presses, slides and lets go, with as many "
-                 "steps or iterations as fit into a budget of time, and print their errors");
+    auto *command =
+        parent.add_subcommand("arena", "Move springs and interactive methods under a tool that presses, slides and "
+                                       "lets go, or with a needle, with as many "
+                                       "steps or iterations as fit into a budget of time, and print their errors");
     auto options = std::make_shared<studies::ArenaOptions>();
     auto arena = std::make_shared<ArenaCommand>();
     options->bodies = {"liver_healthy"};
     options->output = (support::root_folder() / "results" / "runs").string();
     add_bodies(*command, options->bodies, "by default liver_healthy");
-    command
-        ->add_option("--load-case", options->load_case,
-                     "A name as in 'livermark list moving-load-cases', or the path of one with a [tool]")
-        ->capture_default_str();
+    auto *load_case =
+        command
+            ->add_option("--load-case", options->load_case,
+                         "A name as in 'livermark list moving-load-cases', or the path of one with a [tool]; with "
+                         "--tool needle as in 'livermark list needle-load-cases', by default nick")
+            ->capture_default_str();
     command->add_option("--method", options->methods,
                         "Names as in 'livermark list methods'; by default all but those that run only when named");
     command->add_option("--budget", arena->budgets, "Processor times of one core for a frame [ms]")
@@ -117,12 +148,14 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
                      "Numbers of iterations in a frame to move with as well, whatever time they take: of one step, and "
                      "as steps with ten or one each; explicit methods take their least number of steps, and twice that")
         ->check(CLI::Range(1, 20000));
-    command
-        ->add_option("--mesh", options->meshes,
-                     "1: as given; 2: with the longest edge of each tetrahedron bisected; 3: with each tetrahedron cut "
-                     "into eight")
-        ->check(CLI::Range(1, 3))
-        ->capture_default_str();
+    auto *meshes =
+        command
+            ->add_option(
+                "--mesh", options->meshes,
+                "1: as given; 2: with the longest edge of each tetrahedron bisected; 3: with each tetrahedron cut "
+                "into eight; with --tool needle by default 1")
+            ->check(CLI::Range(1, 3))
+            ->capture_default_str();
     command
         ->add_option(
             "--precision", options->precision,
@@ -131,18 +164,35 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
                                                                     {"double", models::Precision::double_precision}}))
         ->default_str("single");
     command
-        ->add_option("--tool", options->tool,
-                     "glued: fixed to the tissue; touching: a ball in contact without adhesion")
+        ->add_option(
+            "--tool", options->tool,
+            "glued: fixed to the tissue; touching: a ball in contact without adhesion; needle: driven in slowly "
+            "and drawn out, compared with the static needle in the reference")
         ->transform(one_of(std::map<std::string, studies::ArenaTool>{{"glued", studies::ArenaTool::glued},
-                                                                     {"touching", studies::ArenaTool::touching}}))
+                                                                     {"touching", studies::ArenaTool::touching},
+                                                                     {"needle", studies::ArenaTool::needle}}))
         ->default_str("glued");
+    command->add_option("--needle", arena->needle.needles,
+                        "With --tool needle: names of needles of the load case; by default all");
+    command
+        ->add_option_function<double>(
+            "--speed", [arena](double speed) { arena->needle.speed = 1e-3 * speed; },
+            "With --tool needle: of the hand [mm/s]")
+        ->check(CLI::Range(0.1, 200.0))
+        ->default_str("20");
+    command->add_option("--rest", arena->needle.rest, "With --tool needle: at the target [s]")
+        ->check(CLI::Range(0.0, 60.0))
+        ->capture_default_str();
+    command->add_flag("--reference-on-mesh", arena->needle.reference_on_mesh,
+                      "With --tool needle: compare with the reference on the mesh itself, quicker, with no error bar");
     command->add_option("--friction", options->friction, "With --tool touching: Coulomb's coefficient of friction")
         ->check(CLI::Range(0.0, 10.0))
         ->capture_default_str();
     add_materials(*command, options->material);
     command
         ->add_option("--output", options->output,
-                     "Folder for <body>/arena.h5, or <body>/arena_touching_<friction>.h5 where the tool touches")
+                     "Folder for <body>/arena.h5, or <body>/arena_touching_<friction>.h5 where the tool touches, or "
+                     "<body>/needle_arena.<load case>.h5")
         ->capture_default_str();
     command->add_flag("--details", arena->details, "Also print a row for every budget and setting");
     command->add_flag("--markdown", arena->markdown, "Print tables in Markdown");
@@ -156,7 +206,11 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
     command->add_option("--steps", arena->reference.steps_per_frame, "With --solve-reference: time steps in a frame")
         ->check(CLI::Range(2, 1000))
         ->capture_default_str();
-    return [options, arena, command_line] { return run_command_of_arena(*arena, *options, command_line); };
+    return [options, arena, command_line, load_case, meshes] {
+        arena->has_load_case = load_case->count() > 0;
+        arena->has_meshes = meshes->count() > 0;
+        return run_command_of_arena(*arena, *options, command_line);
+    };
 }
 
 } // namespace livermark::cli

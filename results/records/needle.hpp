@@ -1,10 +1,12 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/tool/needle.hpp"
+#include "results/records/needle_arena.hpp"
 #include "results/records/result.hpp"
 
 namespace livermark::results {
@@ -37,6 +39,7 @@ struct NeedleStudy {
     /// one that has no finer mesh.
     double reference_miss_change = std::numeric_limits<double>::quiet_NaN();
     double reference_force_change = std::numeric_limits<double>::quiet_NaN();
+    std::optional<NeedleArena> arena{}; ///< of `livermark arena --tool needle`
 };
 
 /// All needles of a load case in a body: the content of one needle file.

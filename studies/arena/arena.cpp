@@ -6,16 +6,14 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <set>
 #include <utility>
 
-#include "core/mesh/local_refinement.hpp"
-#include "core/mesh/refinement.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "load_cases/readers/moving_ball.hpp"
 #include "models/tool_motion/moving_method.hpp"
 #include "results/hdf5/files/arena_file.hpp"
 #include "results/provenance.hpp"
+#include "studies/arena/arena_mesh.hpp"
 #include "studies/arena/arena_run.hpp"
 #include "studies/catalogue.hpp"
 #include "studies/run/problems.hpp"
@@ -28,38 +26,6 @@
 namespace livermark::studies {
 
 namespace {
-
-constexpr int mesh_as_it_is = 1, bisected = 2, cut_into_eight = 3;
-constexpr const char *stable = "stable", *half_steps = "half steps";
-
-std::set<std::array<int, 2>> longest_edges(const core::TetraMesh &mesh) {
-    std::set<std::array<int, 2>> edges;
-    for (const auto &nodes : mesh.tetrahedra) {
-        std::array<int, 2> longest{};
-        double length = 0.0;
-        for (std::size_t a = 0; a < 4; ++a)
-            for (std::size_t b = a + 1; b < 4; ++b) {
-                const std::array<int, 2> edge{std::min(nodes[a], nodes[b]), std::max(nodes[a], nodes[b])};
-                const double here = (mesh.points[edge[0]] - mesh.points[edge[1]]).norm();
-                if (here > length) {
-                    length = here;
-                    longest = edge;
-                }
-            }
-        edges.insert(longest);
-    }
-    return edges;
-}
-
-core::Problem on_mesh(const core::Problem &problem, int mesh) {
-    if (mesh == mesh_as_it_is)
-        return problem;
-    if (mesh == cut_into_eight)
-        return core::refine(problem);
-    auto parts = core::bisect(*problem.body, longest_edges(problem.body->mesh));
-    auto load_case = core::on_parts(problem.load_case, parts);
-    return {std::make_shared<const core::Body>(std::move(parts.body)), std::move(load_case)};
-}
 
 std::vector<models::MovingMethod> chosen_moving_methods(const std::vector<std::string> &names,
                                                         models::Precision precision) {
@@ -120,8 +86,8 @@ std::vector<results::ArenaRun> run_budgets(const models::MovingMethod &method, c
             return run.outcome != results::ArenaOutcome::diverged;
         };
         // What is stable at rest need not be so where a tool has pressed the body together.
-        if (!add_all(run_method(method, scene, *least), stable))
-            add_all(run_method(method, scene, twice(*least)), half_steps);
+        if (!add_all(run_method(method, scene, *least), stable_setting))
+            add_all(run_method(method, scene, twice(*least)), half_steps_setting);
         return runs;
     }
     for (const auto setting : models::all_settings)
@@ -148,8 +114,8 @@ std::vector<results::ArenaRun> run_series(const models::MovingMethod &method, co
     if (iterations.empty())
         return runs;
     if (const auto least = method.prepare(scene.problem)->least_effort()) {
-        add(*least, stable);
-        add(twice(*least), half_steps);
+        add(*least, stable_setting);
+        add(twice(*least), half_steps_setting);
         return runs;
     }
     for (const auto setting : models::all_settings)
@@ -245,7 +211,7 @@ ArenaResults run_arena(const ArenaOptions &options, const std::string &command_l
         std::ranges::transform(methods, std::back_inserter(arena.methods), texts_of);
         const auto changes = reference ? volume_changes(problem.body->mesh, reference->history) : std::vector<double>{};
         for (const int mesh : options.meshes) {
-            const ArenaScene scene{on_mesh(problem, mesh), &problem.body->mesh,
+            const ArenaScene scene{on_arena_mesh(problem, mesh), &problem.body->mesh,
                                    reference ? &reference->history : nullptr, changes};
             for (const auto &method : methods) {
                 steps.next(fmt::format("{} / {} tetrahedra / {}", problem.body->name,

@@ -15,8 +15,9 @@ namespace livermark::studies {
 
 /// How the tool moves a body.
 enum class ArenaTool : std::uint8_t {
-    glued,   ///< it has hold of the nodes of its place
-    touching ///< it is a ball that touches, see load_cases::with_touching_ball()
+    glued,    ///< it has hold of the nodes of its place
+    touching, ///< it is a ball that touches, see load_cases::with_touching_ball()
+    needle    ///< it is driven in and drawn out: see run_needle_arena(), which run_arena() is not for
 };
 
 /// What `livermark arena` was asked for.

@@ -41,15 +41,15 @@ struct FrameTime {
     double spread; ///< of the last two rounds, as a part
 };
 
-/// Of a frame in the middle of the way in: the shortest of a few is a round, and rounds are repeated until two agree.
-/// The shorter one counts, since other programs only make frames longer.
-FrameTime time_of_frame(MovingBody &body, const core::ToolMotion &motion, const Effort &effort) {
+/// The shortest of a few frames is a round, and rounds are repeated until two agree. The shorter one counts, since
+/// other programs only make frames longer.
+FrameTime time_of_frame(const std::function<void(const Effort &)> &frame, const Effort &effort) {
     FrameTime time{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
     for (int round = 0; round < most_rounds && time.spread > steady_spread; ++round) {
         double shortest = std::numeric_limits<double>::infinity();
         for (int f = 0; f < frames_to_measure; ++f) {
             const double start = processor_seconds();
-            body.advance(0.5 * motion.press_until + f * motion.frame_interval, effort);
+            frame(effort);
             shortest = std::min(shortest, processor_seconds() - start);
         }
         if (round > 0)
@@ -213,13 +213,24 @@ void judge_shape(results::ArenaRun &run, const core::TetraMesh &mesh, const core
         judge(run, found[f], expected[f]);
 }
 
+/// On frames in the middle of the way in.
 MeasuredEffort largest_effort(MovingBody &body, const core::ToolMotion &motion, models::Setting setting,
                               double budget) {
-    const auto of_one = time_of_frame(body, motion, effort_of(setting, 1));
+    int next = 0;
+    return largest_effort(
+        [&](const Effort &effort) {
+            body.advance(0.5 * motion.press_until + next++ % frames_to_measure * motion.frame_interval, effort);
+        },
+        setting, budget);
+}
+
+MeasuredEffort largest_effort(const std::function<void(const Effort &)> &frame, models::Setting setting,
+                              double budget) {
+    const auto of_one = time_of_frame(frame, effort_of(setting, 1));
     if (of_one.seconds > budget)
         return {effort_of(setting, 1), of_one.seconds, of_one.spread};
     const int trial = std::clamp(static_cast<int>(0.5 * budget / of_one.seconds), 2, most_effort);
-    const auto of_trial = time_of_frame(body, motion, effort_of(setting, trial));
+    const auto of_trial = time_of_frame(frame, effort_of(setting, trial));
     const double of_each = std::max((of_trial.seconds - of_one.seconds) / (trial - 1), 1e-9);
     const int number = std::clamp(1 + static_cast<int>((budget - of_one.seconds) / of_each), 1, most_effort);
     return {effort_of(setting, number), of_one.seconds + (number - 1) * of_each,

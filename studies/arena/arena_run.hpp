@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "core/problem.hpp"
 #include "core/tool/tool_motion.hpp"
 #include "models/tool_motion/moving_method.hpp"
@@ -15,6 +17,9 @@ struct ArenaScene {
     std::vector<double> reference_volume_change;  ///< (F) of the mesh of the reference; empty if there is none
 };
 
+/// Settings of methods that take explicit steps: the least number of them, and twice that.
+inline constexpr const char *stable_setting = "stable", *half_steps_setting = "half steps";
+
 /// What a method can do in a frame.
 struct MeasuredEffort {
     models::Effort effort;
@@ -28,6 +33,11 @@ struct MeasuredEffort {
 /// @param budget  of one core, for a frame [s]
 /// @return the least effort, and what it takes, where nothing fits
 MeasuredEffort largest_effort(models::MovingBody &body, const core::ToolMotion &motion, models::Setting setting,
+                              double budget);
+
+/// The same of any method with a choice.
+/// @param frame  moves on by a frame that is like others, with an effort
+MeasuredEffort largest_effort(const std::function<void(const models::Effort &)> &frame, models::Setting setting,
                               double budget);
 
 /// So many iterations of one step in a frame, or so many steps of ten iterations or of one.

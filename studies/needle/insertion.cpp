@@ -131,7 +131,11 @@ class Driving {
 
     bool is_out() const { return tip_ <= 0.0 && force() <= 0.0; }
     core::Insertion take() && { return std::move(found_); }
-    void plan_is_reached() { found_.at_plan = static_cast<int>(found_.depth.size()) - 1; }
+    void plan_is_reached() {
+        found_.at_plan = static_cast<int>(found_.depth.size()) - 1;
+        for (Index k = 0; k < tissue_.size(); ++k)
+            found_.places.push_back(tissue_.in_space(displacement_[k], across_[2 * k], across_[2 * k + 1]));
+    }
 
   private:
     struct Trial {

@@ -16,6 +16,9 @@ struct NeedleProblem {
     std::vector<core::Needle> needles;
 };
 
+/// The reference of the small regime, on meshes of its own or on the mesh itself.
+core::Model needle_reference_model(bool on_mesh);
+
 /// The reference first, then those that were asked for, each once.
 /// @throws support::InputError for a model that cannot tell
 std::vector<core::Model> models_with_needles(const NeedleOptions &options);

@@ -19,12 +19,25 @@
 
 namespace livermark::studies {
 
-std::vector<core::Model> models_with_needles(const NeedleOptions &options) {
+namespace {
+
+std::vector<core::Model> models_that_know_compliance() {
     auto able = models::all_models();
     std::erase_if(able, [](const core::Model &model) { return !model.compliance; });
+    return able;
+}
+
+} // namespace
+
+core::Model needle_reference_model(bool on_mesh) {
     const auto judge = models::static_reference(core::Regime::small);
-    const auto &reference = options.reference_on_mesh ? judge.on_mesh : judge.refined;
-    std::vector<core::Model> chosen{support::find_named(able, reference, "model that a needle can be driven into")};
+    return support::find_named(models_that_know_compliance(), on_mesh ? judge.on_mesh : judge.refined,
+                               "model that a needle can be driven into");
+}
+
+std::vector<core::Model> models_with_needles(const NeedleOptions &options) {
+    const auto able = models_that_know_compliance();
+    std::vector<core::Model> chosen{needle_reference_model(options.reference_on_mesh)};
     const auto add = [&](const core::Model &model) {
         if (std::ranges::find(chosen, model.name, &core::Model::name) == chosen.end())
             chosen.push_back(model);

@@ -1,14 +1,9 @@
 #include "results/hdf5/files/arena_file.hpp"
 
-#include <array>
-
 #include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/outcome_words.hpp"
 
 namespace livermark::results {
-
-template <> struct hdf5::Words<ArenaOutcome> {
-    static constexpr std::array all{ArenaOutcome::ok, ArenaOutcome::too_slow, ArenaOutcome::diverged};
-};
 
 namespace {
 

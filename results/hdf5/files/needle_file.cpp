@@ -1,6 +1,7 @@
 #include "results/hdf5/files/needle_file.hpp"
 
 #include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/files/needles/needle_arena_group.hpp"
 
 namespace livermark::results {
 
@@ -46,6 +47,7 @@ template <class At> void describe_needle(At at, hdf5::Of<At, NeedleStudy> &study
     at.check(!study.runs.empty() && study.runs.front().model == reference, "does not begin with its reference");
     for (const auto &run : study.runs)
         at.check(run.insertion.at_plan == study.runs.front().insertion.at_plan, "has models with different steps");
+    at.optional("arena", study.arena, [&](auto &arena) { describe_needle_arena(at.group("arena"), arena); });
 }
 
 template <class At> void describe_needles(At root, hdf5::Of<At, NeedleFile> &file) {

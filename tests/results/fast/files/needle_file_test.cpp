@@ -7,6 +7,7 @@
 #include "results/hdf5/file_kind.hpp"
 #include "results/provenance.hpp"
 #include "results/tables/studies/needle_table.hpp"
+#include "results/tables/studies/needles/needle_arena_table.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_needles.hpp"
@@ -60,6 +61,41 @@ TEST_F(NeedleFiles, OfOlderVersionsAreRead) {
     const auto read = read_needles_file(path_);
     EXPECT_TRUE(read.needles.front().runs[1].insertion.holding.empty());
     EXPECT_EQ(read.needles.front().runs[1].insertion.tearing.size(), 5U);
+}
+
+TEST_F(NeedleFiles, HoldAnArenaAlso) {
+    auto written = tests::sample_needles();
+    write_needles(path_, written);
+    const auto arena = read_needles_file(path_).needles.front().arena, &expected = written.needles.front().arena;
+    ASSERT_TRUE(arena.has_value());
+    EXPECT_EQ(arena->runs, expected->runs);
+    EXPECT_EQ(arena->left_out, expected->left_out);
+    EXPECT_EQ(arena->depth, expected->depth);
+    EXPECT_EQ(arena->at_plan, 2);
+    EXPECT_EQ(arena->reference_forces, expected->reference_forces);
+    EXPECT_EQ(arena->reference_changes, expected->reference_changes);
+    EXPECT_EQ(arena->reference_target, expected->reference_target);
+
+    written.needles.front().arena.reset(); // of `livermark needle`
+    write_needles(path_, written);
+    EXPECT_FALSE(read_needles_file(path_).needles.front().arena.has_value());
+
+    written.needles.front().arena = tests::sample_needle_arena();
+    written.needles.front().arena->at_plan = 5;
+    write_needles(path_, written);
+    EXPECT_THROW(read_needles_file(path_), support::InputError);
+}
+
+TEST_F(NeedleFiles, HaveATableOfMethodsUnderANeedle) {
+    const auto study = tests::sample_needles().needles.front();
+    const auto table = needle_arena_table(*study.arena);
+    ASSERT_EQ(table.rows.size(), 2U);
+    EXPECT_EQ(table.rows[0], (std::vector<std::string>{"100", "10.00", "iterations", "stable", "12", "1", "1.00",
+                                                       "10.0", "2.200 (+10.0)", "110.0 (+10.0)", "0.600 (+20.0)",
+                                                       "2.00", "4.00", "1.05", "ok"}));
+    EXPECT_EQ(table.rows[1][2], "springs") << "the better target first";
+    EXPECT_NE(needle_arena_note(study).find("left out: heavy, because its masses are scaled"), std::string::npos);
+    EXPECT_NE(needle_arena_note(study).find("a peak of 2.000 N (0.0100 N)"), std::string::npos);
 }
 
 TEST_F(NeedleFiles, HaveATableOfWhereTheTargetIs) {
