@@ -95,7 +95,7 @@ std::vector<results::ArenaRun> run_budgets(const models::MovingMethod &method, c
             const auto [effort, seconds, spread] =
                 largest_effort(*measured, *scene.problem.load_case.tool, setting, budget);
             if (setting == models::Setting::ten_iterations && effort.steps == 1)
-                continue; // no more than one step of which more iterations fit
+                continue; // as in one step, of which more iterations fit
             auto run = run_method(method, scene, effort);
             run.calibration_spread = spread;
             add(std::move(run), models::to_string(setting), budget, seconds);

@@ -216,10 +216,12 @@ std::vector<results::NeedleArenaRun> run_needle_budgets(const models::NeedledMet
     const double depth = part_to_measure * scene.needle.depth();
     for (int frame = 1; frame <= frames_to_get_there; ++frame)
         measured->advance(depth * frame / frames_to_get_there, {});
-    for (const auto setting : {models::Setting::one_step, models::Setting::one_iteration})
+    for (const auto setting : models::all_settings)
         for (const double budget : budgets) {
             const auto [effort, seconds, spread] =
                 largest_effort([&](const Effort &each) { measured->advance(depth, each); }, setting, budget);
+            if (setting == models::Setting::ten_iterations && effort.steps == 1)
+                continue; // as in one step, of which more iterations fit
             auto run = run_needled_method(method, scene, effort);
             run.calibration_spread = spread;
             add(std::move(run), models::to_string(setting), budget, seconds);
