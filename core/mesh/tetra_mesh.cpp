@@ -48,23 +48,38 @@ Vector3 area_vector(const TetraMesh &mesh, int triangle) {
 }
 
 EdgeTable edge_table(std::span<const std::array<int, 4>> tetrahedra) {
-    const auto edge_of = [](const std::array<int, 4> &nodes, const std::array<int, 2> &local) {
-        return std::array{std::min(nodes[local[0]], nodes[local[1]]), std::max(nodes[local[0]], nodes[local[1]])};
+    // Edges of tetrahedra with their numbers: sorted by the higher end, then by the lower one.
+    struct Use {
+        int low, high, number;
     };
-    EdgeTable table;
-    table.edges.reserve(6 * tetrahedra.size());
+    std::vector<Use> uses;
+    uses.reserve(6 * tetrahedra.size());
+    int num_nodes = 0;
     for (const auto &nodes : tetrahedra)
-        for (const auto &local : tetrahedron_edges)
-            table.edges.push_back(edge_of(nodes, local));
-    std::ranges::sort(table.edges);
-    table.edges.erase(std::unique(table.edges.begin(), table.edges.end()), table.edges.end());
-
-    table.tetrahedron_edge.reserve(tetrahedra.size());
-    for (const auto &nodes : tetrahedra) {
-        auto &found = table.tetrahedron_edge.emplace_back();
-        for (std::size_t e = 0; e < 6; ++e)
-            found[e] = static_cast<int>(std::ranges::lower_bound(table.edges, edge_of(nodes, tetrahedron_edges[e])) -
-                                        table.edges.begin());
+        for (const auto &[a, b] : tetrahedron_edges) {
+            const auto [low, high] = std::minmax(nodes[a], nodes[b]);
+            num_nodes = std::max(num_nodes, high + 1);
+            uses.push_back({low, high, static_cast<int>(uses.size())});
+        }
+    std::vector<Use> sorted(uses.size());
+    const auto sort_by = [&](int Use::*end) {
+        std::vector<int> start(static_cast<std::size_t>(num_nodes) + 1, 0);
+        for (const auto &use : uses)
+            ++start[use.*end + 1];
+        for (std::size_t i = 1; i < start.size(); ++i)
+            start[i] += start[i - 1];
+        for (const auto &use : uses)
+            sorted[start[use.*end]++] = use;
+        uses.swap(sorted);
+    };
+    sort_by(&Use::high);
+    sort_by(&Use::low);
+    EdgeTable table;
+    table.tetrahedron_edge.resize(tetrahedra.size());
+    for (const auto &[low, high, number] : uses) {
+        if (table.edges.empty() || table.edges.back() != std::array{low, high})
+            table.edges.push_back({low, high});
+        table.tetrahedron_edge[number / 6][number % 6] = static_cast<int>(table.edges.size()) - 1;
     }
     return table;
 }
