@@ -110,6 +110,17 @@ void SparseCholesky::order(const Matrix &matrix) {
     impl_->check("order", upper.nrow);
 }
 
+void SparseCholesky::order(const Matrix &matrix, std::span<const int> order) {
+    reserve_blas_memory();
+    auto upper = cholmod_view(matrix, true);
+    cholmod_free_factor(&impl_->factor, &impl_->common);
+    std::vector<int> given(order.begin(), order.end());
+    impl_->common.method[0].ordering = CHOLMOD_GIVEN;
+    impl_->factor = cholmod_analyze_p(&upper, given.data(), nullptr, 0, &impl_->common);
+    impl_->common.method[0].ordering = CHOLMOD_METIS;
+    impl_->check("order", upper.nrow);
+}
+
 bool SparseCholesky::factorise(const Matrix &matrix) {
     constrain({});
     impl_->single = {};

@@ -4,6 +4,7 @@
 #include <Eigen/SparseCore>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace livermark::support {
@@ -26,6 +27,9 @@ class SparseCholesky {
     /// Finds an order for the unknowns, which serves all matrices with entries in the same places.
     /// @throws std::bad_alloc if there is too little memory
     void order(const Matrix &matrix);
+    /// The same with a given order, from which only the tree of supernodes may differ.
+    /// @param order  (n) of the matrix, the row that each row of L is
+    void order(const Matrix &matrix, std::span<const int> order);
     /// Only after order(). Nothing is constrained then.
     /// @return whether the matrix is positive definite
     /// @throws std::bad_alloc if there is too little memory

@@ -1,11 +1,14 @@
 #include "support/factors/sparse_cholesky.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <numeric>
 #include <random>
 #include <thread>
 #include <vector>
+
+#include "support/factors/supernodes.hpp"
 
 namespace livermark {
 namespace {
@@ -184,6 +187,27 @@ TEST(UnknownsToHold, AreFewOfMany) {
     EXPECT_TRUE(support::unknowns_to_constrain(has, free));
     free[79] = free[80] = false;
     EXPECT_FALSE(support::unknowns_to_constrain(has, free));
+}
+
+TEST(SparseCholeskyInAGivenOrder, SolvesAndFillsInAsMuchAsTheOrderDoes) {
+    const auto matrix = grid_of_springs(6);
+    std::vector<int> order(static_cast<std::size_t>(matrix.rows()));
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::shuffle(order, std::mt19937(5));
+    const auto right_hand_sides = some_vectors(matrix.rows(), 2);
+    support::SparseCholesky factor, again;
+    factor.order(matrix, order);
+    ASSERT_TRUE(factor.factorise(matrix));
+    const MatrixXd expected = dense_solution(matrix, {}, right_hand_sides);
+    EXPECT_LT((factor.solve(right_hand_sides) - expected).norm(), 1e-12 * expected.norm());
+    again.order(matrix, factor.factor().order);
+    ASSERT_TRUE(again.factorise(matrix));
+    EXPECT_EQ(again.factor().values.size(), factor.factor().values.size());
+    // Its own order has less to fill in.
+    support::SparseCholesky own;
+    own.order(matrix);
+    ASSERT_TRUE(own.factorise(matrix));
+    EXPECT_LT(own.factor().values.size(), factor.factor().values.size());
 }
 
 } // namespace
