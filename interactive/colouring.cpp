@@ -1,23 +1,11 @@
 #include "interactive/colouring.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace livermark::interactive {
 
 namespace {
-
-Colouring grouped(const std::vector<int> &colour) {
-    Colouring result;
-    const int num_colours = colour.empty() ? 0 : *std::ranges::max_element(colour) + 1;
-    result.offsets.push_back(0);
-    for (int c = 0; c < num_colours; ++c) {
-        for (std::size_t i = 0; i < colour.size(); ++i)
-            if (colour[i] == c)
-                result.order.push_back(static_cast<int>(i));
-        result.offsets.push_back(static_cast<int>(result.order.size()));
-    }
-    return result;
-}
 
 std::vector<std::vector<int>> sets_of_nodes(std::span<const std::vector<int>> sets, int num_nodes) {
     std::vector<std::vector<int>> of_node(num_nodes);
@@ -44,6 +32,28 @@ std::vector<std::vector<int>> neighbours_in(std::span<const std::vector<int>> gr
 
 } // namespace
 
+Colouring by_colours(const std::vector<int> &colour) {
+    Colouring result;
+    const int num_colours = colour.empty() ? 0 : *std::ranges::max_element(colour) + 1;
+    result.offsets.assign(static_cast<std::size_t>(num_colours) + 1, 0);
+    for (const int c : colour)
+        ++result.offsets[c + 1];
+    std::partial_sum(result.offsets.begin(), result.offsets.end(), result.offsets.begin());
+    result.order.resize(colour.size());
+    auto next = result.offsets;
+    for (std::size_t i = 0; i < colour.size(); ++i)
+        result.order[next[colour[i]]++] = static_cast<int>(i);
+    return result;
+}
+
+std::vector<int> colours_of(const Colouring &colouring) {
+    std::vector<int> colour(colouring.order.size());
+    for (int c = 0; c < colouring.num_colours(); ++c)
+        for (int k = colouring.offsets[c]; k < colouring.offsets[c + 1]; ++k)
+            colour[colouring.order[k]] = c;
+    return colour;
+}
+
 Colouring colour_greedily(const std::vector<std::vector<int>> &neighbours) {
     std::vector<int> colour(neighbours.size(), -1);
     std::vector<bool> is_taken;
@@ -54,7 +64,7 @@ Colouring colour_greedily(const std::vector<std::vector<int>> &neighbours) {
                 is_taken[colour[j]] = true;
         colour[i] = static_cast<int>(std::ranges::find(is_taken, false) - is_taken.begin());
     }
-    return grouped(colour);
+    return by_colours(colour);
 }
 
 Colouring colour_sets(std::span<const std::vector<int>> sets, int num_nodes) {

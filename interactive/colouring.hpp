@@ -14,6 +14,14 @@ struct Colouring {
     int num_colours() const { return static_cast<int>(offsets.size()) - 1; }
 };
 
+/// The groups of given colours.
+/// @param colour  (M) from 0 on, of each
+Colouring by_colours(const std::vector<int> &colour);
+
+/// The colour of each, the other way round.
+/// @return (M)
+std::vector<int> colours_of(const Colouring &colouring);
+
 /// Gives each, in its order, the first colour that none of its neighbours has.
 /// @param neighbours  (M) of each; symmetric
 Colouring colour_greedily(const std::vector<std::vector<int>> &neighbours);

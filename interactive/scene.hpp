@@ -19,6 +19,8 @@ struct Follower {
     std::array<int, 2> ends; ///< places in Scene::constrained_nodes
 };
 
+struct Orders;
+
 /// What moves, and what is moved from outside. Its N nodes are those of the mesh, and behind them those that a method
 /// adds for itself: from outside there are none.
 struct Scene {
@@ -31,6 +33,7 @@ struct Scene {
     std::vector<core::Vector3> own_nodes{};            ///< of a method, at rest [m]
     std::vector<Follower> followers{};                 ///< own nodes that are constrained
     Precision precision = Precision::single_precision; ///< of methods that have both
+    std::shared_ptr<const Orders> orders{};            ///< of the body, where they are known; null to find them
 };
 
 /// N, with those of the method.

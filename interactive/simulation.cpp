@@ -106,6 +106,10 @@ void Simulation::kick(const Field &velocity, double time_step) {
     set_state(x_ + time_step * velocity, v_ + velocity);
 }
 
+Orders Simulation::orders() const {
+    return {};
+}
+
 Field Simulation::elastic_forces() const {
     Field forces = Field::Zero(3, x_.cols());
     energy().add_forces(x_, forces);

@@ -8,6 +8,7 @@
 
 #include "core/tool/ball_contact.hpp"
 #include "core/tool/needle/moving_nodes.hpp"
+#include "interactive/cutting/orders.hpp"
 #include "interactive/energy.hpp"
 
 namespace livermark::interactive {
@@ -64,6 +65,10 @@ class Simulation {
     virtual const Energy &energy() const = 0;
 
     virtual Cost cost(int iterations) const = 0;
+
+    /// In which its body is laid out: good for the same scene, and as_cut() for what a cut leaves of it. Those that
+    /// take long to find; a method in double precision may have none.
+    virtual Orders orders() const;
 
     /// The longest stable step of one iteration at rest [s].
     virtual double critical_time_step() const { return std::numeric_limits<double>::infinity(); }

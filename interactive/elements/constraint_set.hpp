@@ -29,16 +29,25 @@ template <class Kind> class ConstraintSet {
     using Vector = Eigen::Matrix<double, num_constraints, 1>;
     using Gradients = Eigen::Matrix<double, 3 * num_nodes, num_constraints>;
 
-    ConstraintSet(const std::vector<Kind> &kinds, int num_nodes_of_mesh) : multipliers_(kinds.size()) {
-        std::vector<std::vector<int>> sets;
-        for (const auto &kind : kinds)
-            sets.emplace_back(kind.nodes.begin(), kind.nodes.end());
-        auto colouring = colour_sets(sets, num_nodes_of_mesh);
+    /// @param colours  (M) that they have already, so that no two of a colour share a node; empty to find some
+    ConstraintSet(const std::vector<Kind> &kinds, int num_nodes_of_mesh, std::vector<int> colours = {})
+        : colours_(std::move(colours)), multipliers_(kinds.size()) {
+        if (colours_.empty()) {
+            std::vector<std::vector<int>> sets;
+            for (const auto &kind : kinds)
+                sets.emplace_back(kind.nodes.begin(), kind.nodes.end());
+            colours_ = colours_of(colour_sets(sets, num_nodes_of_mesh));
+        }
+        auto colouring = by_colours(colours_);
+        kinds_.reserve(kinds.size());
         for (const int k : colouring.order)
             kinds_.push_back(kinds[k]);
         offsets_ = std::move(colouring.offsets);
         clear();
     }
+
+    /// (M) in the order in which constraints were given
+    const std::vector<int> &colours() const { return colours_; }
 
     /// All multipliers to zero, as a step begins.
     void clear() {
@@ -98,13 +107,16 @@ template <class Kind> class ConstraintSet {
 
     /// The same constraints for vectors, in the same order of colours. A kind has
     ///     static constexpr kernels::Constraint constraint;    what the vectors call it
-    ///     std::vector<double> numbers(const Field &rest) const;
+    ///     std::array<double, num_numbers_of(constraint)> numbers(const Field &rest) const;
     kernels::ConstraintRows rows(const Field &rest) const {
-        std::vector<std::vector<int>> nodes;
-        std::vector<std::vector<double>> numbers;
+        std::vector<int> nodes;
+        std::vector<double> numbers;
+        nodes.reserve(kinds_.size() * num_nodes);
+        numbers.reserve(kinds_.size() * kernels::num_numbers_of(Kind::constraint));
         for (const auto &kind : kinds_) {
-            nodes.emplace_back(kind.nodes.begin(), kind.nodes.end());
-            numbers.push_back(kind.numbers(rest));
+            nodes.insert(nodes.end(), kind.nodes.begin(), kind.nodes.end());
+            const auto of_kind = kind.numbers(rest);
+            numbers.insert(numbers.end(), of_kind.begin(), of_kind.end());
         }
         return kernels::constraint_rows(Kind::constraint, offsets_, nodes, numbers, static_cast<int>(rest.cols()));
     }
@@ -120,6 +132,7 @@ template <class Kind> class ConstraintSet {
         return multipliers;
     }
 
+    std::vector<int> colours_; ///< in the order of the constructor
     std::vector<Kind> kinds_;
     std::vector<int> offsets_; ///< of colours, and the end
     std::vector<Vector> multipliers_;

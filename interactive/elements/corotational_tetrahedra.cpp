@@ -163,6 +163,10 @@ Cost CorotationalTetrahedra::cost(int iterations) const {
                                  static_cast<double>(sizeof(Matrix3) * inverse_blocks_.size()) / tetrahedra};
 }
 
+Orders CorotationalTetrahedra::orders() const {
+    return rows_ ? rows_->body.orders() : Orders{};
+}
+
 /// A v, zero at constrained nodes.
 void CorotationalTetrahedra::multiply(const Field &v, double time_step, Field &product) const {
     product.setZero();

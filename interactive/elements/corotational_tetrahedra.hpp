@@ -34,6 +34,7 @@ class CorotationalTetrahedra : public Simulation {
     void set_external_forces(const Field &forces) override;
     const Energy &energy() const override { return energy_; }
     Cost cost(int iterations) const override;
+    Orders orders() const override;
 
   private:
     void step_in_single(double time_step, int iterations);

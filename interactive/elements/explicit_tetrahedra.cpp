@@ -67,6 +67,10 @@ Cost ExplicitTetrahedra::cost(int iterations) const {
             .bytes_per_element = rows_ ? static_cast<double>(rows_->bytes()) / num_tetrahedra : in_double};
 }
 
+Orders ExplicitTetrahedra::orders() const {
+    return rows_ ? rows_->orders() : Orders{};
+}
+
 void ExplicitTetrahedra::push_rows_out(const core::BallStep &step, double h) {
     push_out(
         step, h, [&](int n) { return FineRow(rest_.col(n), in_row(rows_->displacement, rows_->row_of_node[n])); },

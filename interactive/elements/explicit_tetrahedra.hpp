@@ -18,6 +18,7 @@ class ExplicitTetrahedra : public CentralDifferences {
     void set_state(const Field &positions, const Field &velocities) override;
     void set_external_forces(const Field &forces) override;
     Cost cost(int iterations) const override;
+    Orders orders() const override;
 
   private:
     void take_corrected_step(double h);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "interactive/elements/rows_of_nodes.hpp"
+#include "support/factors/supernodes.hpp"
 
 namespace livermark::interactive {
 
@@ -35,7 +36,10 @@ void Prefactored::prepare(double time_step) {
     Eigen::SparseMatrix<double> matrix(num_unknowns_, num_unknowns_);
     matrix.setFromTriplets(kept.begin(), kept.end());
     if (num_unknowns_ > 0) {
-        factor_.order(matrix);
+        if (const auto order = order_of_unknowns(); order.empty())
+            factor_.order(matrix);
+        else
+            factor_.order(matrix, order);
         if (!factor_.factorise(matrix))
             throw std::logic_error("the matrix of projective dynamics is not positive definite");
         if (rows_)
@@ -44,6 +48,29 @@ void Prefactored::prepare(double time_step) {
     factorised_for_ = time_step;
     columns_.clear();
     stiffness_ = terms.stiffness;
+}
+
+/// That of a scene, as unknowns; empty if there is none.
+std::vector<int> Prefactored::order_of_unknowns() const {
+    if (!scene().orders || scene().orders->factor.size() != static_cast<std::size_t>(num_unknowns_))
+        return {};
+    std::vector<int> order;
+    for (const int node : scene().orders->factor)
+        order.push_back(unknown_[node]);
+    return order;
+}
+
+Orders Prefactored::orders() const {
+    Orders orders = rows_ ? rows_->orders() : Orders{};
+    if (factorised_for_ == 0.0 || num_unknowns_ == 0)
+        return orders;
+    std::vector<int> node_of(static_cast<std::size_t>(num_unknowns_));
+    for (std::size_t i = 0; i < unknown_.size(); ++i)
+        if (unknown_[i] >= 0)
+            node_of[unknown_[i]] = static_cast<int>(i);
+    for (const int unknown : factor_.factor().order)
+        orders.factor.push_back(node_of[unknown]);
+    return orders;
 }
 
 bool Prefactored::touch(const std::shared_ptr<core::BallContact> &ball) {

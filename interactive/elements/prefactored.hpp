@@ -35,6 +35,8 @@ class Prefactored : public Simulation {
     void set_external_forces(const Field &forces) override;
     /// In single precision with the factor, once there is one.
     Cost cost(int iterations) const override;
+    /// With that of the factor, once there is one.
+    Orders orders() const override;
 
   protected:
     /// Adds L, unknown i for node i, both triangles.
@@ -46,6 +48,7 @@ class Prefactored : public Simulation {
     void use_vectors(kernels::PrefactoredElements elements);
 
   private:
+    std::vector<int> order_of_unknowns() const;
     void step_in_double(double time_step, int iterations);
     void step_in_single(double time_step, int iterations);
     void begin_touch();

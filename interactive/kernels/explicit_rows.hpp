@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "interactive/cutting/orders.hpp"
 #include "interactive/kernels/node_rows.hpp"
 
 namespace livermark::interactive::kernels {
@@ -37,6 +38,7 @@ inline constexpr FanLines quadratic_lines{6, 4};
 struct ExplicitRows : NodeRows {
     Pressure pressure = Pressure::of_tetrahedra;
     bool is_quadratic = false; ///< whether there is a node in the middle of each edge
+    int num_corners = 0;       ///< nodes of the mesh
 
     std::vector<std::size_t> line_start; ///< (slices + 1) of fans: their first line of tetrahedra
     /// Lines of nodes as FanLines says, those of the axis first: 16 times four times the row of a node.
@@ -50,6 +52,7 @@ struct ExplicitRows : NodeRows {
     std::vector<std::size_t> growth_start; ///< (slices of rows + 1) in units of 16
     Aligned<std::int32_t> growth_at;       ///< whose sum is the growth around a node; the last of growth is zero
     Aligned<float> inverse_volume, lambda; ///< (rows) a quarter of the volumes [1/m^3]; mean [Pa]
+    FanList fans;                          ///< as they stand side by side; no step reads them
 
     FanLines lines() const { return is_quadratic ? quadratic_lines : linear_lines; }
     std::size_t first_corner(std::size_t slice) const {
@@ -57,6 +60,8 @@ struct ExplicitRows : NodeRows {
     }
     std::size_t num_slices() const { return line_start.size() - 1; }
     std::size_t bytes() const; ///< of the body and its state
+    /// Rows of the mesh's nodes, and fans.
+    Orders orders() const;
 };
 
 /// @param scene     linear, without nodes of a method's own, or of quadratic_scene()

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <span>
 #include <vector>
 
 namespace livermark::interactive::kernels {
@@ -11,6 +13,40 @@ struct Fan {
     std::array<int, 2> axis{};
     std::vector<int> rim;        ///< (m + 1) nodes; the first and the last are the same where the fan is closed
     std::vector<int> tetrahedra; ///< (m) numbers
+};
+
+/// Fans behind each other, in few arrays: a body has thousands of them.
+class FanList {
+  public:
+    /// Behind all others.
+    void add(const std::array<int, 2> &axis, std::span<const int> rim, std::span<const int> tetrahedra) {
+        axis_.push_back(axis);
+        rim_.insert(rim_.end(), rim.begin(), rim.end());
+        tetrahedra_.insert(tetrahedra_.end(), tetrahedra.begin(), tetrahedra.end());
+        start_.push_back(static_cast<int>(tetrahedra_.size()));
+    }
+    void reserve(std::size_t num_fans, std::size_t num_tetrahedra) {
+        axis_.reserve(num_fans);
+        start_.reserve(num_fans + 1);
+        rim_.reserve(num_tetrahedra + num_fans);
+        tetrahedra_.reserve(num_tetrahedra);
+    }
+
+    std::size_t size() const { return axis_.size(); }
+    std::size_t num_tetrahedra() const { return tetrahedra_.size(); }
+    /// As those of Fan.
+    const std::array<int, 2> &axis(std::size_t fan) const { return axis_[fan]; }
+    std::span<const int> rim(std::size_t fan) const {
+        return std::span(rim_).subspan(start_[fan] + fan, start_[fan + 1] - start_[fan] + 1);
+    }
+    std::span<const int> tetrahedra(std::size_t fan) const {
+        return std::span(tetrahedra_).subspan(start_[fan], start_[fan + 1] - start_[fan]);
+    }
+
+  private:
+    std::vector<std::array<int, 2>> axis_;
+    std::vector<int> start_{0}; ///< of their tetrahedra, and the end; rims have one more node each
+    std::vector<int> rim_, tetrahedra_;
 };
 
 /// Puts each tetrahedron into one fan, greedily: the longest fan that is left comes first, that of the first edge of

@@ -42,6 +42,13 @@ void NodeRows::place(const Scene &scene, const std::vector<int> &order) {
             in_row(inverse_mass, row_of_node[i]).setConstant(static_cast<float>(1.0 / scene.node_mass[i]));
 }
 
+std::vector<int> NodeRows::order() const {
+    std::vector<int> nodes(row_of_node.size());
+    for (std::size_t i = 0; i < row_of_node.size(); ++i)
+        nodes[row_of_node[i]] = static_cast<int>(i);
+    return nodes;
+}
+
 void NodeRows::aim_constrained(const Scene &scene, const Field &rest, const Field &x, const Field &targets,
                                double time_step) {
     const auto aim = [&](int node, const core::Vector3 &target) {
@@ -55,9 +62,10 @@ void NodeRows::aim_constrained(const Scene &scene, const Field &rest, const Fiel
 }
 
 std::vector<int> order_of_nodes(const std::vector<std::array<int, 4>> &tetrahedra,
-                                const std::vector<std::array<int, 2>> &ends, const std::vector<int> &num_items) {
+                                const std::vector<std::array<int, 2>> &ends, const std::vector<int> &num_items,
+                                const std::vector<int> &corners) {
     const std::size_t num_corners = num_items.size() - ends.size();
-    auto order = cuthill_mckee(tetrahedra, num_corners);
+    auto order = corners.size() == num_corners ? corners : cuthill_mckee(tetrahedra, num_corners);
     if (!ends.empty()) {
         std::vector<int> place(num_items.size()); // twice, so that the middle of two is whole
         for (std::size_t k = 0; k < num_corners; ++k)

@@ -42,6 +42,9 @@ struct NodeRows {
     /// @param order  shape (N) nodes as rows come
     void place(const Scene &scene, const std::vector<int> &order);
 
+    /// @return (N) nodes as rows come
+    std::vector<int> order() const;
+
     /// Constrained nodes begin where they are, without what single precision has lost on the way there, and have the
     /// velocities that take them to their targets.
     /// @param rest, x  shape (3, N) at rest and now [m]
@@ -56,8 +59,10 @@ struct NodeRows {
 /// by a number that they have within windows, the larger first: side by side they have about the same one.
 /// @param ends       of the own nodes
 /// @param num_items  (N)
+/// @param corners    nodes of the mesh in an order that is known already; empty to find one
 /// @return (N) nodes
 std::vector<int> order_of_nodes(const std::vector<std::array<int, 4>> &tetrahedra,
-                                const std::vector<std::array<int, 2>> &ends, const std::vector<int> &num_items);
+                                const std::vector<std::array<int, 2>> &ends, const std::vector<int> &num_items,
+                                const std::vector<int> &corners = {});
 
 } // namespace livermark::interactive::kernels

@@ -38,9 +38,8 @@ std::size_t PositionRows::bytes() const {
     return bytes;
 }
 
-ConstraintRows constraint_rows(Constraint kind, const std::vector<int> &offsets,
-                               const std::vector<std::vector<int>> &nodes,
-                               const std::vector<std::vector<double>> &numbers, int num_nodes) {
+ConstraintRows constraint_rows(Constraint kind, const std::vector<int> &offsets, const std::vector<int> &nodes,
+                               const std::vector<double> &numbers, int num_nodes) {
     ConstraintRows rows;
     rows.kind = kind;
     std::size_t num_batches = 0;
@@ -61,9 +60,9 @@ ConstraintRows constraint_rows(Constraint kind, const std::vector<int> &offsets,
     for (std::size_t k = 0; k < rows.place.size(); ++k) {
         const std::size_t batch = rows.place[k] / slice_size, lane = rows.place[k] % slice_size;
         for (std::size_t a = 0; a < n; ++a)
-            rows.corner[(batch * n + a) * slice_size + lane] = 4 * nodes[k][a];
+            rows.corner[(batch * n + a) * slice_size + lane] = 4 * nodes[k * n + a];
         for (std::size_t a = 0; a < m; ++a)
-            rows.numbers[(batch * m + a) * slice_size + lane] = static_cast<float>(numbers[k][a]);
+            rows.numbers[(batch * m + a) * slice_size + lane] = static_cast<float>(numbers[k * m + a]);
     }
     return rows;
 }

@@ -54,10 +54,9 @@ struct PositionRows {
 };
 
 /// @param offsets  where each colour begins, and the end
-/// @param nodes    (M) in the order of colours
-/// @param numbers  (M) as the kind has them
-ConstraintRows constraint_rows(Constraint kind, const std::vector<int> &offsets,
-                               const std::vector<std::vector<int>> &nodes,
-                               const std::vector<std::vector<double>> &numbers, int num_nodes);
+/// @param nodes    of each in the order of colours, num_nodes_of() behind each other
+/// @param numbers  of each as the kind has them, num_numbers_of() behind each other
+ConstraintRows constraint_rows(Constraint kind, const std::vector<int> &offsets, const std::vector<int> &nodes,
+                               const std::vector<double> &numbers, int num_nodes);
 
 } // namespace livermark::interactive::kernels

@@ -25,20 +25,14 @@ namespace {
 class VertexBlockDescent : public Simulation {
   public:
     explicit VertexBlockDescent(Scene given)
-        : Simulation(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)), rest_(positions()), offsets_{0},
-          last_velocities_(velocities()) {
-        std::vector<std::vector<int>> sets, around(positions().cols());
-        for (std::size_t t = 0; t < energy_.tetrahedra().size(); ++t) {
-            const auto &nodes = energy_.tetrahedra()[t].nodes;
-            sets.emplace_back(nodes.begin(), nodes.end());
-            for (const int node : nodes)
-                around[node].push_back(static_cast<int>(t));
-        }
-        const auto colours = colour_nodes(sets, static_cast<int>(positions().cols()));
+        : Simulation(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)), rest_(positions()),
+          node_colour_(colours()), offsets_{0}, last_velocities_(velocities()) {
+        const auto colours = by_colours(node_colour_);
         if (scene().precision == Precision::single_precision) {
             rows_ = kernels::descent_rows(scene(), colours);
             return;
         }
+        const auto around = tetrahedra_around();
         for (const int node : colours.order)
             if (is_free()[node])
                 add_node(node, around[node]);
@@ -51,10 +45,7 @@ class VertexBlockDescent : public Simulation {
         if (!ball_)
             return true;
         if (rows_ && nodes_.empty()) { // single precision has its own corners, but for nodes that are touched
-            std::vector<std::vector<int>> around(positions().cols());
-            for (std::size_t t = 0; t < energy_.tetrahedra().size(); ++t)
-                for (const int node : energy_.tetrahedra()[t].nodes)
-                    around[node].push_back(static_cast<int>(t));
+            const auto around = tetrahedra_around();
             for (const int node : ball_->nodes())
                 if (is_free()[node])
                     add_node(node, around[node]);
@@ -107,6 +98,13 @@ class VertexBlockDescent : public Simulation {
     }
 
     const Energy &energy() const override { return energy_; }
+    Orders orders() const override {
+        Orders orders;
+        orders.node_colour = node_colour_;
+        if (rows_)
+            orders.strips = rows_->strips;
+        return orders;
+    }
     Cost cost(int iterations) const override {
         return {.element_passes = 4.0 * iterations, // at each of its corners
                 .bytes_per_element =
@@ -119,6 +117,25 @@ class VertexBlockDescent : public Simulation {
         int tetrahedron;
         core::Vector3 slope; ///< b, the gradient of the shape function [1/m]
     };
+
+    /// (N)
+    std::vector<int> colours() const {
+        if (scene().orders && !scene().orders->node_colour.empty())
+            return scene().orders->node_colour;
+        std::vector<std::vector<int>> sets;
+        for (const auto &t : energy_.tetrahedra())
+            sets.emplace_back(t.nodes.begin(), t.nodes.end());
+        return colours_of(colour_nodes(sets, static_cast<int>(positions().cols())));
+    }
+
+    /// (N)
+    std::vector<std::vector<int>> tetrahedra_around() const {
+        std::vector<std::vector<int>> around(positions().cols());
+        for (std::size_t t = 0; t < energy_.tetrahedra().size(); ++t)
+            for (const int node : energy_.tetrahedra()[t].nodes)
+                around[node].push_back(static_cast<int>(t));
+        return around;
+    }
 
     Corner corner_of(int tetrahedron, int node) const {
         const auto &t = energy_.tetrahedra()[tetrahedron];
@@ -293,6 +310,7 @@ class VertexBlockDescent : public Simulation {
 
     ElementEnergy<densities::StableNeoHookean> energy_;
     Field rest_;
+    std::vector<int> node_colour_;             ///< (N)
     std::optional<kernels::DescentRows> rows_; ///< in single precision; what follows is of double precision
     std::vector<int> nodes_;                   ///< free ones, in the order of their colours; or those of a ball
     std::vector<std::size_t> place_of_node_;   ///< (N) in nodes_

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <utility>
@@ -36,10 +37,12 @@ struct NeoHookeanPair {
         g.col(1) << -hydrostatic.rowwise().sum(), hydrostatic.col(0), hydrostatic.col(1), hydrostatic.col(2);
     }
 
-    std::vector<double> numbers(const Field & /*rest*/) const {
+    std::array<double, 12> numbers(const Field & /*rest*/) const {
         const Matrix3 gradients = inverse_edges.transpose(); // by columns
-        std::vector<double> numbers(gradients.data(), gradients.data() + gradients.size());
-        numbers.insert(numbers.end(), {rest - 1.0, compliance[0], compliance[1]});
+        std::array<double, 12> numbers{};
+        *std::copy_n(gradients.data(), gradients.size(), numbers.begin()) = rest - 1.0;
+        numbers[10] = compliance[0];
+        numbers[11] = compliance[1];
         return numbers;
     }
 };
@@ -48,12 +51,18 @@ class XpbdNeoHookean : public PositionBased {
   public:
     explicit XpbdNeoHookean(Scene given)
         : PositionBased(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)),
-          pairs_(pairs(), positions().cols()) {
+          pairs_(pairs(), static_cast<int>(positions().cols()),
+                 scene().orders ? scene().orders->tetrahedron_colour : std::vector<int>{}) {
         if (is_in_single_precision())
             use_vectors({pairs_.rows(positions())});
     }
 
     const Energy &energy() const override { return energy_; }
+    Orders orders() const override {
+        Orders orders;
+        orders.tetrahedron_colour = pairs_.colours();
+        return orders;
+    }
 
   protected:
     void clear_multipliers() override { pairs_.clear(); }

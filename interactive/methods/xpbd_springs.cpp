@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <utility>
@@ -27,7 +28,7 @@ struct Distance {
         g << d / length, -d / length;
     }
 
-    std::vector<double> numbers(const Field &rest) const {
+    std::array<double, 5> numbers(const Field &rest) const {
         const core::Vector3 d = rest.col(nodes[0]) - rest.col(nodes[1]);
         return {d.x(), d.y(), d.z(), rest_length, compliance[0]};
     }
@@ -50,13 +51,13 @@ struct Volume {
         g << -slopes.rowwise().sum(), slopes.col(0), slopes.col(1), slopes.col(2);
     }
 
-    std::vector<double> numbers(const Field &rest) const {
+    std::array<double, 10> numbers(const Field &rest) const {
         Matrix3 edges;
         for (int e = 0; e < 3; ++e)
             edges.row(e) = rest.col(nodes[e + 1]) - rest.col(nodes[0]);
         const Matrix3 gradients = edges.inverse(); // by columns
-        std::vector<double> numbers(gradients.data(), gradients.data() + gradients.size());
-        numbers.push_back(compliance[0]);
+        std::array<double, 10> numbers{};
+        *std::copy_n(gradients.data(), gradients.size(), numbers.begin()) = compliance[0];
         return numbers;
     }
 };
@@ -64,13 +65,23 @@ struct Volume {
 class XpbdSprings : public PositionBased {
   public:
     explicit XpbdSprings(Scene given)
-        : PositionBased(std::move(given)), energy_(*scene().body), distances_(distances(), positions().cols()),
-          volumes_(volumes(), positions().cols()) {
+        : PositionBased(std::move(given)), energy_(*scene().body),
+          distances_(distances(), static_cast<int>(positions().cols()),
+                     scene().orders ? scene().orders->edge_colour : std::vector<int>{}),
+          volumes_(volumes(), static_cast<int>(positions().cols()), colours_of_volumes()) {
         if (is_in_single_precision())
             use_vectors({distances_.rows(positions()), volumes_.rows(positions())});
     }
 
     const Energy &energy() const override { return energy_; }
+    Orders orders() const override {
+        Orders orders;
+        orders.edge_colour = distances_.colours();
+        auto colour = volumes_.colours().begin();
+        for (const auto &t : energy_.tetrahedra())
+            orders.tetrahedron_colour.push_back(has_volume(t) ? *colour++ : -1);
+        return orders;
+    }
 
   protected:
     void clear_multipliers() override {
@@ -99,13 +110,28 @@ class XpbdSprings : public PositionBased {
         return result;
     }
 
+    static double volume_modulus(const Tetrahedron &t) {
+        return densities::VolumeBesideSprings{t.mu, t.lambda}.modulus();
+    }
+    static bool has_volume(const Tetrahedron &t) { return volume_modulus(t) > 0.0; }
+
     std::vector<Volume> volumes() const {
         std::vector<Volume> result;
         for (const auto &t : energy_.tetrahedra())
-            if (const double k = densities::VolumeBesideSprings{t.mu, t.lambda}.modulus(); k > 0.0)
+            if (has_volume(t))
                 result.push_back({.nodes = t.nodes,
-                                  .compliance = Eigen::Matrix<double, 1, 1>(1.0 / (t.volume * k)),
+                                  .compliance = Eigen::Matrix<double, 1, 1>(1.0 / (t.volume * volume_modulus(t))),
                                   .rest_six_volumes = 6.0 * t.volume});
+        return result;
+    }
+
+    /// As the scene knows them.
+    std::vector<int> colours_of_volumes() const {
+        std::vector<int> result;
+        if (scene().orders)
+            for (const int colour : scene().orders->tetrahedron_colour)
+                if (colour >= 0)
+                    result.push_back(colour);
         return result;
     }
 

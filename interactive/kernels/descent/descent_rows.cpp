@@ -1,7 +1,6 @@
 #include "interactive/kernels/descent/descent_rows.hpp"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
 #include "interactive/elements/tetrahedra.hpp"
@@ -23,9 +22,12 @@ class DescentBuilder {
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
             for (const int node : tetrahedra_[t].nodes)
                 around_[node].push_back(static_cast<int>(t));
+        if (scene.orders && scene.orders->strips.size() == strips_.size())
+            strips_ = scene.orders->strips;
         for (std::size_t i = 0; i < strips_.size(); ++i)
-            if (is_free_[i])
+            if (is_free_[i] && strips_[i].empty())
                 strips_[i] = strips_around(static_cast<int>(i));
+        laplacian_.assign(strips_.size(), 0.0);
     }
 
     DescentRows build(const Colouring &colours) {
@@ -36,6 +38,7 @@ class DescentBuilder {
         for (auto *field : {&rows_.displacement, &rows_.before, &rows_.predicted, &rows_.velocity, &rows_.last_velocity,
                             &rows_.external, &rows_.older, &rows_.oldest})
             field->assign(4 * rows_.num_rows, 0.0F);
+        rows_.strips = std::move(strips_);
         return std::move(rows_);
     }
 
@@ -106,8 +109,8 @@ class DescentBuilder {
     void place_node(std::size_t row, std::size_t line) {
         const int node = node_in_row_[row];
         rows_.mass[row] = static_cast<float>(scene_->node_mass[node]);
-        auto entries = laplacian_of(node);
-        rows_.laplacian[row] = static_cast<float>(entries[node]);
+        find_laplacian(node);
+        rows_.laplacian[row] = static_cast<float>(std::exchange(laplacian_[node], 0.0));
         const auto &points = scene_->body->mesh.points;
         std::array<int, 3> triangle{};
         for (const auto &[neighbour, tetrahedron, keeps_first] : strips_[node]) {
@@ -119,7 +122,7 @@ class DescentBuilder {
             };
             for (const double component : core::Vector3(points[neighbour] - points[node]))
                 put(component);
-            put(std::exchange(entries[neighbour], 0.0));
+            put(std::exchange(laplacian_[neighbour], 0.0));
             triangle = {keeps_first ? triangle[0] : triangle[1], triangle[2], neighbour};
             if (tetrahedron >= 0) {
                 const auto &t = tetrahedra_[tetrahedron];
@@ -138,17 +141,15 @@ class DescentBuilder {
         return edges.determinant() > 0.0 ? 1.0 : -1.0;
     }
 
-    /// Of a node its row of the Laplacian: sum of V mu g . g with itself and its neighbours.
-    std::map<int, double> laplacian_of(int node) const {
-        std::map<int, double> entries;
+    /// Adds to nothing a node's row of the Laplacian: sum of V mu g . g with itself and its neighbours.
+    void find_laplacian(int node) {
         for (const int number : around_[node]) {
             const auto &t = tetrahedra_[number];
             const auto gradients = t.shape_gradients();
             const auto own = gradients.row(std::ranges::find(t.nodes, node) - t.nodes.begin());
             for (int c = 0; c < 4; ++c)
-                entries[t.nodes[c]] += t.volume * t.mu * gradients.row(c).dot(own);
+                laplacian_[t.nodes[c]] += t.volume * t.mu * gradients.row(c).dot(own);
         }
-        return entries;
     }
 
     const Scene *scene_;
@@ -157,6 +158,7 @@ class DescentBuilder {
     std::vector<std::vector<int>> around_;       ///< (N) tetrahedra
     std::vector<std::vector<StripNode>> strips_; ///< (N) none where constrained
     std::vector<int> node_in_row_;               ///< of the batches
+    std::vector<double> laplacian_;              ///< (N) row of the node that is being placed; zero between nodes
     DescentRows rows_;
 };
 

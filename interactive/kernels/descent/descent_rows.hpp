@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "interactive/colouring.hpp"
+#include "interactive/cutting/orders.hpp"
 #include "interactive/kernels/node_rows.hpp"
 
 namespace livermark::interactive::kernels {
@@ -34,6 +35,7 @@ struct DescentRows {
     Aligned<float> external;                ///< [N]
     Aligned<float> older, oldest;           ///< displacement, one iteration ago and two
     std::function<void()> after_iteration;  ///< what else moves nodes; empty if there is nothing
+    std::vector<std::vector<StripNode>> strips; ///< (N) of Orders; no step reads them
 
     std::size_t num_batches() const { return line_start.size() - 1; }
     std::size_t bytes() const; ///< of the body and its state

@@ -16,18 +16,27 @@ Eigen::MatrixXd panel_matrix(const support::SupernodalFactor &factor, std::size_
                                         .triangularView<Eigen::Lower>()
                                         .solve(Eigen::MatrixXd::Identity(num_columns, num_columns));
     panel.topRows(num_columns) = inverse;
-    panel.bottomRows(num_rows - num_columns) = -panel.bottomRows(num_rows - num_columns).lazyProduct(inverse).eval();
+    // The inverse has a triangle of numbers only; what a column needs stands at and behind it, so it can be replaced.
+    auto below = panel.bottomRows(num_rows - num_columns);
+    for (Eigen::Index j = 0; j < num_columns; ++j) {
+        below.col(j) *= -inverse(j, j);
+        for (Eigen::Index k = j + 1; k < num_columns; ++k)
+            below.col(j) -= inverse(k, j) * below.col(k);
+    }
     return panel;
 }
 
 void place_panel(const Eigen::MatrixXd &matrix, const Panel &panel, Aligned<float> &values) {
-    for (std::size_t block = 0; block < panel.num_blocks; ++block)
-        for (std::size_t column = 0; column < panel.columns_of_block(block); ++column)
-            for (std::size_t lane = 0; lane < slice_size; ++lane) {
-                const auto i = static_cast<Eigen::Index>(block * slice_size + lane),
-                           j = static_cast<Eigen::Index>(column);
-                values.push_back(i < matrix.rows() && j < matrix.cols() ? static_cast<float>(matrix(i, j)) : 0.0F);
-            }
+    for (std::size_t block = 0; block < panel.num_blocks; ++block) {
+        const auto first = static_cast<Eigen::Index>(block * slice_size);
+        const auto num_lanes = std::min<Eigen::Index>(slice_size, matrix.rows() - first);
+        std::size_t at = values.size();
+        values.resize(at + panel.columns_of_block(block) * slice_size, 0.0F);
+        const auto num_columns = std::min<std::size_t>(panel.columns_of_block(block), matrix.cols());
+        for (std::size_t column = 0; column < num_columns; ++column, at += slice_size)
+            Eigen::Map<Eigen::VectorXf>(values.data() + at, num_lanes) =
+                matrix.col(static_cast<Eigen::Index>(column)).segment(first, num_lanes).cast<float>();
+    }
 }
 
 } // namespace

@@ -114,6 +114,14 @@ std::size_t PrefactoredRows::bytes() const {
            bytes_of(place, before, predicted, stiffness, right);
 }
 
+Orders PrefactoredRows::orders() const {
+    if (const auto *body = std::get_if<ExplicitRows>(&elements))
+        return body->orders();
+    Orders orders;
+    orders.rows = nodes().order();
+    return orders;
+}
+
 void PrefactoredRows::set_factor(const support::SupernodalFactor &of_matrix, const std::vector<int> &unknown,
                                  const std::vector<double> &of_nodes) {
     factor = factor_rows(of_matrix);

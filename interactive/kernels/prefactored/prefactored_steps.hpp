@@ -20,6 +20,7 @@ struct PrefactoredRows {
     NodeRows &nodes();
     const NodeRows &nodes() const;
     std::size_t bytes() const; ///< of the body, its state and the factor
+    Orders orders() const;     ///< of the body
 
     /// @param unknown    (N) of each node, -1 where constrained
     /// @param stiffness  (N) m (1 + alpha h) / h^2 [N/m]

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "interactive/cutting/orders.hpp"
+
 namespace livermark::interactive::kernels {
 
 namespace {
@@ -26,7 +28,8 @@ SpringRows spring_rows(const Scene &scene, const Springs &springs) {
             ++num_springs[springs.edges[s][end]];
         }
     SpringRows rows;
-    const auto order = order_of_nodes(mesh.tetrahedra, {}, num_springs);
+    const bool has_order = scene.orders && scene.orders->rows.size() == mesh.points.size();
+    const auto order = has_order ? scene.orders->rows : order_of_nodes(mesh.tetrahedra, {}, num_springs);
     rows.place(scene, order);
     rows.force.assign(4 * rows.num_rows, 0.0F);
     for (std::size_t row = 0; row < rows.num_rows; ++row)

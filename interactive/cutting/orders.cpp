@@ -1,0 +1,195 @@
+#include "interactive/cutting/orders.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <utility>
+
+namespace livermark::interactive {
+
+namespace {
+
+constexpr int gone = -1;
+
+/// What has become of nodes and tetrahedra.
+class Children {
+  public:
+    Children(const core::TetraMesh &before, const Parents &parents)
+        : of_tetrahedron_(before.tetrahedra.size(), gone), start_(before.points.size() + 1, 0),
+          nodes_(parents.node.size()) {
+        for (std::size_t t = 0; t < parents.tetrahedron.size(); ++t)
+            of_tetrahedron_[parents.tetrahedron[t]] = static_cast<int>(t);
+        for (const int parent : parents.node)
+            ++start_[parent + 1];
+        for (std::size_t i = 1; i < start_.size(); ++i)
+            start_[i] += start_[i - 1];
+        auto next = start_;
+        for (std::size_t i = 0; i < parents.node.size(); ++i)
+            nodes_[next[parents.node[i]]++] = static_cast<int>(i);
+    }
+
+    int of_tetrahedron(int number) const { return of_tetrahedron_[number]; }
+    std::span<const int> of_node(int node) const {
+        return std::span(nodes_).subspan(start_[node], start_[node + 1] - start_[node]);
+    }
+    /// The only one; gone if there is none, or more than one.
+    int only_of(int node) const {
+        const auto all = of_node(node);
+        return all.size() == 1 ? all.front() : gone;
+    }
+
+  private:
+    std::vector<int> of_tetrahedron_, start_, nodes_;
+};
+
+std::vector<int> nodes_as_cut(const std::vector<int> &order, const Children &children) {
+    std::vector<int> result;
+    for (const int node : order)
+        for (const int child : children.of_node(node))
+            result.push_back(child);
+    return result;
+}
+
+/// Fans of which nothing was cut stay side by side; what is cut off from others stands behind all.
+class CutFans {
+  public:
+    CutFans(const core::TetraMesh &before, const core::TetraMesh &after, const Children &children)
+        : before_(&before), after_(&after), children_(&children) {}
+
+    kernels::FanList cut(const kernels::FanList &fans) {
+        constexpr std::size_t some_more = 256;
+        kept_.reserve(fans.size() + some_more, fans.num_tetrahedra());
+        for (std::size_t f = 0; f < fans.size(); ++f)
+            cut_fan(fans.axis(f), fans.rim(f), fans.tetrahedra(f));
+        for (std::size_t f = 0; f < cut_off_.size(); ++f)
+            kept_.add(cut_off_.axis(f), cut_off_.rim(f), cut_off_.tetrahedra(f));
+        return std::move(kept_);
+    }
+
+  private:
+    void cut_fan(const std::array<int, 2> &axis, std::span<const int> rim, std::span<const int> tetrahedra) {
+        bool is_first = true;
+        const auto close = [&] {
+            if (!part_.empty())
+                (std::exchange(is_first, false) ? kept_ : cut_off_).add(axis_, rim_, part_);
+            part_.clear();
+            rim_.clear();
+        };
+        for (std::size_t k = 0; k < tetrahedra.size(); ++k) {
+            const int t = children_->of_tetrahedron(tetrahedra[k]);
+            if (t == gone) {
+                close();
+                continue;
+            }
+            const auto &was = before_->tetrahedra[tetrahedra[k]], &is = after_->tetrahedra[t];
+            const auto here = [&](int node) { return is[std::ranges::find(was, node) - was.begin()]; };
+            const std::array axis_here{here(axis[0]), here(axis[1])};
+            const int from = here(rim[k]);
+            if (!part_.empty() && (axis_ != axis_here || rim_.back() != from))
+                close();
+            if (part_.empty()) {
+                axis_ = axis_here;
+                rim_.push_back(from);
+            }
+            rim_.push_back(here(rim[k + 1]));
+            part_.push_back(t);
+        }
+        close();
+    }
+
+    const core::TetraMesh *before_, *after_;
+    const Children *children_;
+    kernels::FanList kept_, cut_off_;
+    std::array<int, 2> axis_{}; ///< of the part that is open
+    std::vector<int> rim_, part_;
+};
+
+/// Copies of an edge may share a node where the cut ends: all but one of them need another colour.
+std::vector<int> edge_colours_as_cut(const std::vector<int> &colours, const core::TetraMesh &before,
+                                     const core::TetraMesh &after, const Parents &parents) {
+    const auto table = core::edge_table(before.tetrahedra), cut = core::edge_table(after.tetrahedra);
+    std::vector<int> result(cut.edges.size(), gone), parent(cut.edges.size(), gone), child(table.edges.size(), gone);
+    for (std::size_t t = 0; t < parents.tetrahedron.size(); ++t)
+        for (std::size_t e = 0; e < 6; ++e)
+            parent[cut.tetrahedron_edge[t][e]] = table.tetrahedron_edge[parents.tetrahedron[t]][e];
+    std::vector<int> copies;
+    for (std::size_t e = 0; e < parent.size(); ++e) {
+        if (child[parent[e]] != gone) {
+            copies.push_back(static_cast<int>(e));
+            continue;
+        }
+        child[parent[e]] = static_cast<int>(e);
+        result[e] = colours[parent[e]];
+    }
+    if (copies.empty())
+        return result;
+    std::vector<std::vector<int>> at_node(after.points.size());
+    for (std::size_t e = 0; e < cut.edges.size(); ++e)
+        for (const int node : cut.edges[e])
+            at_node[node].push_back(static_cast<int>(e));
+    std::vector<bool> is_taken;
+    for (const int copy : copies) {
+        is_taken.clear();
+        for (const int node : cut.edges[copy])
+            for (const int other : at_node[node])
+                if (const int colour = result[other]; colour >= 0) {
+                    is_taken.resize(std::max(is_taken.size(), static_cast<std::size_t>(colour) + 1), false);
+                    is_taken[colour] = true;
+                }
+        result[copy] = static_cast<int>(std::ranges::find(is_taken, false) - is_taken.begin());
+    }
+    return result;
+}
+
+std::vector<std::vector<kernels::StripNode>> strips_as_cut(const std::vector<std::vector<kernels::StripNode>> &strips,
+                                                           const Parents &parents, const Children &children) {
+    std::vector<std::vector<kernels::StripNode>> result(parents.node.size());
+    for (std::size_t i = 0; i < result.size(); ++i) {
+        if (children.only_of(parents.node[i]) == gone)
+            continue;
+        auto mapped = strips[parents.node[i]];
+        const bool is_kept = std::ranges::all_of(mapped, [&](kernels::StripNode &entry) {
+            entry.node = children.only_of(entry.node);
+            if (entry.triangle >= 0)
+                entry.triangle = children.of_tetrahedron(entry.triangle);
+            else
+                return entry.node != gone;
+            return entry.node != gone && entry.triangle != gone;
+        });
+        if (is_kept)
+            result[i] = std::move(mapped);
+    }
+    return result;
+}
+
+} // namespace
+
+Parents parents_of(const core::TetraMesh &before, const core::TetraMesh &after, std::vector<int> tetrahedron) {
+    Parents parents{std::move(tetrahedron), std::vector<int>(after.points.size(), gone)};
+    for (std::size_t t = 0; t < parents.tetrahedron.size(); ++t)
+        for (std::size_t k = 0; k < 4; ++k)
+            parents.node[after.tetrahedra[t][k]] = before.tetrahedra[parents.tetrahedron[t]][k];
+    return parents;
+}
+
+Orders as_cut(const Orders &orders, const core::TetraMesh &before, const core::TetraMesh &after,
+              const Parents &parents) {
+    const Children children(before, parents);
+    Orders result;
+    result.rows = nodes_as_cut(orders.rows, children);
+    result.fans = CutFans(before, after, children).cut(orders.fans);
+    if (!orders.tetrahedron_colour.empty())
+        for (const int parent : parents.tetrahedron)
+            result.tetrahedron_colour.push_back(orders.tetrahedron_colour[parent]);
+    if (!orders.edge_colour.empty())
+        result.edge_colour = edge_colours_as_cut(orders.edge_colour, before, after, parents);
+    if (!orders.node_colour.empty())
+        for (const int parent : parents.node)
+            result.node_colour.push_back(orders.node_colour[parent]);
+    if (!orders.strips.empty())
+        result.strips = strips_as_cut(orders.strips, parents, children);
+    result.factor = nodes_as_cut(orders.factor, children);
+    return result;
+}
+
+} // namespace livermark::interactive
