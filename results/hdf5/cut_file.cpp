@@ -1,6 +1,7 @@
 #include "results/hdf5/cut_file.hpp"
 
 #include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/io/columns.hpp"
 
 namespace livermark::results {
 
@@ -14,6 +15,23 @@ template <class At> void describe_cut_run(At at, hdf5::Of<At, CutRun> &run, std:
     at.rows("tool_stiffness", run.tool_stiffness, "N/m", num_records);
     at.rows("setup_seconds", run.setup_seconds, "s", num_records);
     at.rows("solve_seconds", run.solve_seconds, "s", num_records);
+}
+
+template <class At> void describe_cut_motions(At at, hdf5::Of<At, CutFile> &cut) {
+    at.number("frame_interval", cut.frame_interval);
+    at.integer("frames_per_step", cut.frames_per_step, 1);
+    auto columns = hdf5::columns_of(at, cut.motions);
+    columns.texts("methods", &CutMotion::method);
+    columns.texts("settings", &CutMotion::setting);
+    columns.column("budget", &CutMotion::budget, "s");
+    columns.column("steps", &CutMotion::steps);
+    columns.column("iterations", &CutMotion::iterations);
+    columns.column("setup_seconds", &CutMotion::setup_seconds, "s");
+    columns.column("frame_seconds", &CutMotion::frame_seconds, "s");
+    columns.column("worst_frame_seconds", &CutMotion::worst_frame_seconds, "s");
+    columns.blocks("opening", &CutMotion::opening, cut.depth.size(), "m");
+    columns.blocks("tool_stiffness", &CutMotion::tool_stiffness, cut.depth.size(), "N/m");
+    columns.blocks("ready_seconds", &CutMotion::ready_seconds, cut.depth.size(), "s");
 }
 
 template <class At> void describe_cut(At root, hdf5::Of<At, CutFile> &cut) {
@@ -35,6 +53,8 @@ template <class At> void describe_cut(At root, hdf5::Of<At, CutFile> &cut) {
         describe_cut_run(of_model, run, num_records);
     });
     at.check(!cut.runs.empty() && cut.runs.front().model == reference, "does not begin with its reference");
+    if (at.has("motions", !cut.motions.empty())) // only where methods have moved
+        describe_cut_motions(at.group("motions"), cut);
 }
 
 } // namespace

@@ -23,6 +23,25 @@ struct CutRun {
     double released(std::size_t record) const { return (work[record] - work[0]) - (stored[record] - stored[0]); }
 };
 
+/// A method that moves a body while a blade goes on, within a budget. Records are as those of CutRun: taken when the
+/// frames of a step of the blade are over, the last one when the body has come to rest after it. NaN from where the
+/// body has left all bounds.
+struct CutMotion {
+    std::string method, setting;          ///< how it uses its time
+    double budget = 0.0;                  ///< of one core, for a frame [s]
+    int steps = 0;                        ///< in a frame
+    int iterations = 0;                   ///< in a step
+    double setup_seconds = 0.0;           ///< before the first frame [s]
+    double frame_seconds = 0.0;           ///< of the processor, median over frames [s]
+    double worst_frame_seconds = 0.0;     ///< with the time of the cut that comes before it, if there is one [s]
+    std::vector<double> opening{};        ///< (K) of the wound, where it is widest [m]
+    std::vector<double> tool_stiffness{}; ///< (K) [N/m]
+    /// (K) from the body that the step has left to the next frame [s]; 0 where nothing was parted
+    std::vector<double> ready_seconds{};
+
+    bool operator==(const CutMotion &) const = default;
+};
+
 /// A blade that goes into a body under load: the content of one cut file.
 struct CutFile {
     Provenance provenance;
@@ -34,6 +53,9 @@ struct CutFile {
     std::vector<double> cut_seconds{};    ///< (K) that dividing the body took [s]
     std::vector<int> nodes{};             ///< (K) of the mesh
     std::vector<CutRun> runs{};           ///< the first is the reference
+    double frame_interval = 0.0;          ///< of the motions [s]; 0 if there are none
+    int frames_per_step = 0;              ///< of the blade
+    std::vector<CutMotion> motions{};
 
     std::size_t num_records() const { return depth.size(); }
     /// From the blade to the next step's loads: dividing the body and setting a model up for it, a time for each step

@@ -107,7 +107,7 @@ def sizes_of(file):
     if "needles" in file:
         return {"J": file["/needles/0/models/judge/depth"].shape[0]}
     if "cut" in file:
-        return {"K": file["/cut/depth"].shape[0]}
+        return {"K": file["/cut/depth"].shape[0], "R": file["/cut/motions/budget"].shape[0]}
     if "experiment" in file:
         group = file["/experiment"]
         ring_down = group["ring_downs/0"]

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <iterator>
 #include <limits>
 
 #include "core/units.hpp"
@@ -84,6 +85,52 @@ Layout cut_models_table(const CutFile &file) {
              fixed(run.tool_stiffness[last], 2), off(run.tool_stiffness[last], judge.tool_stiffness[last]),
              fixed(core::milliseconds * middle_of(ready), 0), fixed(core::milliseconds * longest_of(ready), 0),
              fixed(core::milliseconds * middle_of(file.equilibrium_seconds(run)), 0)});
+    }
+    return table;
+}
+
+Layout cut_motions_table(const CutFile &file) {
+    Layout table{{{"method"},
+                  {"budget [ms]", true},
+                  {"steps x iterations", true},
+                  {"opening [mm]", true},
+                  {"off by [%]", true},
+                  {"tool [N/m]", true},
+                  {"off by [%]", true},
+                  {"cut to next step [ms]", true},
+                  {"longest [ms]", true},
+                  {"frame [ms]", true},
+                  {"worst frame [ms]", true}},
+                 {}};
+    const auto last = file.num_records() - 1;
+    const auto &judge = file.runs.front();
+    const auto miss = [&](const CutMotion &motion) { return std::abs(motion.opening[last] - judge.opening[last]); };
+    std::vector<const CutMotion *> shown;
+    for (const auto &motion : file.motions) {
+        const auto same = std::ranges::find_if(shown, [&](const CutMotion *other) {
+            return other->method == motion.method && other->budget == motion.budget;
+        });
+        if (same == shown.end())
+            shown.push_back(&motion);
+        else if (!(miss(motion) >= miss(**same))) // NaN is no better
+            *same = std::isnan(miss(motion)) ? *same : &motion;
+    }
+    const auto in_ms = [](double seconds) { return fixed(core::milliseconds * seconds, 2); };
+    for (const auto *motion : shown) {
+        std::vector<double> ready;
+        std::ranges::copy_if(motion->ready_seconds, std::back_inserter(ready), [](double s) { return s > 0.0; });
+        const bool is_lost = std::isnan(motion->opening[last]);
+        const auto budget = in_ms(motion->budget);
+        const bool is_late = motion->frame_seconds > motion->budget;
+        table.rows.push_back({motion->method,
+                              is_late ? fmt::format("{}, needs {}", budget, in_ms(motion->frame_seconds)) : budget,
+                              fmt::format("{} x {}", motion->steps, motion->iterations),
+                              is_lost ? "diverged" : fixed(core::millimetres * motion->opening[last], 3),
+                              fixed(difference_in_percent(motion->opening[last], judge.opening[last]), 1),
+                              fixed(motion->tool_stiffness[last], 2),
+                              fixed(difference_in_percent(motion->tool_stiffness[last], judge.tool_stiffness[last]), 1),
+                              in_ms(middle_of(ready)), in_ms(longest_of(ready)), in_ms(motion->frame_seconds),
+                              in_ms(motion->worst_frame_seconds)});
     }
     return table;
 }

@@ -17,6 +17,12 @@ Layout cut_table(const CutFile &file);
 /// model is set up for the body that it leaves, and the median of the equilibrium that follows [ms].
 Layout cut_models_table(const CutFile &file);
 
+/// A row for each method that moves within each budget, of the setting whose opening is nearer to the reference in the
+/// end: budget [ms], steps and iterations, opening [mm] and stiffness at the tool [N/m] in the end, both beside the
+/// reference [%]; the median and the longest time from a cut body to the next frame, the median frame and the longest
+/// one with the cut before it [ms].
+Layout cut_motions_table(const CutFile &file);
+
 /// A sentence: where the reference releases more than tearing takes.
 std::string cut_note(const CutFile &file);
 

@@ -4,7 +4,8 @@
 
 namespace livermark::tests {
 
-/// Two steps of a blade in two models; the second step parts nothing. The numbers are made up.
+/// Two steps of a blade in two models and two methods that move; the second step parts nothing. The numbers are made
+/// up.
 inline results::CutFile sample_cut() {
     results::CutFile cut{.provenance = {}, .body = "block", .load_case = "traction", .title = "Pulled"};
     cut.blade = {core::Vector3(0.0, 0.0, 0.01), core::Vector3(0.0, 0.02, 0.01), core::Vector3(0.02, 0.02, 0.01),
@@ -28,6 +29,30 @@ inline results::CutFile sample_cut() {
                  .tool_stiffness = {50.0, 36.0, 36.0},
                  .setup_seconds = {0.1, 0.05, 0.0},
                  .solve_seconds = {0.2, 0.3, 0.0}}};
+    cut.frame_interval = 0.02;
+    cut.frames_per_step = 5;
+    cut.motions = {{.method = "springs",
+                    .setting = "stable",
+                    .budget = 0.004,
+                    .steps = 12,
+                    .iterations = 1,
+                    .setup_seconds = 0.5,
+                    .frame_seconds = 0.002,
+                    .worst_frame_seconds = 0.052,
+                    .opening = {0.0, 0.001, 0.003},
+                    .tool_stiffness = {50.0, 45.0, 36.0},
+                    .ready_seconds = {0.0, 0.05, 0.0}},
+                   {.method = "elements",
+                    .setting = "one step",
+                    .budget = 0.001,
+                    .steps = 1,
+                    .iterations = 3,
+                    .setup_seconds = 0.75,
+                    .frame_seconds = 0.0015,
+                    .worst_frame_seconds = 0.004,
+                    .opening = {0.0, 0.0005, 0.0018},
+                    .tool_stiffness = {60.0, 55.0, 33.0},
+                    .ready_seconds = {0.0, 0.0025, 0.0}}};
     return cut;
 }
 

@@ -34,6 +34,24 @@ TEST_F(CutFiles, HoldWhatWasWritten) {
     EXPECT_EQ(read.runs[1].tool_stiffness, written.runs[1].tool_stiffness);
     EXPECT_EQ(read.runs[1].setup_seconds, written.runs[1].setup_seconds);
     EXPECT_EQ(read.runs[1].solve_seconds, written.runs[1].solve_seconds);
+    EXPECT_EQ(read.frame_interval, 0.02);
+    EXPECT_EQ(read.frames_per_step, 5);
+    EXPECT_EQ(read.motions, written.motions);
+}
+
+TEST_F(CutFiles, MayHoldNoMotions) {
+    auto written = tests::sample_cut();
+    written.motions.clear();
+    write_cut(path_, written);
+    EXPECT_TRUE(read_cut_file(path_).motions.empty());
+}
+
+TEST_F(CutFiles, TellHowMotionsEndedBesideTheReference) {
+    const auto table = cut_motions_table(tests::sample_cut());
+    ASSERT_EQ(table.rows.size(), 2U);
+    EXPECT_EQ(table.rows[0], (std::vector<std::string>{"springs", "4.00", "12 x 1", "3.000", "50.0", "36.00", "20.0",
+                                                       "50.00", "50.00", "2.00", "52.00"}));
+    EXPECT_EQ(table.rows[1][1], "1.00, needs 1.50");
 }
 
 TEST_F(CutFiles, AreRefusedWhereTheyCannotBe) {
