@@ -21,6 +21,12 @@ int print_cut(studies::CutStudyOptions options, bool markdown, const std::string
     fmt::print("{}: {}\n{} step by step:\n\n", file.body, results::printable(file.title), file.runs.front().model);
     for (const auto &table : {results::cut_table(file), results::cut_models_table(file)})
         fmt::print("{}\n", markdown ? results::to_markdown(table) : results::to_text(table));
+    if (!file.motions.empty()) {
+        const auto table = results::cut_motions_table(file);
+        fmt::print("Methods that move in frames of {:.1f} ms, {} for each step of the blade:\n\n{}\n",
+                   1e3 * file.frame_interval, file.frames_per_step,
+                   markdown ? results::to_markdown(table) : results::to_text(table));
+    }
     fmt::print("{}", results::cut_note(file));
     fmt::print(stderr, "The result file is in {}\n", options.output);
     return 0;
@@ -34,6 +40,7 @@ Command add_cut(CLI::App &parent, const std::string &command_line) {
                "energy and the time of each step for each model, beside the reference");
     auto options = std::make_shared<studies::CutStudyOptions>();
     auto markdown = std::make_shared<bool>(false);
+    auto budgets = std::make_shared<std::vector<double>>(std::vector{1.0, 4.0, 1000.0 / 60.0});
     options->output = (support::root_folder() / "results" / "runs").string();
     add_body(*command, options->body);
     command
@@ -52,10 +59,23 @@ Command add_cut(CLI::App &parent, const std::string &command_line) {
     command->add_option(
         "--model", options->models,
         "Names as in 'livermark list models', beside the reference on the mesh; by default those of a run");
+    command->add_option("--method", options->motion.methods,
+                        "Names as in 'livermark list methods', or all, of methods that move while the blade goes in, "
+                        "in the small regime; none by default");
+    command->add_option("--budget", *budgets, "With --method: processor times of one core for a frame [ms]")
+        ->check(CLI::Range(0.01, 1e5))
+        ->capture_default_str();
+    command->add_option("--frames", options->motion.frames_per_step, "With --method: frames for each step of the blade")
+        ->capture_default_str();
     add_materials(*command, options->material);
     command->add_option("--output", options->output, "Folder for <body>/cut.<load case>.h5")->capture_default_str();
     command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
-    return [=] { return print_cut(*options, *markdown, command_line); };
+    return [=] {
+        options->motion.budgets.clear();
+        for (const double budget : *budgets)
+            options->motion.budgets.push_back(1e-3 * budget);
+        return print_cut(*options, *markdown, command_line);
+    };
 }
 
 } // namespace livermark::cli

@@ -9,6 +9,7 @@
 
 #include "core/tool/place_stiffness.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
+#include "models/cut_motion/body_under_blade.hpp"
 #include "models/model_table.hpp"
 #include "results/hdf5/cut_file.hpp"
 #include "results/provenance.hpp"
@@ -109,12 +110,6 @@ double work_of_loads(const core::Problem &problem, const core::Solution &solutio
         if (place.drive == core::ToolDrive::traction)
             work += core::work_of(core::nodal_forces(mesh, problem.load_case, place), solution.displacement);
     return work;
-}
-
-double stiffness_at_first_tool(const core::Problem &problem, const core::Solution &solution) {
-    const auto &mesh = problem.body->mesh;
-    const auto places = core::tool_places(mesh, problem.load_case);
-    return places.empty() ? unknown_of_cut : core::stiffness_at(mesh, problem.load_case, places, 0, solution);
 }
 
 /// What one model does while the blade goes on.
@@ -222,9 +217,15 @@ CutResults let_blade_in(const CutStudyOptions &options, const std::string &comma
     auto set = read_scaled_problems({options.body}, options.load_case, options.material);
     const auto &before = set.problems.front();
     refuse_other_loads(before.load_case);
+    const bool has_motions = !chosen_methods_under_blade(options.motion).empty();
+    if (has_motions && before.load_case.regime == core::Regime::large)
+        throw support::InputError(fmt::format("load case {} is of the large regime, in which the blade meets the body "
+                                              "where the reference is, not where methods are; choose one of the small "
+                                              "regime for --method",
+                                              before.load_case.name));
     const auto file_of_loads = find_toml_files({options.load_case}, load_cases_folder, "load case").front();
-    ModelsUnderBlade models(models_under_blade(options, before), before.body->name,
-                            {file_of_loads, before.load_case.load_scale}, way.num_steps + 1, report);
+    const SameLoads loads(file_of_loads, before.load_case.load_scale);
+    ModelsUnderBlade models(models_under_blade(options, before), before.body->name, loads, way.num_steps + 1, report);
     const auto stages = models.go(before.body, way, before.load_case.regime == core::Regime::large);
     CutResults done{.file = {.provenance = results::current_provenance(command_line),
                              .body = before.body->name,
@@ -242,6 +243,15 @@ CutResults let_blade_in(const CutStudyOptions &options, const std::string &comma
     for (const auto &model : models.models()) {
         done.file.runs.push_back(model.run());
         done.notes.insert(done.notes.end(), model.notes().begin(), model.notes().end());
+    }
+    if (has_motions) {
+        std::vector<core::Problem> problems;
+        for (const auto &stage : stages)
+            problems.push_back(!problems.empty() && problems.back().body == stage.body ? problems.back()
+                                                                                       : loads.on(stage.body));
+        done.file.frame_interval = models::FramesUnderBlade{}.interval;
+        done.file.frames_per_step = options.motion.frames_per_step;
+        done.file.motions = move_under_blade(options.motion, stages, problems, report);
     }
     const auto folder = make_output_folder(options.output, before);
     results::write_cut(folder / fmt::format("cut.{}.h5", done.file.load_case), done.file);

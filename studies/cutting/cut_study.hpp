@@ -5,6 +5,7 @@
 
 #include "meshes/io/body_reader.hpp"
 #include "results/records/growing_cut.hpp"
+#include "studies/cutting/moving_cut.hpp"
 #include "studies/progress.hpp"
 
 namespace livermark::studies {
@@ -17,6 +18,7 @@ struct CutStudyOptions {
     std::vector<double> blade;          ///< four corners in turn, twelve numbers; its edge goes from 0-1 to 3-2 [m]
     int num_steps = 20;
     double toughness = 164.0; ///< [J/m^2]
+    CutMotionOptions motion;  ///< of methods that move meanwhile
     meshes::MaterialOverride material;
     std::string output; ///< folder for <body>/cut.<load case>.h5
 };
@@ -33,6 +35,8 @@ struct CutResults {
 ///
 /// Loads keep their size and direction while the blade goes on, so what a step sets free is the work of the loads in
 /// it less what more is stored. Where a model other than the reference finds no equilibrium its records are NaN.
+/// Methods that move go on from one cut body to the next, which are those of the reference; only in the small regime,
+/// where the blade meets the body as it is at rest.
 /// @throws support::InputError for bad input: a load case that is none of constant loads, a blade that misses, a body
 ///         that falls apart, a model that takes no part, no equilibrium of the reference
 CutResults let_blade_in(const CutStudyOptions &options, const std::string &command_line, const ProgressReport &report);

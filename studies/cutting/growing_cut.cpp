@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <limits>
 #include <map>
 #include <utility>
 
 #include "core/processor_time.hpp"
+#include "core/tool/place_stiffness.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "meshes/io/mesh_figures.hpp"
 
@@ -45,8 +47,8 @@ std::vector<std::array<int, 2>> parted_nodes(const core::TetraMesh &mesh) {
 constexpr double edges_behind = 2.0;
 
 /// The body cut where it is now, and back at rest: along facets, corners keep their order.
-core::Body cut_where_it_is(const core::Body &body, const std::vector<core::Vector3> &displacement,
-                           const meshes::Cut &cut) {
+meshes::CutBody cut_where_it_is(const core::Body &body, const std::vector<core::Vector3> &displacement,
+                                const meshes::Cut &cut) {
     auto moved = body;
     for (std::size_t i = 0; i < displacement.size(); ++i)
         moved.mesh.points[i] += displacement[i];
@@ -56,7 +58,7 @@ core::Body cut_where_it_is(const core::Body &body, const std::vector<core::Vecto
     for (std::size_t t = 0; t < parents.size(); ++t)
         for (std::size_t k = 0; k < 4; ++k)
             mesh.points[mesh.tetrahedra[t][k]] = body.mesh.points[body.mesh.tetrahedra[parents[t]][k]];
-    return std::move(result.body);
+    return result;
 }
 
 } // namespace
@@ -76,18 +78,21 @@ std::vector<CutStage> grow_cut(std::shared_ptr<const core::Body> body, const Bla
                                const DisplacementOf &displacement_of) {
     const double before = wound_area(body->mesh); // of cuts that were there
     const double behind = edges_behind * meshes::mesh_figures(body->mesh).mean_edge / way.depth();
-    std::vector<CutStage> stages{{std::move(body), 0.0, 0.0, 0.0, {}}};
+    std::vector<CutStage> stages{{.body = std::move(body)}};
     for (int step = 0; step < way.num_steps; ++step) {
         const auto &last = stages.back();
         const double from = displacement_of ? std::max(0.0, double(step) / way.num_steps - behind) : 0.0;
         const meshes::Cut cut{.tool = meshes::BladeCut{way.swept(from, double(step + 1) / way.num_steps)},
                               .place = "the blade"};
         auto next = last;
+        next.parents.clear();
         next.depth = way.depth() * (step + 1) / way.num_steps;
         const auto displacement = displacement_of ? displacement_of(last) : std::vector<core::Vector3>{};
         const double start = core::processor_seconds();
         try {
-            next.body = std::make_shared<const core::Body>(cut_where_it_is(*last.body, displacement, cut));
+            auto result = cut_where_it_is(*last.body, displacement, cut);
+            next.parents = std::move(result.parents.front());
+            next.body = std::make_shared<const core::Body>(std::move(result.body));
         } catch (const meshes::CutMissesBody &) {
             // nothing to part in this step
         } catch (const meshes::CutNotOnBody &error) {
@@ -112,6 +117,13 @@ double opening(const CutStage &stage, const std::vector<core::Vector3> &displace
     for (const auto &[one, other] : stage.parted)
         widest = std::max(widest, (displacement[one] - displacement[other]).norm());
     return widest;
+}
+
+double stiffness_at_first_tool(const core::Problem &problem, const core::Solution &solution) {
+    const auto &mesh = problem.body->mesh;
+    const auto places = core::tool_places(mesh, problem.load_case);
+    return places.empty() ? std::numeric_limits<double>::quiet_NaN()
+                          : core::stiffness_at(mesh, problem.load_case, places, 0, solution);
 }
 
 } // namespace livermark::studies

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
+#include "core/solution.hpp"
 
 namespace livermark::studies {
 
@@ -26,8 +27,10 @@ struct CutStage {
     double depth = 0.0;                     ///< of the blade's edge along its way [m]
     double area = 0.0;                      ///< cut so far, of one side, at rest [m^2]
     double seconds = 0.0;                   ///< that the last cut took
+    /// (M) of each tetrahedron its number in the stage before; empty where the last step has parted nothing.
+    std::vector<int> parents{};
     /// Nodes that were one before they were parted, two by two.
-    std::vector<std::array<int, 2>> parted;
+    std::vector<std::array<int, 2>> parted{};
 };
 
 /// Where the nodes of a body are when the blade goes on, as displacements [m]; it is asked before each step.
@@ -44,5 +47,8 @@ std::vector<CutStage> grow_cut(std::shared_ptr<const core::Body> body, const Bla
 
 /// How far the two sides of a cut are apart where they are furthest [m].
 double opening(const CutStage &stage, const std::vector<core::Vector3> &displacement);
+
+/// Stiffness where the body is touched, core::stiffness_at() the first tool [N/m]; NaN without one.
+double stiffness_at_first_tool(const core::Problem &problem, const core::Solution &solution);
 
 } // namespace livermark::studies
