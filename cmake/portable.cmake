@@ -10,7 +10,7 @@ function(livermark_portable_sources target top)
   list(TRANSFORM livermark_live_sources PREPEND ${top}/live/)
   list(TRANSFORM livermark_portable_msm_sources PREPEND ${top}/msm/)
   target_sources(${target} PRIVATE ${livermark_live_sources} ${livermark_portable_msm_sources}
-    ${top}/msm/kernels/threads/team_of_one.cpp
+    ${top}/msm/kernels/threads/one_thread.cpp
     ${top}/meshes/cutting/articulations.cpp ${top}/meshes/cutting/check_cut.cpp ${top}/meshes/cutting/clean_up.cpp
     ${top}/meshes/cutting/face_neighbours.cpp ${top}/meshes/cutting/tool_geometry.cpp
     ${top}/core/tool/round_load.cpp ${top}/core/tool/least_within_limits.cpp ${top}/core/tool/needle_line.cpp

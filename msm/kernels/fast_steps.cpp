@@ -8,7 +8,7 @@
 #include "msm/kernels/scaled_mass_steps.hpp"
 #include "msm/kernels/step_workspace.hpp"
 #include "msm/kernels/threads/partition.hpp"
-#include "msm/kernels/threads/team.hpp"
+#include "msm/kernels/threads/thread_pool.hpp"
 
 namespace livermark::msm {
 
@@ -74,7 +74,7 @@ template <class T> class Steps : public FastSteps::Implementation {
     Steps(const StepParts &parts, const ElasticBody &body, const std::vector<core::Vector3> &positions,
           const NodalConditions &conditions, const core::RayleighDamping &damping, const StepScheme &scheme,
           double time_step, const FastStepOptions &options)
-        : team_(options.num_threads) {
+        : pool_(options.num_threads) {
         const auto at_rest = centred(positions);
         at_.body = sliced_body<T>(parts, at_rest, &plan_);
         if (!options.relaxation.is_elastic()) {
@@ -105,7 +105,7 @@ template <class T> class Steps : public FastSteps::Implementation {
         for (auto &rows : at_.rows)
             std::fill(rows.end() - 4, rows.end(), static_cast<T>(far));
         make_room_for_means(damping.beta != 0.0);
-        partition_work(at_, team_.size());
+        partition_work(at_, pool_.size());
         scaled_mass_ = ScaledMassSteps<T>(options.scaling, at_);
         rest_.resize(at_.body.num_slices);
         for (std::size_t i = 0; i < at_rest.size(); ++i) {
@@ -324,7 +324,7 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
     void make_room_for_stars() {
-        at_.star_scratch.resize(static_cast<std::size_t>(team_.size()));
+        at_.star_scratch.resize(static_cast<std::size_t>(pool_.size()));
         for (auto &scratch : at_.star_scratch)
             scratch.resize(numbers_of_star_corner * slice_size * (at_.body.longest_star + 2), T(0));
     }
@@ -383,7 +383,7 @@ template <class T> class Steps : public FastSteps::Implementation {
 
     void move_branches(RelaxationShares shares) {
         at_.relaxation.shares = std::move(shares);
-        team_.run([this](int thread, Barrier &barrier) { relax_stresses(at_, thread, barrier); });
+        pool_.run([this](int thread, Barrier &barrier) { relax_stresses(at_, thread, barrier); });
     }
 
     /// Steps in which branches do not move.
@@ -398,7 +398,7 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
     void take_unscaled(int num_steps) {
-        team_.run([&](int thread, Barrier &barrier) { take_steps(at_, thread, num_steps, barrier); });
+        pool_.run([&](int thread, Barrier &barrier) { take_steps(at_, thread, num_steps, barrier); });
         at_.now = (at_.now + num_steps % 2 * at_.scheme.num_stages()) % 2;
     }
 
@@ -456,7 +456,7 @@ template <class T> class Steps : public FastSteps::Implementation {
     RelaxationClock clock_;
     ScaledMassSteps<T> scaled_mass_;
     std::vector<std::vector<std::size_t>> copies_; ///< of each row; empty until somebody asks
-    Team team_;
+    ThreadPool pool_;
 };
 
 } // namespace

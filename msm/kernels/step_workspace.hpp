@@ -155,11 +155,11 @@ template <class T> struct StepWorkspace {
     std::vector<Partition> fan_slices, volume_slices, chunks; ///< of each thread
 };
 
-/// Takes steps, with the widest vectors that the machine has; every thread of a team calls it. The result does not
+/// Takes steps, with the widest vectors that the machine has; every thread of a pool calls it. The result does not
 /// depend on how many there are: everything is written by one thread, from what was there before a barrier.
 template <class T> void take_steps(StepWorkspace<T> &workspace, int thread, int num_steps, Barrier &barrier);
 
-/// The turn of branches between steps, as RelaxationArrays::shares says; every thread of a team calls it.
+/// The turn of branches between steps, as RelaxationArrays::shares says; every thread of a pool calls it.
 template <class T> void relax_stresses(StepWorkspace<T> &workspace, int thread, Barrier &barrier);
 
 } // namespace livermark::msm

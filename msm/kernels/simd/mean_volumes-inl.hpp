@@ -9,7 +9,7 @@
 #include <algorithm>
 
 #include "msm/kernels/simd/neo_hookean_law-inl.hpp"
-#include "msm/kernels/threads/team.hpp"
+#include "msm/kernels/threads/thread_pool.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

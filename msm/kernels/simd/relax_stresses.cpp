@@ -10,7 +10,7 @@
 #include "msm/kernels/simd/neo_hookean_law-inl.hpp"
 #include "msm/kernels/simd/spring_forces-inl.hpp"
 #include "msm/kernels/simd/stars-inl.hpp"
-#include "msm/kernels/threads/team.hpp"
+#include "msm/kernels/threads/thread_pool.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

@@ -17,7 +17,7 @@
 #include "msm/kernels/simd/schemes-inl.hpp"
 #include "msm/kernels/simd/spring_forces-inl.hpp"
 #include "msm/kernels/simd/volume_gains-inl.hpp"
-#include "msm/kernels/threads/team.hpp"
+#include "msm/kernels/threads/thread_pool.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -158,7 +158,7 @@ void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
             }
             move_nodes<is_damped>(Scheme(at.scheme, stage, at.time_step), at, now, pairs, barrier, before);
             if (step + 1 < num_steps || stage + 1 < num_stages)
-                before = barrier.arrive(); // the team waits for the last step
+                before = barrier.arrive(); // the pool waits for the last step
             now = 1 - now;
         }
 }

@@ -1,4 +1,4 @@
-#include "msm/kernels/threads/team.hpp"
+#include "msm/kernels/threads/thread_pool.hpp"
 
 #include <atomic>
 #include <csignal>
@@ -12,18 +12,18 @@
 namespace livermark::msm {
 namespace {
 
-TEST(Team, DoesItsWorkOnceInEachThread) {
-    Team team(3);
+TEST(ThreadPool, DoesItsWorkOnceInEachThread) {
+    ThreadPool pool(3);
     for (int round = 0; round < 100; ++round) {
         std::atomic<int> sum = 0;
-        team.run([&](int thread, Barrier &) { sum += 1 + thread; });
+        pool.run([&](int thread, Barrier &) { sum += 1 + thread; });
         ASSERT_EQ(sum, 6);
     }
 }
 
 #ifndef __SANITIZE_ADDRESS__
 /// In a process of its own, whose memory is not enough for the stacks of so many.
-TEST(Team, SaysWhenThereAreNoMoreThreads) {
+TEST(ThreadPool, SaysWhenThereAreNoMoreThreads) {
     const pid_t child = fork();
     if (child == 0) {
         alarm(30);
@@ -33,7 +33,7 @@ TEST(Team, SaysWhenThereAreNoMoreThreads) {
         const rlimit limit{room, room};
         setrlimit(RLIMIT_AS, &limit);
         try {
-            const Team team(500);
+            const ThreadPool pool(500);
         } catch (const std::system_error &) {
             _exit(3);
         }

@@ -1,4 +1,4 @@
-#include "msm/kernels/threads/team.hpp"
+#include "msm/kernels/threads/thread_pool.hpp"
 
 #include <atomic>
 #include <cstring>
@@ -10,9 +10,9 @@
 namespace livermark {
 namespace {
 
-int sum_of_numbers(msm::Team &team) {
+int sum_of_numbers(msm::ThreadPool &pool) {
     std::atomic<int> sum = 0;
-    team.run([&](int thread, msm::Barrier &barrier) {
+    pool.run([&](int thread, msm::Barrier &barrier) {
         sum += thread;
         barrier.wait();
         sum += 100;
@@ -20,38 +20,38 @@ int sum_of_numbers(msm::Team &team) {
     return sum;
 }
 
-class Teams : public testing::TestWithParam<int> {};
+class ThreadPools : public testing::TestWithParam<int> {};
 
-TEST_P(Teams, WorkInAProcessThatWasForkedBetweenTwoRuns) {
+TEST_P(ThreadPools, WorkInAProcessThatWasForkedBetweenTwoRuns) {
     const int size = GetParam(), expected = 100 * size + size * (size - 1) / 2;
-    msm::Team team(size);
-    EXPECT_EQ(sum_of_numbers(team), expected);
+    msm::ThreadPool pool(size);
+    EXPECT_EQ(sum_of_numbers(pool), expected);
     const auto child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
         alarm(60); // ends what waits for threads that are not there
         bool is_right = true;
         for (int run = 0; run < 100; ++run)
-            is_right = is_right && sum_of_numbers(team) == expected;
-        { msm::Team another(size); }
+            is_right = is_right && sum_of_numbers(pool) == expected;
+        { msm::ThreadPool another(size); }
         _exit(is_right ? 0 : 1);
     }
     int status = 0;
     ASSERT_EQ(waitpid(child, &status, 0), child);
     EXPECT_TRUE(WIFEXITED(status)) << strsignal(WTERMSIG(status));
     EXPECT_EQ(WEXITSTATUS(status), 0);
-    EXPECT_EQ(sum_of_numbers(team), expected);
+    EXPECT_EQ(sum_of_numbers(pool), expected);
 }
 
-TEST_P(Teams, EndInAProcessThatWasForkedWhileTheyRan) {
-    auto team = std::make_unique<msm::Team>(GetParam());
+TEST_P(ThreadPools, EndInAProcessThatWasForkedWhileTheyRan) {
+    auto pool = std::make_unique<msm::ThreadPool>(GetParam());
     std::atomic<pid_t> child = 0;
-    team->run([&](int thread, msm::Barrier &) {
+    pool->run([&](int thread, msm::Barrier &) {
         if (thread == 0)
             child = fork();
         if (child == 0 && thread == 0) { // the other threads are not there
             alarm(60);
-            team.reset();
+            pool.reset();
             _exit(0);
         }
     });
@@ -60,7 +60,7 @@ TEST_P(Teams, EndInAProcessThatWasForkedWhileTheyRan) {
     EXPECT_TRUE(WIFEXITED(status)) << strsignal(WTERMSIG(status));
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, Teams, testing::Values(1, 2, 5));
+INSTANTIATE_TEST_SUITE_P(Sizes, ThreadPools, testing::Values(1, 2, 5));
 
 } // namespace
 } // namespace livermark

@@ -1,4 +1,4 @@
-#include "msm/kernels/threads/team.hpp"
+#include "msm/kernels/threads/thread_pool.hpp"
 
 #include <thread>
 #include <utility>
@@ -32,7 +32,7 @@ void Barrier::wait_for_others(Round round) {
             std::this_thread::yield();
 }
 
-struct Team::Others {
+struct ThreadPool::Others {
     const std::function<void(int, Barrier &)> *work = nullptr; ///< nothing ends the threads
     std::atomic<int> call = 0;
     std::vector<std::jthread> threads;
@@ -68,17 +68,17 @@ struct Team::Others {
     }
 };
 
-Team::Team(int num_threads)
+ThreadPool::ThreadPool(int num_threads)
     : num_threads_(num_threads), barrier_(num_threads), others_(std::make_unique<Others>(num_threads, barrier_)) {}
 
-Team::~Team() {
+ThreadPool::~ThreadPool() {
     if (others_->forks == support::fork_count())
         others_->call_all(nullptr);
     else
         static_cast<void>(others_.release()); // threads of another process, for which nobody here can wait
 }
 
-void Team::run(const std::function<void(int, Barrier &)> &work) {
+void ThreadPool::run(const std::function<void(int, Barrier &)> &work) {
     if (others_->forks != support::fork_count()) {
         auto own = std::make_unique<Others>(num_threads_, barrier_);
         static_cast<void>(others_.release()); // as above

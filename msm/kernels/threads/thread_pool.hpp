@@ -6,7 +6,7 @@
 
 namespace livermark::msm {
 
-/// Where the threads of a team wait for each other. It spins, because a phase of a step takes microseconds and to be
+/// Where the threads of a pool wait for each other. It spins, because a phase of a step takes microseconds and to be
 /// woken takes as long; after a while it lets others have the core.
 class Barrier {
   public:
@@ -35,16 +35,16 @@ class Barrier {
 
 /// Threads that do the same work together, again and again. They sleep where nothing comes for some 50 microseconds:
 /// steps that are asked for one by one would all wait until everybody is awake. Where there are no threads, as in
-/// WebAssembly, team_of_one.cpp stands in for team.cpp. A process that was forked while nobody ran has a team of its
-/// own.
-class Team {
+/// WebAssembly, one_thread.cpp stands in for thread_pool.cpp. A process that was forked while nobody ran has a pool of
+/// its own.
+class ThreadPool {
   public:
     /// @param num_threads  >= 1, the caller among them
     /// @throws std::system_error if the system starts no more threads
-    explicit Team(int num_threads);
-    ~Team();
-    Team(const Team &) = delete;
-    Team &operator=(const Team &) = delete;
+    explicit ThreadPool(int num_threads);
+    ~ThreadPool();
+    ThreadPool(const ThreadPool &) = delete;
+    ThreadPool &operator=(const ThreadPool &) = delete;
 
     /// Calls work(thread, barrier) once for each thread in [0, size()), in parallel, and returns when all are done.
     void run(const std::function<void(int, Barrier &)> &work);
