@@ -34,10 +34,10 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 ///         back to the state that was kept, and to the body as it was then. Reply: empty
 ///     6, entry (3), target (3) [m], diameter [m], spread [m], toughness [J/m^2], friction [N/m], puncture force [N],
 ///     depth [m], number of steps
-///         a needle, see core/tool/needle.hpp. Reply: its depth, tip [m], force of the hand, force at the tip [N],
-///         0 or 1 whether the surface has given way, displacement of the target (3) [m], work of the hand, of friction
-///         and of tearing [J], K, forces on the tissue at the places of core::needle_line() (K,3) [N], and all that is
-///         said to message 2, where the tool is the tip
+///         a needle, see core/tool/needle/needle.hpp. Reply: its depth, tip [m], force of the hand, force at the tip
+///         [N], 0 or 1 whether the surface has given way, displacement of the target (3) [m], work of the hand, of
+///         friction and of tearing [J], K, forces on the tissue at the places of core::needle_line() (K,3) [N], and all
+///         that is said to message 2, where the tool is the tip
 ///
 ///     7, whether loose pieces are taken away as well, 0 or 1, what cuts, and its numbers:
 ///         0, region, margin [m], 0 or 1 whether it is kept everywhere

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "core/tool/needle.hpp"
+#include "core/tool/needle/needle.hpp"
 
 namespace livermark::live {
 

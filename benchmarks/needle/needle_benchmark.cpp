@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/processor_time.hpp"
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle_line.hpp"
 #include "live/material.hpp"
 #include "live/parameters.hpp"
 #include "live/springs.hpp"

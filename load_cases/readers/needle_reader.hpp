@@ -5,7 +5,7 @@
 
 #include "core/load_case.hpp"
 #include "core/problem.hpp"
-#include "core/tool/needle.hpp"
+#include "core/tool/needle/needle.hpp"
 
 namespace livermark::load_cases {
 

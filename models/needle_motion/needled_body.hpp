@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "core/tool/needle.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "models/tool_motion/moving_method.hpp"
 
 /// Methods that move a body in real time, with a needle in it.

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/tool/needle.hpp"
+#include "core/tool/needle/needle.hpp"
 
 namespace livermark::results {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/tool/needle.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "results/records/needle_arena.hpp"
 #include "results/records/result.hpp"
 

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle_line.hpp"
 #include "live/material.hpp"
 #include "models/model_table.hpp"
 #include "server/sessions/cut_live_body.hpp"

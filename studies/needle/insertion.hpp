@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include "core/tool/needle.hpp"
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle.hpp"
+#include "core/tool/needle/needle_line.hpp"
 
 namespace livermark::studies {
 

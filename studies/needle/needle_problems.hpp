@@ -5,7 +5,7 @@
 
 #include "core/model.hpp"
 #include "core/problem.hpp"
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle_line.hpp"
 #include "studies/needle/needle_study.hpp"
 
 namespace livermark::studies {

@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "core/problem.hpp"
-#include "core/tool/needle.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "load_cases/readers/needle_reader.hpp"
 #include "meshes/io/body_reader.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle_line.hpp"
 #include "models/model_table.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/needle/moving_insertion.hpp"

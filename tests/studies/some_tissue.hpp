@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle_line.hpp"
 #include "results/records/needle.hpp"
 #include "studies/needle/insertion.hpp"
 #include "tests/studies/random_insertions.hpp"

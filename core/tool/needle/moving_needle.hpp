@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "core/tool/least_within_limits.hpp"
-#include "core/tool/needle.hpp"
 #include "core/tool/needle/moving_nodes.hpp"
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle.hpp"
+#include "core/tool/needle/needle_line.hpp"
 
 namespace livermark::core {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle_line.hpp"
 #include "models/needle_motion/needled_body.hpp"
 #include "results/hdf5/files/needle_file.hpp"
 #include "results/provenance.hpp"

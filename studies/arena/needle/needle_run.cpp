@@ -8,7 +8,7 @@
 
 #include "core/mesh/bounding_box.hpp"
 #include "core/processor_time.hpp"
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle_line.hpp"
 #include "results/quantile.hpp"
 #include "studies/arena/arena_run.hpp"
 

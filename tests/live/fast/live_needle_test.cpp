@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle_line.hpp"
 #include "live/messages.hpp"
 #include "live/needle.hpp"
 #include "live/scene.hpp"

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "core/mesh/bounding_box.hpp"
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle_line.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "models/model_table.hpp"
 #include "results/hdf5/result_file.hpp"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <string>
 
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle_line.hpp"
 #include "models/model_table.hpp"
 #include "models/needle_motion/needled_body.hpp"
 #include "studies/arena/needle/needle_run.hpp"

@@ -6,7 +6,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle_line.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/springs_with_volume.hpp"

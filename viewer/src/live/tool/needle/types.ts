@@ -1,4 +1,4 @@
-// A needle of the live page; see core/tool/needle.hpp and live/messages.hpp. SI units.
+// A needle of the live page; see core/tool/needle/needle.hpp and live/messages.hpp. SI units.
 import type { Vector } from '../../types.ts';
 
 /** What kind of needle it is, and what it meets. */
@@ -36,5 +36,5 @@ export interface NeedleFrame {
   targetMoved: Vector; // displacement of the target [m]
   work: { hand: number; friction: number; tearing: number }; // since it was taken [J]
   line: NeedleLine; // on which its forces act
-  forces: Float64Array; // (K,3) on the tissue, at the places of that line (core/tool/needle_line.hpp) [N]
+  forces: Float64Array; // (K,3) on the tissue, at the places of that line (core/tool/needle/needle_line.hpp) [N]
 }

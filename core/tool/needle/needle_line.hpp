@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "core/mesh/interior_place.hpp"
-#include "core/tool/needle.hpp"
+#include "core/tool/needle/needle.hpp"
 
 namespace livermark::core {
 

@@ -1,4 +1,4 @@
-#include "core/tool/needle_line.hpp"
+#include "core/tool/needle/needle_line.hpp"
 
 #include <algorithm>
 #include <cmath>
