@@ -46,9 +46,9 @@ async function middles() {
   return Promise.all([0.25, 0.75].map((place) => pixels(page, { ...part, x: x + place * width - 60 })));
 }
 
-test('the list has result files only, at any depth', async () => {
+test('the list has what the page can show, at any depth', async () => {
   const names = await page.locator('#files option').evaluateAll((options) => options.map((o) => o.value));
-  assert.deepEqual(names, ['path_result.h5', 'sample_result.h5', 'small_result.h5', 'still_result.h5']);
+  assert.deepEqual(names, ['path_result.h5', 'sample_experiment.h5', 'sample_result.h5', 'small_result.h5', 'still_result.h5']);
 });
 
 test('the table shows the numbers of the file', async () => {

@@ -66,9 +66,9 @@ test('the table as CSV has the numbers of the file, with all digits', async () =
 
 test('marking a node moves nothing below the picture', async () => {
   const { page } = all;
-  const before = await page.locator('.table').boundingBox();
+  const before = await page.locator('#compare .table').boundingBox();
   await andDraw(page, () => page.fill('#node_number', '3').then(() => page.keyboard.press('Enter')));
-  assert.deepEqual(await page.locator('.table').boundingBox(), before);
+  assert.deepEqual(await page.locator('#compare .table').boundingBox(), before);
   const card = await page.locator('#node').boundingBox();
   assert.ok(card.y < before.y, 'and what it says is beside the picture');
 });
