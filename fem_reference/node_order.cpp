@@ -53,22 +53,4 @@ std::vector<int> order_by_distance(std::span<const int> cell_nodes, int nodes_pe
     return order;
 }
 
-LowerRows lower_rows(std::span<const int> cell_nodes, int nodes_per_cell, int num_nodes) {
-    const auto cells = cells_of_nodes(cell_nodes, nodes_per_cell, num_nodes);
-    LowerRows rows{{0}, {}};
-    std::vector<int> last_seen_at(num_nodes, -1);
-    for (int node = 0; node < num_nodes; ++node) {
-        const auto first = static_cast<std::ptrdiff_t>(rows.column.size());
-        for (int k = cells.start[node]; k < cells.start[node + 1]; ++k)
-            for (const int other : cell_nodes.subspan(cells.cell[k] * nodes_per_cell, nodes_per_cell))
-                if (other < node && last_seen_at[other] != node) {
-                    last_seen_at[other] = node;
-                    rows.column.push_back(other);
-                }
-        std::sort(rows.column.begin() + first, rows.column.end());
-        rows.row_start.push_back(static_cast<int>(rows.column.size()));
-    }
-    return rows;
-}
-
 } // namespace livermark::fem_reference

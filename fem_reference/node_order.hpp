@@ -3,8 +3,6 @@
 #include <span>
 #include <vector>
 
-#include "fem_reference/solvers/symmetric_blocks.hpp"
-
 namespace livermark::fem_reference {
 
 /// How the nodes of a system are numbered.
@@ -19,9 +17,5 @@ enum class NodeOrder {
 /// @param num_nodes   all in some cell
 /// @return shape (n) the nodes in their new order
 std::vector<int> order_by_distance(std::span<const int> cell_nodes, int nodes_per_cell, int num_nodes);
-
-/// Which nodes before each share a cell with it.
-/// @param cell_nodes  (M, nodes_per_cell)
-LowerRows lower_rows(std::span<const int> cell_nodes, int nodes_per_cell, int num_nodes);
 
 } // namespace livermark::fem_reference

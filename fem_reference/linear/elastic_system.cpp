@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "fem_reference/cell_rows.hpp"
 #include "fem_reference/deal_ii_mesh.hpp"
 
 namespace livermark::fem_reference {
@@ -52,24 +53,15 @@ void number_by_distance(ElasticSystem &system, std::vector<int> &node) {
             number = place[number];
 }
 
-/// The zero matrix with a 3 x 3 block for every two nodes that share a cell.
-SymmetricBlocks<double> zero_blocks(const ElasticSystem &system) {
-    SymmetricBlocks<double> matrix{lower_rows(system.cell_nodes, system.nodes_per_cell, system.num_nodes()), {}, {}};
-    matrix.below.assign(matrix.rows.column.size(), {});
-    matrix.diagonal.assign(system.points.size(), {});
-    return matrix;
+/// Asks for a block that is to be changed soon.
+void ask_for(const Block<double> &block) {
+    __builtin_prefetch(&block.front(), 1);
+    __builtin_prefetch(&block.back(), 1); // on the next line of the cache, maybe
 }
 
-/// Adds the block of node a and one that is not behind it, given the integral of g_a g_b^T over a cell.
-void add_block(SymmetricBlocks<double> &matrix, int a, int b, const core::Material &material,
-               const Tensor2 &gradients) {
-    const double lambda = material.lame_lambda();
-    const double mu = material.shear_modulus();
+/// Adds the 3 x 3 block of two nodes, given the integral of g_a g_b^T over a cell.
+void add_block(Block<double> &block, double lambda, double mu, const Tensor2 &gradients) {
     const double trace = gradients[0][0] + gradients[1][1] + gradients[2][2];
-    const auto row = matrix.rows.column.begin() + matrix.rows.row_start[a],
-               row_end = matrix.rows.column.begin() + matrix.rows.row_start[a + 1];
-    Block<double> &block =
-        a == b ? matrix.diagonal[a] : matrix.below[std::lower_bound(row, row_end, b) - matrix.rows.column.begin()];
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
             block[3 * i + j] += lambda * gradients[i][j] + mu * gradients[j][i] + (i == j ? mu * trace : 0.0);
@@ -98,31 +90,50 @@ void integrate_cells(ElasticSystem &system, const core::Body &body, const dealii
     dealii::FEValues<3> values(mapping, dof_handler.get_fe(), quadrature,
                                dealii::update_values | dealii::update_gradients | dealii::update_JxW_values);
     const int num_local = system.nodes_per_cell;
-    std::vector<std::array<double, 3>> gradient(num_local * quadrature.size());
+    const auto num_nodes = system.num_nodes();
+    auto rows = cell_rows(system.cell_nodes, num_local, num_nodes, system.cell_nodes, num_local, num_nodes,
+                          CellEntries::below_diagonal);
+    system.stiffness = {{std::move(rows.row_start), std::move(rows.column)}, {}, {}};
+    system.stiffness.below.assign(system.stiffness.rows.column.size(), {});
+    system.stiffness.diagonal.assign(system.points.size(), {});
+    std::vector<std::array<double, 3>> gradient(num_local * quadrature.size()), weighted(gradient.size());
     for (const auto &cell : dof_handler.active_cell_iterators()) {
         values.reinit(cell);
         const auto t = cell->active_cell_index();
         const auto &material = body.materials[body.mesh.region[t]];
         const int *const nodes = system.cell_nodes.data() + t * num_local;
+        const double lambda = material.lame_lambda(), mu = material.shear_modulus();
+        const int num_pairs = num_local * num_local;
+        const int *const places = rows.place.data() + t * num_pairs;
+        // Cells are not in the order of the rows, so the blocks of the next one come from far.
+        if (t + 1 < body.mesh.tetrahedra.size())
+            for (const int place : std::span(places + num_pairs, num_pairs))
+                if (place >= 0)
+                    ask_for(system.stiffness.below[place]);
         // deal.II's accessors check their arguments in debug mode, so each is asked once.
-        for (unsigned int q = 0; q < quadrature.size(); ++q)
+        for (unsigned int q = 0; q < quadrature.size(); ++q) {
+            const double weight = values.JxW(q);
             for (int a = 0; a < num_local; ++a) {
                 const auto &g = values.shape_grad(a, q);
-                gradient[q * num_local + a] = {g[0], g[1], g[2]};
-                system.mass_integral[nodes[a]] += material.density * values.shape_value(a, q) * values.JxW(q);
+                gradient[a * quadrature.size() + q] = {g[0], g[1], g[2]};
+                weighted[a * quadrature.size() + q] = {weight * g[0], weight * g[1], weight * g[2]};
+                system.mass_integral[nodes[a]] += material.density * values.shape_value(a, q) * weight;
             }
-        const auto &weights = values.get_JxW_values();
+        }
         for (int a = 0; a < num_local; ++a)
             for (int b = 0; b <= a; ++b) {
                 const bool is_behind = nodes[a] >= nodes[b]; // of the two the row
                 const int row = is_behind ? a : b, column = is_behind ? b : a;
+                const auto *const left = weighted.data() + row * quadrature.size();
+                const auto *const right = gradient.data() + column * quadrature.size();
                 Tensor2 integral{};
                 for (unsigned int q = 0; q < quadrature.size(); ++q)
                     for (int i = 0; i < 3; ++i)
                         for (int j = 0; j < 3; ++j)
-                            integral[i][j] +=
-                                weights[q] * gradient[q * num_local + row][i] * gradient[q * num_local + column][j];
-                add_block(system.stiffness, nodes[row], nodes[column], material, integral);
+                            integral[i][j] += left[q][i] * right[q][j];
+                add_block(a == b ? system.stiffness.diagonal[nodes[a]]
+                                 : system.stiffness.below[places[row * num_local + column]],
+                          lambda, mu, integral);
             }
     }
 }
@@ -215,7 +226,6 @@ ElasticSystem assemble(const core::Body &body, const DealIiMesh &mesh, int degre
         number_by_distance(system, node);
     system.reference_mass = integrate_reference_mass(fe);
     system.mass_integral.assign(system.points.size(), 0.0);
-    system.stiffness = zero_blocks(system);
     integrate_cells(system, body, dof_handler, mapping, degree);
     integrate_facets(system, body.mesh, dof_handler, node, mapping, degree);
     return system;

@@ -9,10 +9,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <span>
 #include <utility>
 
+#include "fem_reference/cell_rows.hpp"
 #include "fem_reference/deal_ii_mesh.hpp"
 
 namespace livermark::fem_reference {
@@ -31,77 +31,22 @@ struct PressureNumbers {
 
 /// In the order of the nodes, so that what is near each other in the body is so in memory.
 PressureNumbers number_pressures(const core::Body &body, const ElasticSystem &system) {
-    const auto corner = [&](std::size_t t, int k) { return system.cell_nodes[t * system.nodes_per_cell + k]; };
-    std::map<std::pair<int, int>, int> number; // of node and region
-    for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t)
-        if (const int region = body.mesh.region[t]; has_pressure(body.materials[region]))
-            for (int k = 0; k < 4; ++k)
-                number[{corner(t, k), region}] = 0;
-    PressureNumbers numbers;
-    for (auto &[node_and_region, value] : number)
-        value = numbers.count++;
-    for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t) {
-        auto &corners = numbers.of_cell.emplace_back(std::array{-1, -1, -1, -1});
-        if (const int region = body.mesh.region[t]; has_pressure(body.materials[region]))
-            for (int k = 0; k < 4; ++k)
-                corners[k] = number.at({corner(t, k), region});
-    }
+    const auto num_regions = body.materials.size();
+    std::vector<int> number(num_regions * system.points.size(), -1); // of each node and region
+    PressureNumbers numbers{std::vector(body.mesh.tetrahedra.size(), std::array{-1, -1, -1, -1})};
+    const auto for_each_corner = [&](const auto &action) {
+        for (std::size_t t = 0; t < numbers.of_cell.size(); ++t)
+            if (const auto region = static_cast<std::size_t>(body.mesh.region[t]); has_pressure(body.materials[region]))
+                for (int k = 0; k < 4; ++k)
+                    action(number[num_regions * system.cell_nodes[t * system.nodes_per_cell + k] + region],
+                           numbers.of_cell[t][k]);
+    };
+    for_each_corner([](int &of_node, int /*of_corner*/) { of_node = 0; });
+    for (int &of_node : number)
+        if (of_node == 0)
+            of_node = numbers.count++;
+    for_each_corner([](int of_node, int &of_corner) { of_corner = of_node; });
     return numbers;
-}
-
-/// Which columns each row has, and a zero matrix of them.
-class Pattern {
-  public:
-    explicit Pattern(int num_rows) : row_(num_rows) {}
-
-    void link(int row, std::span<const int> columns) {
-        row_[row].insert(row_[row].end(), columns.begin(), columns.end());
-    }
-
-    template <class Matrix> Matrix zero_matrix() {
-        std::size_t num_links = 0;
-        for (auto &columns : row_) {
-            std::ranges::sort(columns);
-            columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
-            num_links += columns.size();
-        }
-        Matrix matrix;
-        matrix.row_start.push_back(0);
-        matrix.column.reserve(num_links);
-        for (const auto &columns : row_) {
-            matrix.column.insert(matrix.column.end(), columns.begin(), columns.end());
-            matrix.row_start.push_back(static_cast<int>(matrix.column.size()));
-        }
-        matrix.value.assign(matrix.column.size(), {});
-        return matrix;
-    }
-
-  private:
-    std::vector<std::vector<int>> row_;
-};
-
-/// Where the entry of a row and a column stands, which has to be there.
-template <class Matrix> auto &entry(Matrix &matrix, int row, int column) {
-    const int *const first = matrix.column.data() + matrix.row_start[row];
-    const int *const last = matrix.column.data() + matrix.row_start[row + 1];
-    return matrix.value[matrix.row_start[row] + (std::lower_bound(first, last, column) - first)];
-}
-
-/// With matrices of zeros.
-PressureSystem empty_system(const core::Body &body, const ElasticSystem &system) {
-    auto numbers = number_pressures(body, system);
-    Pattern nodes(numbers.count), neighbours(numbers.count);
-    for (std::size_t t = 0; t < numbers.of_cell.size(); ++t)
-        if (const auto &corners = numbers.of_cell[t]; corners.front() >= 0)
-            for (const int pressure : corners) {
-                nodes.link(pressure,
-                           std::span(system.cell_nodes).subspan(t * system.nodes_per_cell, system.nodes_per_cell));
-                neighbours.link(pressure, corners);
-            }
-    PressureSystem pressure{std::move(numbers.of_cell), nodes.zero_matrix<DivergenceRows<double>>(), {}, {}};
-    pressure.compliance = neighbours.zero_matrix<SymmetricMatrix>();
-    pressure.norm = pressure.compliance;
-    return pressure;
 }
 
 } // namespace
@@ -147,7 +92,17 @@ PressureSystem assemble_pressure(const core::Body &body, const DealIiMesh &mesh,
         for (unsigned int k = 0; k < 4; ++k)
             psi[q][k] = pressure.shape_value(k, quadrature.point(q));
 
-    auto result = empty_system(body, system);
+    auto numbers = number_pressures(body, system);
+    PressureSystem result{.of_cell = std::move(numbers.of_cell), .divergence = {}, .compliance = {}, .norm = {}};
+    const auto pressures = std::span(result.of_cell.data()->data(), 4 * result.of_cell.size());
+    auto nodes_of =
+        cell_rows(pressures, 4, numbers.count, system.cell_nodes, system.nodes_per_cell, system.num_nodes());
+    auto neighbours_of = cell_rows(pressures, 4, numbers.count, pressures, 4, numbers.count);
+    result.divergence = {std::move(nodes_of.row_start), std::move(nodes_of.column), {}};
+    result.divergence.value.assign(result.divergence.column.size(), {});
+    result.compliance = {std::move(neighbours_of.row_start), std::move(neighbours_of.column), {}};
+    result.compliance.value.assign(result.compliance.column.size(), 0.0);
+    result.norm = result.compliance;
     for (const auto &cell : mesh.triangulation.active_cell_iterators()) {
         const auto t = cell->active_cell_index();
         const auto &corners = result.of_cell[t];
@@ -157,31 +112,35 @@ PressureSystem assemble_pressure(const core::Body &body, const DealIiMesh &mesh,
         const auto &material = body.materials[body.mesh.region[t]];
         const double compliance_here = 1.0 / material.lame_lambda();
         const double norm_here = compliance_here + 0.5 / material.shear_modulus();
-        const int *const nodes = system.cell_nodes.data() + t * system.nodes_per_cell;
-        // Summed over the points before they go to the rows, where each entry has to be looked up.
+        const int *const places = nodes_of.place.data() + 4 * t * system.nodes_per_cell;
+        const int *const neighbours = neighbours_of.place.data() + 16 * t;
+        // Summed over the points before they go to the rows.
         std::array<std::array<double, 30>, 4> divergence_here{};
         std::array<std::array<double, 4>, 4> mass{};
         for (unsigned int q = 0; q < quadrature.size(); ++q) {
-            const double weight = gradients.JxW(q);
+            std::array<double, 30> gradient;
             for (int a = 0; a < system.nodes_per_cell; ++a) {
-                const auto &gradient = gradients.shape_grad(a, q);
-                for (int k = 0; k < 4; ++k)
-                    for (int i = 0; i < 3; ++i)
-                        divergence_here[k][3 * a + i] += weight * psi[q][k] * gradient[i];
+                const auto &of_node = gradients.shape_grad(a, q);
+                for (int i = 0; i < 3; ++i)
+                    gradient[3 * a + i] = of_node[i];
             }
-            for (int k = 0; k < 4; ++k)
+            for (int k = 0; k < 4; ++k) {
+                const double weight = gradients.JxW(q) * psi[q][k];
+                for (std::size_t n = 0; n < gradient.size(); ++n)
+                    divergence_here[k][n] += weight * gradient[n];
                 for (int l = 0; l < 4; ++l)
-                    mass[k][l] += weight * psi[q][k] * psi[q][l];
+                    mass[k][l] += weight * psi[q][l];
+            }
         }
         for (int k = 0; k < 4; ++k) {
             for (int a = 0; a < system.nodes_per_cell; ++a) {
-                auto &of_node = entry(result.divergence, corners[k], nodes[a]);
+                auto &of_node = result.divergence.value[places[k * system.nodes_per_cell + a]];
                 for (int i = 0; i < 3; ++i)
                     of_node[i] += divergence_here[k][3 * a + i];
             }
             for (int l = 0; l < 4; ++l) {
-                entry(result.compliance, corners[k], corners[l]) += compliance_here * mass[k][l];
-                entry(result.norm, corners[k], corners[l]) += norm_here * mass[k][l];
+                result.compliance.value[neighbours[4 * k + l]] += compliance_here * mass[k][l];
+                result.norm.value[neighbours[4 * k + l]] += norm_here * mass[k][l];
             }
         }
     }

@@ -18,7 +18,7 @@ std::unique_ptr<Preconditioner> two_level(Prolongation prolongation, const Symme
                                           Preconditioner &coarse_solver);
 
 /// P^T K P
-/// @param coarse_rows  which nodes of the coarse space share a cell, see lower_rows()
+/// @param coarse_rows  which nodes of the coarse space share a cell, see CellEntries::below_diagonal
 SymmetricBlocks<double> galerkin(const Prolongation &prolongation, const SymmetricBlocks<double> &stiffness,
                                  const LowerRows &coarse_rows);
 
