@@ -1,11 +1,19 @@
 #include "msm/elastic_body.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include "msm/springs/fixable_term.hpp"
 #include "msm/springs/spring_network.hpp"
 
 namespace livermark::msm {
+
+double ElasticTerm::add_force_and_energy(const Eigen::VectorXd &x, Eigen::VectorXd &force) const {
+    const double of_x = energy(x);
+    if (std::isfinite(of_x))
+        add_force(x, x, 0.0, force);
+    return of_x;
+}
 
 void ElasticTerm::add_hessian_product(const Eigen::VectorXd &x, const Eigen::VectorXd &u,
                                       Eigen::VectorXd &product) const {
@@ -32,6 +40,16 @@ std::vector<core::Vector3> elastic_gradient(const ElasticBody &body, const std::
     for (const auto &term : body.terms)
         term->add_force(x, x, 0.0, force);
     return to_field(-force);
+}
+
+EnergyAndGradient elastic_energy_and_gradient(const ElasticBody &body, const std::vector<core::Vector3> &positions) {
+    const auto x = to_unknowns(positions);
+    EnergyAndGradient result;
+    Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
+    for (const auto &term : body.terms)
+        result.energy += term->add_force_and_energy(x, force);
+    result.gradient = to_field(-force);
+    return result;
 }
 
 Eigen::SparseMatrix<double> elastic_hessian(const ElasticBody &body, const std::vector<core::Vector3> &positions,

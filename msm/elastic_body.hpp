@@ -34,6 +34,10 @@ class ElasticTerm {
     virtual void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
                            Eigen::VectorXd &force) const = 0;
 
+    /// force -= grad U(x), and U(x) for little more: for searches that look at both at each place.
+    /// @return U(x) [J]; where it is infinite the force stays as it is
+    virtual double add_force_and_energy(const Eigen::VectorXd &x, Eigen::VectorXd &force) const;
+
     /// Second derivative of U at x, both triangles, entries in the same places for every x and tangent.
     /// @return shape (3N, 3N) [N/m]
     virtual Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const = 0;
@@ -74,6 +78,15 @@ double elastic_energy(const ElasticBody &body, const std::vector<core::Vector3> 
 /// @param positions  shape (N) [m]
 /// @return shape (N) [N]
 std::vector<core::Vector3> elastic_gradient(const ElasticBody &body, const std::vector<core::Vector3> &positions);
+
+struct EnergyAndGradient {
+    double energy = 0.0;                 ///< [J]
+    std::vector<core::Vector3> gradient; ///< (N) [N]; where the energy is infinite it says nothing
+};
+
+/// Both at once.
+/// @param positions  shape (N) [m]
+EnergyAndGradient elastic_energy_and_gradient(const ElasticBody &body, const std::vector<core::Vector3> &positions);
 
 /// Second derivative of the elastic energy, rows and columns 3 i + component.
 /// @param positions  shape (N) [m]

@@ -1,6 +1,7 @@
 #include "msm/springs/coupled_springs.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <span>
@@ -38,14 +39,27 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
     }
 
     double energy(const Eigen::VectorXd &x) const override {
-        if (!springs_.energy.is_finite)
-            for (const auto &nodes : nodes_)
-                if (!(volume_gradient(x, nodes).volume > 0.0))
-                    return std::numeric_limits<double>::infinity();
+        if (!is_possible(x))
+            return std::numeric_limits<double>::infinity();
         const auto mean = means(values(x));
         double energy = 0.0;
         for (int c = 0; c < parts_.num_parts(); ++c)
             energy += parts_.volume[c] * Measure::energy(law(c), mean[c]);
+        return energy;
+    }
+
+    double add_force_and_energy(const Eigen::VectorXd &x, Eigen::VectorXd &force) const override {
+        if (!is_possible(x))
+            return std::numeric_limits<double>::infinity();
+        auto stress = means(values(x));
+        double energy = 0.0;
+        for (int c = 0; c < parts_.num_parts(); ++c) {
+            const Value mean = stress[c];
+            energy += parts_.volume[c] * Measure::energy(law(c), mean);
+            stress[c] = Measure::stress(law(c), mean);
+        }
+        if (std::isfinite(energy))
+            add_gathered_force(x, stress, force);
         return energy;
     }
 
@@ -156,6 +170,12 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
     }
 
   private:
+    /// Whether the energy has a value there.
+    bool is_possible(const Eigen::VectorXd &x) const {
+        return springs_.energy.is_finite ||
+               std::ranges::all_of(nodes_, [&](const auto &nodes) { return volume_gradient(x, nodes).volume > 0.0; });
+    }
+
     MeanLaw law(int part) const {
         MeanLaw law{.spring_energy = springs_.energy, .mu = parts_.modulus[part], .part = part_};
         if (added_.size() > 0)

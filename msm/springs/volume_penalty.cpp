@@ -22,13 +22,13 @@ class VolumePenalty : public ElasticTerm {
           modulus_(Eigen::VectorXd::Map(parts.modulus.data(), static_cast<Eigen::Index>(parts.modulus.size()))),
           tetrahedron_volume_(volumes(to_unknowns(mesh.points))), rest_volume_(share_ * tetrahedron_volume_) {}
 
-    double energy(const Eigen::VectorXd &x) const override {
+    double energy(const Eigen::VectorXd &x) const override { return energy_of_change(resisted_change(volumes(x))); }
+
+    double add_force_and_energy(const Eigen::VectorXd &x, Eigen::VectorXd &force) const override {
         const Eigen::VectorXd change = resisted_change(volumes(x));
-        double energy = 0.0;
-        for (Eigen::Index c = 0; c < change.size(); ++c) {
-            const double value = measure_(change[c]).value;
-            energy += 0.5 * modulus_[c] * rest_volume_[c] * value * value;
-        }
+        const double energy = energy_of_change(change);
+        if (std::isfinite(energy))
+            add_force_of(x, slopes(change), force);
         return energy;
     }
 
@@ -46,13 +46,7 @@ class VolumePenalty : public ElasticTerm {
         Eigen::VectorXd push = slopes(resisted_change(volume));
         if (beta != 0.0)
             push += beta * mean_change(share_ * rate);
-        // The gradients are found again because that costs less than to keep them in memory.
-        const Eigen::VectorXd tetrahedron_pressure = share_.transpose() * pressure(push);
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
-            const auto gradient = volume_gradient(x, tetrahedra_[t]).gradient;
-            for (int a = 0; a < 4; ++a)
-                of_node(force, tetrahedra_[t][a]) -= tetrahedron_pressure[static_cast<Eigen::Index>(t)] * gradient[a];
-        }
+        add_force_of(x, push, force);
     }
 
     void add_hessian_product(const Eigen::VectorXd &x, const Eigen::VectorXd &u,
@@ -148,6 +142,26 @@ class VolumePenalty : public ElasticTerm {
                 return false;
         parts.tetrahedron_stiffness.assign(stiffness.begin(), stiffness.end());
         return true;
+    }
+
+    double energy_of_change(const Eigen::VectorXd &change) const {
+        double energy = 0.0;
+        for (Eigen::Index c = 0; c < change.size(); ++c) {
+            const double value = measure_(change[c]).value;
+            energy += 0.5 * modulus_[c] * rest_volume_[c] * value * value;
+        }
+        return energy;
+    }
+
+    /// @param push  shape (C) slopes()
+    void add_force_of(const Eigen::VectorXd &x, const Eigen::VectorXd &push, Eigen::VectorXd &force) const {
+        // The gradients are found again because that costs less than to keep them in memory.
+        const Eigen::VectorXd tetrahedron_pressure = share_.transpose() * pressure(push);
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto gradient = volume_gradient(x, tetrahedra_[t]).gradient;
+            for (int a = 0; a < 4; ++a)
+                of_node(force, tetrahedra_[t][a]) -= tetrahedron_pressure[static_cast<Eigen::Index>(t)] * gradient[a];
+        }
     }
 
     Eigen::VectorXd volumes(const Eigen::VectorXd &x) const {

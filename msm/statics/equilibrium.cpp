@@ -45,7 +45,7 @@ class Descent {
         : body_(body), positions_(positions), conditions_(conditions), rest_(rest), free_(rest.free()),
           options_(options), state_(state),
           pressed_(conditions.press_depth != 0.0 ? free_.gather(conditions.force) : Eigen::VectorXd()),
-          unbalanced_(unbalanced_force()), potential_(potential(state.displacement)) {}
+          potential_(come_to(at(state.displacement))) {}
 
     /// Whether there is an energy where it is.
     bool is_possible() const { return std::isfinite(potential_); }
@@ -85,7 +85,6 @@ class Descent {
             if (scale == 0.0)
                 break;
             ++steps, ++state_.num_iterations;
-            unbalanced_ = unbalanced_force();
             const Eigen::VectorXd there = free_gradient();
             memory.learn(scale * direction, there - gradient);
             gradient = there;
@@ -140,7 +139,6 @@ class Descent {
         if (search_line(step, gradient.dot(step)) == 0.0)
             return false;
         ++state_.num_iterations;
-        unbalanced_ = unbalanced_force();
         return true;
     }
 
@@ -185,32 +183,35 @@ class Descent {
         return factor_.factorise(tangent);
     }
 
-    /// Where a place presses, its amount is that which leaves least.
-    Field unbalanced_force() {
-        const Field x = sum(positions_, state_.displacement);
-        Field force = elastic_gradient(body_, x);
-        if (options_.pressure)
-            options_.pressure->add_gradient(x, force);
-        if (options_.contact)
-            options_.contact->add_gradient(x, force);
-        if (pressed_.is_there())
-            amount_ = pressed_.amount_in(free_.gather(force));
-        for (std::size_t i = 0; i < force.size(); ++i)
-            force[i] -= amount_ * conditions_.force[i];
-        return force;
-    }
-
-    double potential(const Field &displacement) const {
+    /// Potential, and the gradient of all but the loads, at a displacement.
+    EnergyAndGradient at(const Field &displacement) const {
         const Field x = sum(positions_, displacement);
-        double energy = elastic_energy(body_, x);
-        if (options_.pressure)
-            energy += options_.pressure->energy(x);
-        if (options_.contact)
-            energy += options_.contact->energy(x);
+        auto there = elastic_energy_and_gradient(body_, x);
+        if (!std::isfinite(there.energy))
+            return there;
+        if (options_.pressure) {
+            options_.pressure->add_gradient(x, there.gradient);
+            there.energy += options_.pressure->energy(x);
+        }
+        if (options_.contact) {
+            options_.contact->add_gradient(x, there.gradient);
+            there.energy += options_.contact->energy(x);
+        }
         if (!pressed_.is_there())
             for (std::size_t i = 0; i < displacement.size(); ++i)
-                energy -= conditions_.force[i].dot(displacement[i]);
-        return energy;
+                there.energy -= conditions_.force[i].dot(displacement[i]);
+        return there;
+    }
+
+    /// Takes what is unbalanced there. Where a place presses, its amount is that which leaves least.
+    /// @return the potential
+    double come_to(EnergyAndGradient there) {
+        unbalanced_ = std::move(there.gradient);
+        if (pressed_.is_there())
+            amount_ = pressed_.amount_in(free_.gather(unbalanced_));
+        for (std::size_t i = 0; i < unbalanced_.size(); ++i)
+            unbalanced_[i] -= amount_ * conditions_.force[i];
+        return there.energy;
     }
 
     /// Springs of stiffness k with energies k e^2 / 2 change by k e dx where positions are rounded by dx, and the sum
@@ -231,10 +232,10 @@ class Descent {
         for (double scale = 1.0; scale > 1e-6; scale *= 0.5) {
             Field trial = state_.displacement;
             free_.add(trial, direction, scale);
-            const double there = potential(trial);
-            if (there <= start + 1e-4 * scale * slope + rounding) {
+            auto there = at(trial);
+            if (there.energy <= start + 1e-4 * scale * slope + rounding) {
                 state_.displacement = std::move(trial);
-                potential_ = there;
+                potential_ = come_to(std::move(there));
                 return scale;
             }
         }

@@ -139,6 +139,25 @@ TEST_P(EveryElasticTerm, CostsNothingInRigidMotion) {
     EXPECT_LT(gradient(msm::to_unknowns(moved)).norm(), 1e-11 * gradient(shaken).norm());
 }
 
+TEST_P(EveryElasticTerm, FindsTheSameBitsOfForceAndEnergyAtOnce) {
+    const Eigen::VectorXd before = random_vector(rest.size(), 1.0, 15);
+    Eigen::VectorXd expected = before, found = before;
+    term->add_force(shaken, shaken, 0.0, expected);
+    const std::vector energies{term->add_force_and_energy(shaken, found), term->energy(shaken)};
+    EXPECT_GT(energies.front(), 0.0);
+    EXPECT_EQ(energies.front(), energies.back());
+    EXPECT_TRUE(tests::same_bits(std::vector<double>(found.begin(), found.end()),
+                                 std::vector<double>(expected.begin(), expected.end())));
+}
+
+TEST_P(EveryElasticTerm, LeavesTheForceAloneWhereItHasNoEnergy) {
+    const Eigen::VectorXd inverted = rest + random_vector(rest.size(), 2.0 * inverting, 7);
+    const Eigen::VectorXd before = random_vector(rest.size(), 1.0, 15);
+    Eigen::VectorXd found = before;
+    EXPECT_EQ(term->add_force_and_energy(inverted, found), term->energy(inverted));
+    EXPECT_EQ(found == before, !std::isfinite(term->energy(inverted)));
+}
+
 TEST_P(EveryElasticTerm, HasForcesThatAreTheDerivativeOfItsEnergy) {
     const double step = 1e-6;
     const auto direction = random_vector(rest.size(), 1.0, 11);
