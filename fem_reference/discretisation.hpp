@@ -19,9 +19,9 @@ struct Discretisation {
     PressureSystem pressure; ///< empty where nothing is nearly incompressible
 };
 
-/// Linear elements on the same body, whose solver is the coarse one of the iterations of the mixed formulation: they
-/// need only an approximate inverse of K, and the factor of quadratic elements fills most of the memory and takes most
-/// of the time. Empty where the user chose a solver, or nothing has a pressure.
+/// Linear elements on the same body, whose solver is the coarse one of iterations on quadratic elements: of the mixed
+/// formulation, which needs only an approximate inverse of K, and of large bodies in displacements alone. The factor of
+/// quadratic elements fills most of the memory and takes most of the time. Empty where the user chose a solver.
 struct Corners {
     Corners() = default;
     Corners(const core::Body &body, SolverChoice choice, const Discretisation &matrices);

@@ -91,6 +91,7 @@ struct StaticSolver::Impl {
     Corners corners;
     ChosenSolver solver;
     std::optional<MixedSolver> mixed;
+    std::optional<ConstrainedSolver> of_motion; ///< where the solver has no factor, when the first motion comes
     double assembly_seconds = 0.0;
 };
 
@@ -149,8 +150,9 @@ core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, Dof
 core::History StaticSolver::Impl::motion(const core::LoadCase &load_case, const std::vector<double> &displacement) {
     if (auto *const kept = solver.direct())
         return release(*body, matrices.system, load_case, displacement, *kept);
-    ConstrainedSolver own(compressed_rows(matrices.system.stiffness));
-    return release(*body, matrices.system, load_case, displacement, own);
+    if (!of_motion)
+        of_motion.emplace(compressed_rows(matrices.system.stiffness));
+    return release(*body, matrices.system, load_case, displacement, *of_motion);
 }
 
 /// @param force  the loads of the static solution
