@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "support/processes/memory.hpp"
+
 namespace livermark::studies {
 
 core::Solution PreparedModels::solve(const core::Model &model, const core::Problem &problem) {
@@ -17,8 +19,11 @@ std::vector<core::Solution> PreparedModels::solve(const core::Model &model, std:
 }
 
 void PreparedModels::clear() {
+    if (prepared_.empty())
+        return;
     prepared_.clear();
     body_.reset();
+    support::return_freed_memory();
 }
 
 core::PreparedModel &PreparedModels::on(const core::Model &model, const std::shared_ptr<const core::Body> &body) {

@@ -12,4 +12,7 @@ inline constexpr std::string_view memory_remedy = "take --jobs 1, or a mesh of f
 /// Why something failed, for a message: what the error says, or, where memory ran out, that and a remedy.
 std::string reason_of(const std::exception &error, std::string_view remedy = memory_remedy);
 
+/// Gives the machine back what was freed: blocks that are still there keep an allocator from doing it by itself.
+void return_freed_memory();
+
 } // namespace livermark::support
