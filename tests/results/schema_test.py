@@ -105,7 +105,9 @@ def sizes_of(file):
                 "R": file["/materials/density"].shape[0], "H": file["/held"].shape[0],
                 "T": file["/tool/nodes"].shape[0], "K": file["/tool/time"].shape[0]}
     if "needles" in file:
-        return {"J": file["/needles/0/models/judge/depth"].shape[0]}
+        arena = file["/needles/0/arena"]
+        return {"J": file["/needles/0/models/judge/depth"].shape[0], "K": arena["depth"].shape[0],
+                "M": arena["runs/budget"].shape[0], "L": len(arena.attrs["left_out"])}
     if "cut" in file:
         return {"K": file["/cut/depth"].shape[0], "R": file["/cut/motions/budget"].shape[0]}
     if "experiment" in file:

@@ -52,7 +52,8 @@ struct Insertion {
     /// What is set free when it does, and no step of the hand takes up: the needle jumps [J].
     double puncture_loss = 0.0;
     int at_plan = 0; ///< record at which the tip is where the target was at rest
-    /// (K) displacement of the places of needle_line() at this record [m]; not in files, and empty where nobody found it.
+    /// (K) displacement of the places of needle_line() at this record [m]; not in files, and empty where nobody found
+    /// it.
     std::vector<Vector3> places{};
 
     int num_records() const { return static_cast<int>(depth.size()); }
