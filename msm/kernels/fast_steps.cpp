@@ -381,8 +381,8 @@ template <class T> class Steps : public FastSteps::Implementation {
         clock_.stay(0.0);
     }
 
-    void move_branches(RelaxationShares shares) {
-        at_.relaxation.shares = std::move(shares);
+    void move_branches(const RelaxationShares &shares) {
+        at_.relaxation.shares = shares;
         pool_.run([this](int thread, Barrier &barrier) { relax_stresses(at_, thread, barrier); });
     }
 

@@ -45,7 +45,7 @@ struct FastStepOptions {
     /// Of a stress that fades, as a part of the largest one that there was: branches move once in as many steps as this
     /// allows, see RelaxationClock, or in every step where it is 0. Errors of a motion are smaller, of second order in
     /// that time.
-    double relaxation_error = 1e-3;
+    double relaxation_error = 5e-3;
 };
 
 /// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.

@@ -46,7 +46,7 @@ template <class T> PlaceInFan place_in_fan(const SlicedBody<T> &body, int place)
     const auto behind = std::ranges::upper_bound(body.fan_start, line);
     const auto slice = static_cast<int>(behind - body.fan_start.begin()) - 1;
     const int first = (body.fan_start[slice] + 3 * slice) * slice_size + lane, rim = line - body.fan_start[slice] + 2;
-    const auto corner = [&](int k) { return body.corner[static_cast<std::size_t>(first + k * slice_size)]; };
+    const auto corner = [&](int k) { return *(body.corner.begin() + first + k * slice_size); };
     return {static_cast<std::size_t>(place), {corner(0), corner(1), corner(rim), corner(rim + 1)}};
 }
 
