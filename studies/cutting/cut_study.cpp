@@ -218,6 +218,8 @@ CutResults let_blade_in(const CutStudyOptions &options, const std::string &comma
     const auto &before = set.problems.front();
     refuse_other_loads(before.load_case);
     const bool has_motions = !chosen_methods_under_blade(options.motion).empty();
+    if (has_motions)
+        check_loads_of_motion(before);
     if (has_motions && before.load_case.regime == core::Regime::large)
         throw support::InputError(fmt::format("load case {} is of the large regime, in which the blade meets the body "
                                               "where the reference is, not where methods are; choose one of the small "

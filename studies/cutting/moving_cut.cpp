@@ -107,15 +107,6 @@ bool has_ended_within_bounds(const results::CutMotion &motion) {
     return motion.opening.back() == motion.opening.back(); // no NaN
 }
 
-void refuse_half_constrained(const models::ProblemOnNodes &problem, const std::string &load_case) {
-    for (const auto &displacement : problem.conditions.displacement)
-        if (const auto num_free = displacement.array().isNaN().count(); num_free != 0 && num_free != 3)
-            throw support::InputError(fmt::format("load case {} constrains some directions of a node alone, and "
-                                                  "interactive methods constrain whole nodes; leave --method out, or "
-                                                  "choose a load case that constrains all directions",
-                                                  load_case));
-}
-
 } // namespace
 
 std::vector<std::string> chosen_methods_under_blade(const CutMotionOptions &options) {
@@ -139,6 +130,21 @@ std::vector<std::string> chosen_methods_under_blade(const CutMotionOptions &opti
     return chosen;
 }
 
+void check_loads_of_motion(const core::Problem &problem) {
+    for (const core::Vector3 &displacement : models::on_nodes(problem).conditions.displacement) {
+        const auto num_free = displacement.array().isNaN().count();
+        if (num_free != 0 && num_free != 3)
+            throw support::InputError(fmt::format("load case {} constrains some directions of a node alone, and "
+                                                  "interactive methods constrain whole nodes; leave --method out, or "
+                                                  "choose a load case that constrains all directions",
+                                                  problem.load_case.name));
+        if (num_free == 0 && !displacement.isZero(0.0))
+            throw support::InputError(fmt::format("load case {} displaces a place, which would jump when the motion "
+                                                  "begins; choose one with tractions or forces for --method",
+                                                  problem.load_case.name));
+    }
+}
+
 std::vector<results::CutMotion> move_under_blade(const CutMotionOptions &options, const std::vector<CutStage> &stages,
                                                  const std::vector<core::Problem> &problems,
                                                  const ProgressReport &report) {
@@ -151,7 +157,6 @@ std::vector<results::CutMotion> move_under_blade(const CutMotionOptions &options
     std::vector<models::ProblemOnNodes> on_nodes;
     for (std::size_t k = 0; k < problems.size(); ++k)
         on_nodes.push_back(k > 0 && stages[k].parents.empty() ? on_nodes.back() : models::on_nodes(problems[k]));
-    refuse_half_constrained(on_nodes.front(), problems.front().load_case.name);
     std::vector<results::CutMotion> motions;
     Steps steps(static_cast<int>(names.size()), report);
     const auto all_methods = models::methods_under_blade();

@@ -20,6 +20,9 @@ struct CutMotionOptions {
 /// @throws support::InputError for one that is none, and for budgets or frames that are not above 0
 std::vector<std::string> chosen_methods_under_blade(const CutMotionOptions &options);
 
+/// @throws support::InputError if some directions of a node are constrained and others are not, or a place is displaced
+void check_loads_of_motion(const core::Problem &problem);
+
 /// How long a body is given to come to rest, before the blade and after it, in frames.
 inline constexpr int frames_to_rest = 120;
 
@@ -29,8 +32,7 @@ inline constexpr int frames_to_rest = 120;
 /// least number of steps take that, or twice that if they diverge, and have one run, with the smallest budget that it
 /// fits into, or the largest.
 /// @param stages    of grow_cut()
-/// @param problems  the loads on each of them
-/// @throws support::InputError if some directions of a node are constrained and others are not
+/// @param problems  the loads on each of them, which pass check_loads_of_motion()
 std::vector<results::CutMotion> move_under_blade(const CutMotionOptions &options, const std::vector<CutStage> &stages,
                                                  const std::vector<core::Problem> &problems,
                                                  const ProgressReport &report);
