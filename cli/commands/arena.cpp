@@ -25,7 +25,7 @@ struct ArenaCommand {
     std::vector<double> budgets{1.0, 4.0, 1000.0 / 60.0}; ///< [ms]
     studies::ToolReferenceOptions reference;
     studies::NeedleArenaOptions needle;
-    bool has_load_case = false, has_meshes = false;
+    bool has_load_case = false, has_meshes = false, has_needle_options = false;
     bool solve_reference = false, details = false, markdown = false;
 };
 
@@ -99,6 +99,10 @@ int run_needles(const ArenaCommand &command, studies::ArenaOptions options, cons
 int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions options, const std::string &command_line) {
     if (options.tool == studies::ArenaTool::glued && options.friction > 0.0)
         throw support::InputError("a glued tool has no friction; add --tool touching, or leave --friction out");
+    if (options.tool != studies::ArenaTool::needle && command.has_needle_options)
+        throw support::InputError(
+            "--needle, --speed, --rest and --reference-on-mesh are of a needle; add --tool needle, "
+            "or leave them out");
     if (options.tool == studies::ArenaTool::needle && options.friction > 0.0)
         throw support::InputError("the friction of a needle is that of its load case; leave --friction out");
     std::ranges::sort(options.iterations);
@@ -172,19 +176,21 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
                                                                      {"touching", studies::ArenaTool::touching},
                                                                      {"needle", studies::ArenaTool::needle}}))
         ->default_str("glued");
-    command->add_option("--needle", arena->needle.needles,
-                        "With --tool needle: names of needles of the load case; by default all");
-    command
-        ->add_option_function<double>(
-            "--speed", [arena](double speed) { arena->needle.speed = 1e-3 * speed; },
-            "With --tool needle: of the hand [mm/s]")
-        ->check(CLI::Range(0.1, 200.0))
-        ->default_str("20");
-    command->add_option("--rest", arena->needle.rest, "With --tool needle: at the target [s]")
-        ->check(CLI::Range(0.0, 60.0))
-        ->capture_default_str();
-    command->add_flag("--reference-on-mesh", arena->needle.reference_on_mesh,
-                      "With --tool needle: compare with the reference on the mesh itself, quicker, with no error bar");
+    std::vector<CLI::Option *> of_needle;
+    of_needle.push_back(command->add_option("--needle", arena->needle.needles,
+                                            "With --tool needle: names of needles of the load case; by default all"));
+    of_needle.push_back(command
+                            ->add_option_function<double>(
+                                "--speed", [arena](double speed) { arena->needle.speed = 1e-3 * speed; },
+                                "With --tool needle: of the hand [mm/s]")
+                            ->check(CLI::Range(0.1, 200.0))
+                            ->default_str("20"));
+    of_needle.push_back(command->add_option("--rest", arena->needle.rest, "With --tool needle: at the target [s]")
+                            ->check(CLI::Range(0.0, 60.0))
+                            ->capture_default_str());
+    of_needle.push_back(command->add_flag(
+        "--reference-on-mesh", arena->needle.reference_on_mesh,
+        "With --tool needle: compare with the reference on the mesh itself, quicker, with no error bar"));
     command->add_option("--friction", options->friction, "With --tool touching: Coulomb's coefficient of friction")
         ->check(CLI::Range(0.0, 10.0))
         ->capture_default_str();
@@ -206,7 +212,9 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
     command->add_option("--steps", arena->reference.steps_per_frame, "With --solve-reference: time steps in a frame")
         ->check(CLI::Range(2, 1000))
         ->capture_default_str();
-    return [options, arena, command_line, load_case, meshes] {
+    return [options, arena, command_line, load_case, meshes, of_needle] {
+        arena->has_needle_options =
+            std::ranges::any_of(of_needle, [](const CLI::Option *option) { return option->count() > 0; });
         arena->has_load_case = load_case->count() > 0;
         arena->has_meshes = meshes->count() > 0;
         return run_command_of_arena(*arena, *options, command_line);

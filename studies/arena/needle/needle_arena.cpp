@@ -71,6 +71,16 @@ void refuse_slides(const core::Problem &problem) {
                             load_case.name, load_case.on(f)->place));
 }
 
+/// The tip moves on by half the distance of two places at most in a step, which is a frame in implicit methods.
+void refuse_too_fast(const core::Needle &needle, const models::NeedlePlan &plan) {
+    constexpr double largest_part = 0.4;
+    const double fastest = largest_part * core::needle_line(needle).spacing / plan.frame_interval;
+    if (plan.speed > fastest)
+        throw support::InputError(fmt::format("'{}' is led at {:.3g} m/s, and forces that are spread over {:.3g} m "
+                                              "follow no more than {:.3g} m/s; give a lower --speed",
+                                              needle.name, plan.speed, needle.spread, fastest));
+}
+
 /// What is known of a needle without methods.
 struct ReferenceOfNeedle {
     results::NeedleStudy study; ///< with an arena
@@ -112,7 +122,10 @@ NeedleArenaResults run_needle_arena(const ArenaOptions &options, const NeedleAre
     std::size_t num_needles = 0;
     for (const auto &problem : problems) {
         refuse_slides(problem.problem);
-        num_needles += chosen_needles(problem, needle_options.needles).size();
+        for (const auto &needle : chosen_needles(problem, needle_options.needles)) {
+            refuse_too_fast(needle, plan);
+            ++num_needles;
+        }
     }
     Steps steps(static_cast<int>(num_needles * (1 + methods.size() * options.meshes.size())), report);
     for (const auto &with_needles : problems) {

@@ -16,7 +16,7 @@ std::filesystem::path needle_arena_folder(const std::string &name) {
 TEST(NeedleArenaCommand, WritesAFileWithTheReferenceAndTheRuns) {
     const auto folder = needle_arena_folder("runs");
     const auto done = tests::livermark("arena --tool needle --method lloyd corotational_implicit --budget 30 --speed "
-                                       "100 --rest 0 --reference-on-mesh --output " +
+                                       "60 --rest 0 --reference-on-mesh --output " +
                                        folder.string());
     ASSERT_EQ(done.status, 0) << done.output;
     EXPECT_NE(done.output.find("the reference is the static fem_p2p1"), std::string::npos) << done.output;
@@ -26,7 +26,7 @@ TEST(NeedleArenaCommand, WritesAFileWithTheReferenceAndTheRuns) {
     ASSERT_EQ(study.runs.size(), 1U);
     ASSERT_TRUE(study.arena.has_value());
     ASSERT_EQ(study.arena->runs.size(), 3U);
-    EXPECT_EQ(study.arena->speed, 0.1);
+    EXPECT_EQ(study.arena->speed, 0.06);
     for (const auto &run : study.arena->runs) {
         EXPECT_LT(run.target_error, 3e-3) << run.method;
         EXPECT_NEAR(run.forces.peak, study.arena->reference_forces.peak, 0.3) << run.method;
@@ -47,6 +47,10 @@ TEST(NeedleArenaCommand, RefusesWhatGoesWithAnotherTool) {
     says("--load-case biopsy --body liver_tumours --needle tumour_9", "tumour_9");
     says("--load-case press_and_slide", "press_and_slide");
     says("--speed 0", "--speed");
+    says("--speed 100", "give a lower --speed");
+    const auto refused = tests::livermark("arena --speed 10 --method lloyd");
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_NE(refused.output.find("add --tool needle"), std::string::npos) << refused.output;
 }
 
 } // namespace
