@@ -8,6 +8,7 @@
 #include <nlopt.h>
 
 #include "msm/elastic_body.hpp"
+#include "support/factors/blas_memory.hpp"
 #include "support/factors/orderings.hpp"
 #include "support/openmp.hpp"
 
@@ -121,6 +122,7 @@ CalibrationState CalibrationObjective::evaluate(const Eigen::VectorXd &log_stiff
         solver.analyzePattern(matrix);
     }
     factor_->is_analysed = true;
+    const auto lock = support::only_in_blas();
     solver.factorize(matrix);
     if (solver.info() != Eigen::Success) {
         state.objective = std::numeric_limits<double>::infinity();

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "msm/statics/free_components.hpp"
+#include "support/factors/blas_memory.hpp"
 #include "support/factors/orderings.hpp"
 #include "support/input_error.hpp"
 #include "support/openmp.hpp"
@@ -42,6 +43,7 @@ class InverseStiffness : private Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix
             const auto lock = support::only_ordering();
             analyzePattern(matrix);
         }
+        const auto lock = support::only_in_blas();
         factorize(matrix);
     }
 
@@ -54,7 +56,12 @@ class InverseStiffness : private Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix
     /// M'^1/2 K^-1 M'^1/2 with M' the scaled mass, of which M^-1/2 M'^1/2 is known to `scaled`.
     void perform_op(const double *x, double *y) const {
         const Eigen::VectorXd weighted = scaled(Eigen::VectorXd::Map(x, rows()));
-        Eigen::VectorXd::Map(y, rows()) = scaled(solve(weighted));
+        Eigen::VectorXd solution;
+        {
+            const auto lock = support::only_in_blas();
+            solution = solve(weighted);
+        }
+        Eigen::VectorXd::Map(y, rows()) = scaled(solution);
     }
 
     std::function<Eigen::VectorXd(const Eigen::VectorXd &)> scaled = [](const Eigen::VectorXd &x) { return x; };

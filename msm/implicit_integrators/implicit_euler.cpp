@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "msm/integrator.hpp"
+#include "support/factors/blas_memory.hpp"
 #include "support/factors/orderings.hpp"
 #include "support/openmp.hpp"
 
@@ -34,7 +35,10 @@ class ImplicitEuler {
             state.displacement = start_u + h_ * state.velocity;
             equation_->acceleration(state.displacement, state.velocity, a);
             const Eigen::VectorXd imbalance = equation_->mass.cwiseProduct(start_v + h_ * a - state.velocity);
-            const Eigen::VectorXd correction = solver_->solve(imbalance);
+            const Eigen::VectorXd correction = [&] {
+                const auto lock = support::only_in_blas();
+                return Eigen::VectorXd(solver_->solve(imbalance));
+            }();
             state.velocity += correction;
             const double size = correction.norm();
             if (!(size > tolerance * state.velocity.norm()))
@@ -55,6 +59,7 @@ class ImplicitEuler {
             const auto lock = support::only_ordering();
             solver_->analyzePattern(matrix);
         }
+        const auto lock = support::only_in_blas();
         solver_->factorize(matrix);
         factored_ = true;
     }

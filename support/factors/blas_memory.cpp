@@ -21,6 +21,7 @@ void reserve_blas_memory() {
         throw std::bad_alloc();
     munmap(probe, enough);
     // The routine takes the buffer however small the matrix is, and BLAS keeps it for the calls to come.
+    const auto lock = only_in_blas();
     const int size = 1;
     const double one = 1.0;
     double product = 0.0;

@@ -125,6 +125,7 @@ bool SparseCholesky::factorise(const Matrix &matrix) {
     constrain({});
     impl_->single = {};
     auto upper = cholmod_view(matrix, true);
+    const auto lock = only_in_blas();
     cholmod_factorize(&upper, impl_->factor, &impl_->common);
     impl_->check("factor", upper.nrow);
     return impl_->common.status == CHOLMOD_OK;
@@ -141,6 +142,7 @@ void SparseCholesky::constrain(std::vector<int> unknowns) {
         impl_->reach.resize(0, 0);
         return;
     }
+    const auto lock = only_in_blas();
     const auto num_unknowns = static_cast<Eigen::Index>(impl_->factor->n);
     std::vector<Eigen::Index> place(num_unknowns);
     for (Eigen::Index k = 0; k < num_unknowns; ++k)
@@ -159,6 +161,7 @@ void SparseCholesky::constrain(std::vector<int> unknowns) {
 }
 
 Eigen::MatrixXd SparseCholesky::solve(const Eigen::Ref<const Eigen::MatrixXd> &right_hand_sides) const {
+    const auto lock = only_in_blas();
     if (impl_->constrained.empty())
         return impl_->solve(CHOLMOD_A, right_hand_sides);
     Dense half = impl_->solve(CHOLMOD_L, impl_->solve(CHOLMOD_P, right_hand_sides));
@@ -171,6 +174,7 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::Ref<const Eigen::MatrixXd> &r
 
 Eigen::MatrixXd
 SparseCholesky::solve_single_precision(const Eigen::Ref<const Eigen::MatrixXd> &right_hand_sides) const {
+    const auto lock = only_in_blas();
     if (impl_->single.empty())
         impl_->single.assign(impl_->values().begin(), impl_->values().end());
     const auto order = impl_->order();

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "support/factors/blas_memory.hpp"
 #include "support/factors/cholmod_view.hpp"
 #include "support/factors/orderings.hpp"
 #include "support/openmp.hpp"
@@ -48,6 +49,7 @@ UpdatedCholesky::UpdatedCholesky(const Matrix &matrix) : impl_(std::make_unique<
         impl_->factor = cholmod_analyze(&upper, &impl_->common);
     }
     impl_->check("order a matrix");
+    const auto in_blas = only_in_blas();
     cholmod_factorize(&upper, impl_->factor, &impl_->common);
     impl_->check("factor a matrix");
 }
@@ -70,6 +72,7 @@ void UpdatedCholesky::change(bool adds, const Matrix &columns) {
         cholmod_submatrix(&view, static_cast<int *>(impl_->factor->Perm),
                           static_cast<SuiteSparse_long>(impl_->factor->n), nullptr, -1, 1, 1, &impl_->common);
     impl_->check("permute columns");
+    const auto lock = only_in_blas();
     cholmod_updown(adds ? 1 : 0, permuted, impl_->factor, &impl_->common);
     cholmod_free_sparse(&permuted, &impl_->common);
     impl_->check("change a factor");
@@ -83,6 +86,7 @@ Eigen::VectorXd UpdatedCholesky::solve(const Eigen::VectorXd &right_hand_side) c
     b.x = solution.data();
     b.xtype = CHOLMOD_REAL;
     b.dtype = CHOLMOD_DOUBLE;
+    const auto lock = only_in_blas();
     cholmod_dense *x = cholmod_solve(CHOLMOD_A, impl_->factor, &b, &impl_->common);
     impl_->check("solve");
     std::copy_n(static_cast<const double *>(x->x), x->nzmax, solution.data());

@@ -25,7 +25,7 @@ TEST(NeedleArenaCommand, WritesAFileWithTheReferenceAndTheRuns) {
     const auto &study = file.needles.front();
     ASSERT_EQ(study.runs.size(), 1U);
     ASSERT_TRUE(study.arena.has_value());
-    ASSERT_EQ(study.arena->runs.size(), 3U);
+    ASSERT_GE(study.arena->runs.size(), 3U); // of lloyd, and of the settings that fit
     EXPECT_EQ(study.arena->speed, 0.06);
     for (const auto &run : study.arena->runs) {
         EXPECT_LT(run.target_error, 3e-3) << run.method;
