@@ -128,6 +128,8 @@ export function frameOf(answer, tool = { kind: 'none' }) {
   const needle = tool.kind !== 'needle' ? null : {
     depth: number(), tip: number(), force: number(), tipForce: number(), isPunctured: number() !== 0, targetMoved: numbers(3),
     work: { hand: number(), friction: number(), tearing: number() },
+    line: { entry: tool.entry, target: tool.target, spread: tool.values.spread },
+    forces: numbers(3 * number()),
   };
   const frame = { needle, time: number(), tool: numbers(3), force: numbers(3), disc: { middle: numbers(3), radius: number() }, indentation: number(), smallestVolume: number(), largestSpeed: number(), restarts: number() };
   number();

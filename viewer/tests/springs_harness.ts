@@ -28,8 +28,9 @@ async function open(body: PlainBody): Promise<string[]> {
   return springLaws;
 }
 
-const numbersOf = ({ displacement, loadedNodes, nodalForces, loadedFacets, tractions, tool, force, ...numbers }: LiveFrame) => ({
+const numbersOf = ({ displacement, loadedNodes, nodalForces, loadedFacets, tractions, tool, force, needle, ...numbers }: LiveFrame) => ({
   ...numbers,
+  needle: needle && { ...needle, forces: Array.from(needle.forces) },
   tool,
   force,
   displacement: Array.from(displacement),
