@@ -84,7 +84,7 @@ class Simulation {
 
     /// Lets something act after each of all explicit steps to come; null for nothing.
     /// @return whether the method takes explicit steps; nothing happens otherwise
-    virtual bool act_after_steps(AfterStep /*action*/) { return false; }
+    virtual bool act_after_steps(const AfterStep & /*action*/) { return false; }
 
     /// Gives nodes more velocity, and moves them on by as much in a step, as if an impulse had acted in the last one:
     /// what a method has found out on its way stays.

@@ -14,7 +14,7 @@ struct NeedleReading {
     double tip_force = 0.0; ///< [N]
     bool is_punctured = false;
     core::Vector3 target = core::Vector3::Zero(); ///< displacement of the target [m]
-    msm::NeedleWork work;                         ///< since the needle was taken
+    core::NeedleWork work;                        ///< since the needle was taken
     std::vector<core::Vector3> forces{};          ///< (K) on the tissue at the places of core::needle_line() [N]
 };
 

@@ -72,8 +72,8 @@ class CentralDifferences : public Simulation {
         return true;
     }
 
-    bool act_after_steps(AfterStep action) override {
-        after_step_ = std::move(action);
+    bool act_after_steps(const AfterStep &action) override {
+        after_step_ = action;
         return true;
     }
 

@@ -8,8 +8,6 @@
 
 namespace livermark::msm {
 
-using core::needle_damping_time, core::NeedleWork;
-
 /// A needle in explicit steps of springs.
 class MovingNeedle : public core::MovingNeedle {
   public:

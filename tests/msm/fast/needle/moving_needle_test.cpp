@@ -98,7 +98,8 @@ class PlainNeedle {
     void act(State &state, double depth, double h) {
         const auto count = static_cast<int>(weights_.rows());
         Eigen::MatrixXd u = places_of(state.displacement);
-        const double soft = 1.0 / (h * h * core::needle_stiffness + h * needle_damping_time * core::needle_stiffness);
+        const double soft =
+            1.0 / (h * h * core::needle_stiffness + h * core::needle_damping_time * core::needle_stiffness);
         const double lead = depth - depth_;
         // Rows of what is asked for: the tip, the shaft, and places across.
         Eigen::VectorXd at_tip = Eigen::VectorXd::Zero(count);
@@ -106,7 +107,7 @@ class PlainNeedle {
         at_tip[below] = part;
         at_tip[below + 1] = 1.0 - part;
         const auto impulse_for = [&](double gap, double change) {
-            return -soft * core::needle_stiffness * (h * gap + needle_damping_time * change);
+            return -soft * core::needle_stiffness * (h * gap + core::needle_damping_time * change);
         };
         const double largest =
             tip < deepest_ ? 0.0 : (is_punctured_ ? needle_.toughness * needle_.diameter : needle_.puncture_force);
@@ -140,7 +141,7 @@ class PlainNeedle {
                 Vector3 gap = u.row(k).transpose() - held_[k], change = (u.row(k) - before_.row(k)).transpose();
                 gap -= axis_ * axis_.dot(gap);
                 change -= axis_ * axis_.dot(change);
-                right.row(k) = -soft * core::needle_stiffness * (h * gap + needle_damping_time * change);
+                right.row(k) = -soft * core::needle_stiffness * (h * gap + core::needle_damping_time * change);
             }
             impulse.topRows(num_held_) += block.fullPivLu().solve(right);
         }
