@@ -1,10 +1,10 @@
 #include "models/cut_motion/body_under_blade.hpp"
 
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 #include "interactive/cutting/cut_motion.hpp"
+#include "models/tool_motion/frame_steps.hpp"
 #include "models/tool_motion/moving_methods.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
@@ -61,17 +61,9 @@ class InteractiveUnderBlade : public BodyUnderBlade {
             simulation_->prepare(step_);
     }
 
-    std::vector<core::Vector3> displacement() const override {
-        auto result = simulation_->scene().body->mesh.points;
-        for (std::size_t i = 0; i < result.size(); ++i)
-            result[i] = simulation_->positions().col(static_cast<Eigen::Index>(i)) - result[i];
-        return result;
-    }
+    std::vector<core::Vector3> displacement() const override { return displacement_of(*simulation_); }
 
-    FrameCost cost(const Effort &effort) const override {
-        const auto cost = simulation_->cost(effort.iterations);
-        return {cost.element_passes * effort.steps, cost.bytes_per_element};
-    }
+    FrameCost cost(const Effort &effort) const override { return frame_cost(*simulation_, effort); }
 
     std::optional<Effort> least_effort() const override {
         return least_steps_ == 0 ? std::nullopt : std::optional(Effort{.iterations = least_steps_});
@@ -142,20 +134,14 @@ class SpringsUnderBlade : public BodyUnderBlade {
         return livermark::msm::to_field(steps_->state().displacement);
     }
 
-    FrameCost cost(const Effort &effort) const override {
-        return {static_cast<double>(effort.steps),
-                static_cast<double>(steps_->working_set()) / static_cast<double>(body_->mesh.tetrahedra.size())};
-    }
+    FrameCost cost(const Effort &effort) const override { return frame_cost(*steps_, *body_, effort); }
 
     std::optional<Effort> least_effort() const override { return Effort{.steps = least_steps_}; }
 
   private:
     void set_up(const livermark::msm::ElasticBody &springs, const ProblemOnNodes &problem) {
-        steps_ = livermark::msm::FastSteps::prepare(springs, problem.body->mesh.points, problem.conditions,
-                                                    {.alpha = frames_.mass_damping, .beta = 0.0}, "symplectic_euler",
-                                                    frames_.interval / num_steps_);
-        if (!steps_)
-            throw std::logic_error("the fast kernels do not know these springs");
+        steps_ = frame_steps(springs, *problem.body, problem.conditions, frames_.mass_damping,
+                             frames_.interval / num_steps_);
     }
 
     livermark::msm::ElasticBody (*make_)(const core::Body &body);

@@ -6,6 +6,7 @@
 #include "core/tool/needle/moving_needle.hpp"
 #include "interactive/place_response.hpp"
 #include "models/needle_motion/needled_methods.hpp"
+#include "models/tool_motion/frame_steps.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/mass_lumping.hpp"
 #include "msm/nodal_conditions.hpp"
@@ -84,21 +85,13 @@ class NeedledInteractive : public NeedledBody {
         simulation_->set_state(of.simulation_->positions(), of.simulation_->velocities());
     }
 
-    std::vector<core::Vector3> displacement() const override {
-        auto result = simulation_->scene().body->mesh.points;
-        for (std::size_t i = 0; i < result.size(); ++i)
-            result[i] = simulation_->positions().col(static_cast<Eigen::Index>(i)) - result[i];
-        return result;
-    }
+    std::vector<core::Vector3> displacement() const override { return displacement_of(*simulation_); }
 
     NeedleReading reading() const override {
         return {.force = force_, .tip = needle_->tip(), .places = needle_->place_displacements(nodes_)};
     }
 
-    FrameCost cost(const Effort &effort) const override {
-        const auto cost = simulation_->cost(effort.iterations);
-        return {cost.element_passes * effort.steps, cost.bytes_per_element};
-    }
+    FrameCost cost(const Effort &effort) const override { return frame_cost(*simulation_, effort); }
 
     std::optional<Effort> least_effort() const override {
         return is_explicit() ? std::optional(Effort{.iterations = least_steps_}) : std::nullopt;

@@ -1,9 +1,9 @@
 #include <cmath>
 #include <optional>
-#include <stdexcept>
 #include <utility>
 
 #include "models/needle_motion/needled_methods.hpp"
+#include "models/tool_motion/frame_steps.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
@@ -61,22 +61,15 @@ class NeedledSprings : public NeedledBody {
         return {.force = force_, .tip = needle_.tip(), .places = needle_.place_displacements(*steps_)};
     }
 
-    FrameCost cost(const Effort &effort) const override {
-        return {static_cast<double>(effort.steps),
-                static_cast<double>(steps_->working_set()) / static_cast<double>(body_->mesh.tetrahedra.size())};
-    }
+    FrameCost cost(const Effort &effort) const override { return frame_cost(*steps_, *body_, effort); }
 
     std::optional<Effort> least_effort() const override { return Effort{.steps = least_steps_}; }
 
   private:
     void take_steps_of(int num_steps) {
-        auto steps = livermark::msm::FastSteps::prepare(springs_, body_->mesh.points, conditions_,
-                                                        {.alpha = plan_.mass_damping, .beta = 0.0}, "symplectic_euler",
-                                                        plan_.frame_interval / num_steps);
-        if (!steps)
-            throw std::logic_error("the fast kernels do not know these springs");
+        auto steps = frame_steps(springs_, *body_, conditions_, plan_.mass_damping, plan_.frame_interval / num_steps);
         if (steps_)
-            steps->set_state(steps_->state());
+            steps.set_state(steps_->state());
         steps_ = std::move(steps);
         num_steps_ = num_steps;
     }

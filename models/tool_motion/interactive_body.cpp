@@ -8,6 +8,7 @@
 
 #include "core/tool/ball_contact.hpp"
 #include "interactive/method.hpp"
+#include "models/tool_motion/frame_steps.hpp"
 #include "models/tool_motion/moving_methods.hpp"
 #include "models/tool_motion/scaled_masses.hpp"
 #include "models/tool_motion/tool_place.hpp"
@@ -95,12 +96,7 @@ class InteractiveBody : public MovingBody {
             simulation_->prepare(step_);
     }
 
-    std::vector<core::Vector3> displacement() const override {
-        auto result = scene_.body->mesh.points;
-        for (std::size_t i = 0; i < result.size(); ++i)
-            result[i] = simulation_->positions().col(static_cast<Eigen::Index>(i)) - result[i];
-        return result;
-    }
+    std::vector<core::Vector3> displacement() const override { return displacement_of(*simulation_); }
 
     core::Vector3 tool_force() const override {
         if (has_let_go_)
@@ -110,10 +106,7 @@ class InteractiveBody : public MovingBody {
         return -simulation_->reactions().leftCols(static_cast<Eigen::Index>(place_.nodes.size())).rowwise().sum();
     }
 
-    FrameCost cost(const Effort &effort) const override {
-        const auto cost = simulation_->cost(effort.iterations);
-        return {cost.element_passes * effort.steps, cost.bytes_per_element};
-    }
+    FrameCost cost(const Effort &effort) const override { return frame_cost(*simulation_, effort); }
 
     std::optional<Effort> least_effort() const override {
         if (least_steps_ == 0)

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/tool/ball_contact.hpp"
+#include "models/tool_motion/frame_steps.hpp"
 #include "models/tool_motion/moving_methods.hpp"
 #include "models/tool_motion/tool_place.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
@@ -97,10 +98,7 @@ class MovingSprings : public MovingBody {
         return force;
     }
 
-    FrameCost cost(const Effort &effort) const override {
-        return {static_cast<double>(effort.steps),
-                static_cast<double>(steps_->working_set()) / static_cast<double>(body_->mesh.tetrahedra.size())};
-    }
+    FrameCost cost(const Effort &effort) const override { return frame_cost(*steps_, *body_, effort); }
 
     std::optional<Effort> least_effort() const override { return Effort{.steps = least_steps_}; }
 
@@ -115,14 +113,11 @@ class MovingSprings : public MovingBody {
         auto at_rest = conditions; // the tool starts there
         for (auto &displacement : at_rest.displacement)
             displacement *= 0.0; // NaN, a free component, stays NaN
-        auto steps = FastSteps::prepare(springs_, body_->mesh.points, at_rest,
-                                        {.alpha = place_.motion.mass_damping, .beta = 0.0}, "symplectic_euler",
-                                        place_.motion.frame_interval / num_steps,
-                                        {.scaling = livermark::msm::constrained(scaling_, conditions)});
-        if (!steps)
-            throw std::logic_error("the fast kernels do not know these springs");
+        auto steps =
+            frame_steps(springs_, *body_, at_rest, place_.motion.mass_damping, place_.motion.frame_interval / num_steps,
+                        {.scaling = livermark::msm::constrained(scaling_, conditions)});
         if (steps_)
-            steps->set_state(steps_->state());
+            steps.set_state(steps_->state());
         steps_ = std::move(steps);
         num_steps_ = num_steps;
     }

@@ -38,12 +38,6 @@ std::vector<models::MovingMethod> chosen_moving_methods(const std::vector<std::s
     return methods;
 }
 
-/// The same in steps of half the length; an explicit method has one of the two numbers only.
-models::Effort twice(const models::Effort &effort) {
-    return effort.iterations > 1 ? models::Effort{effort.steps, 2 * effort.iterations}
-                                 : models::Effort{2 * effort.steps, effort.iterations};
-}
-
 /// Methods that know no contact.
 /// @throws support::InputError if one was asked for by name
 void leave_out_glued(std::vector<models::MovingMethod> &methods, const std::vector<std::string> &asked_for,
@@ -71,18 +65,11 @@ std::string arena_file_of(const ArenaOptions &options) {
 std::vector<results::ArenaRun> run_budgets(const models::MovingMethod &method, const ArenaScene &scene,
                                            const std::vector<double> &budgets) {
     std::vector<results::ArenaRun> runs;
-    const auto add = [&](results::ArenaRun run, const std::string &setting, double budget, double seconds) {
-        run.setting = setting;
-        run.budget = budget;
-        if (run.outcome == results::ArenaOutcome::ok && seconds > budget)
-            run.outcome = results::ArenaOutcome::too_slow;
-        runs.push_back(std::move(run));
-    };
     const auto measured = method.prepare(scene.problem);
     if (const auto least = measured->least_effort()) {
         const auto add_all = [&](const results::ArenaRun &run, const char *setting) {
             for (const double budget : budgets)
-                add(run, setting, budget, run.frame_seconds);
+                runs.push_back(within_budget(run, setting, budget, run.frame_seconds));
             return run.outcome != results::ArenaOutcome::diverged;
         };
         // What is stable at rest need not be so where a tool has pressed the body together.
@@ -92,13 +79,13 @@ std::vector<results::ArenaRun> run_budgets(const models::MovingMethod &method, c
     }
     for (const auto setting : models::all_settings)
         for (const double budget : budgets) {
-            const auto [effort, seconds, spread] =
-                largest_effort(*measured, *scene.problem.load_case.tool, setting, budget);
-            if (setting == models::Setting::ten_iterations && effort.steps == 1)
-                continue; // as in one step, of which more iterations fit
-            auto run = run_method(method, scene, effort);
-            run.calibration_spread = spread;
-            add(std::move(run), models::to_string(setting), budget, seconds);
+            const auto fits =
+                largest_effort(frames_on_the_way_in(*measured, *scene.problem.load_case.tool), setting, budget);
+            if (!fits)
+                continue;
+            auto run = run_method(method, scene, fits->effort);
+            run.calibration_spread = fits->spread;
+            runs.push_back(within_budget(std::move(run), models::to_string(setting), budget, fits->seconds));
         }
     return runs;
 }

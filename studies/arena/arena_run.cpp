@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <utility>
 
 #include "core/mesh/bounding_box.hpp"
 #include "core/mesh/deformation.hpp"
 #include "core/mesh/triangle.hpp"
+#include "core/processor_time.hpp"
 #include "core/tool/ball_contact.hpp"
 #include "core/tool/tool_errors.hpp"
 #include "results/quantile.hpp"
@@ -17,6 +17,7 @@ namespace livermark::studies {
 
 namespace {
 
+using core::processor_seconds;
 using models::Effort;
 using models::MovingBody;
 
@@ -30,11 +31,6 @@ constexpr int most_effort = 20000;
 constexpr int frames_to_measure = 3;
 constexpr int most_rounds = 10;
 constexpr double steady_spread = 0.02;
-
-/// Of this process [s]: methods run on one core, and what others do on it is none of their cost.
-double processor_seconds() {
-    return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-}
 
 struct FrameTime {
     double seconds;
@@ -184,6 +180,11 @@ void find_forces(results::ArenaRun &run, const core::Problem &problem) {
 
 } // namespace
 
+Effort twice(const Effort &effort) {
+    return effort.iterations > 1 ? Effort{effort.steps, 2 * effort.iterations}
+                                 : Effort{2 * effort.steps, effort.iterations};
+}
+
 Effort effort_of(models::Setting setting, int number) {
     if (setting == models::Setting::one_step)
         return {.steps = 1, .iterations = number};
@@ -213,28 +214,27 @@ void judge_shape(results::ArenaRun &run, const core::TetraMesh &mesh, const core
         judge(run, found[f], expected[f]);
 }
 
-/// On frames in the middle of the way in.
-MeasuredEffort largest_effort(MovingBody &body, const core::ToolMotion &motion, models::Setting setting,
-                              double budget) {
-    int next = 0;
-    return largest_effort(
-        [&](const Effort &effort) {
-            body.advance(0.5 * motion.press_until + next++ % frames_to_measure * motion.frame_interval, effort);
-        },
-        setting, budget);
+std::function<void(const Effort &)> frames_on_the_way_in(MovingBody &body, const core::ToolMotion &motion) {
+    return [&body, &motion, next = 0](const Effort &effort) mutable {
+        body.advance(0.5 * motion.press_until + next++ % frames_to_measure * motion.frame_interval, effort);
+    };
 }
 
-MeasuredEffort largest_effort(const std::function<void(const Effort &)> &frame, models::Setting setting,
-                              double budget) {
+std::optional<MeasuredEffort> largest_effort(const std::function<void(const Effort &)> &frame, models::Setting setting,
+                                             double budget) {
     const auto of_one = time_of_frame(frame, effort_of(setting, 1));
+    const bool needs_two = setting == models::Setting::ten_iterations;
     if (of_one.seconds > budget)
-        return {effort_of(setting, 1), of_one.seconds, of_one.spread};
+        return needs_two ? std::nullopt
+                         : std::optional(MeasuredEffort{effort_of(setting, 1), of_one.seconds, of_one.spread});
     const int trial = std::clamp(static_cast<int>(0.5 * budget / of_one.seconds), 2, most_effort);
     const auto of_trial = time_of_frame(frame, effort_of(setting, trial));
     const double of_each = std::max((of_trial.seconds - of_one.seconds) / (trial - 1), 1e-9);
     const int number = std::clamp(1 + static_cast<int>((budget - of_one.seconds) / of_each), 1, most_effort);
-    return {effort_of(setting, number), of_one.seconds + (number - 1) * of_each,
-            std::max(of_one.spread, of_trial.spread)};
+    if (needs_two && number == 1)
+        return std::nullopt;
+    return MeasuredEffort{effort_of(setting, number), of_one.seconds + (number - 1) * of_each,
+                          std::max(of_one.spread, of_trial.spread)};
 }
 
 results::ArenaRun run_method(const models::MovingMethod &method, const ArenaScene &scene, const Effort &effort) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "core/problem.hpp"
 #include "core/tool/tool_motion.hpp"
@@ -29,16 +30,30 @@ struct MeasuredEffort {
 
 /// The largest effort that fits into a budget, as measured on a body that is moved for it. Times are measured until two
 /// rounds agree, or ten times.
-/// @param body    of a method with a choice
+/// @param frame   moves a body, of a method with a choice, on by a frame that is like others
 /// @param budget  of one core, for a frame [s]
-/// @return the least effort, and what it takes, where nothing fits
-MeasuredEffort largest_effort(models::MovingBody &body, const core::ToolMotion &motion, models::Setting setting,
-                              double budget);
+/// @return the least effort, and what it takes, where nothing fits; nothing where only one step of ten iterations fits:
+///   in one step more of them do
+std::optional<MeasuredEffort> largest_effort(const std::function<void(const models::Effort &)> &frame,
+                                             models::Setting setting, double budget);
 
-/// The same of any method with a choice.
-/// @param frame  moves on by a frame that is like others, with an effort
-MeasuredEffort largest_effort(const std::function<void(const models::Effort &)> &frame, models::Setting setting,
-                              double budget);
+/// Frames for that in the middle of the way of a tool, again and again.
+/// @param body, motion  kept by reference
+std::function<void(const models::Effort &)> frames_on_the_way_in(models::MovingBody &body,
+                                                                 const core::ToolMotion &motion);
+
+/// The same in steps of half the length; an explicit method has one of the two numbers only.
+models::Effort twice(const models::Effort &effort);
+
+/// A run of the arena with what it was given.
+/// @param seconds  of a frame: where it is above the budget, the run is too slow
+template <class Run> Run within_budget(Run run, const char *setting, double budget, double seconds) {
+    run.setting = setting;
+    run.budget = budget;
+    if (run.outcome == results::ArenaOutcome::ok && seconds > budget)
+        run.outcome = results::ArenaOutcome::too_slow;
+    return run;
+}
 
 /// So many iterations of one step in a frame, or so many steps of ten iterations or of one.
 models::Effort effort_of(models::Setting setting, int number);

@@ -149,8 +149,6 @@ std::vector<results::CutMotion> move_under_blade(const CutMotionOptions &options
                                                  const std::vector<core::Problem> &problems,
                                                  const ProgressReport &report) {
     const models::FramesUnderBlade frames;
-    core::ToolMotion no_tool; // the frames that times are measured with
-    no_tool.frame_interval = frames.interval;
     auto budgets = options.budgets;
     std::ranges::sort(budgets);
     const auto names = chosen_methods_under_blade(options);
@@ -166,20 +164,20 @@ std::vector<results::CutMotion> move_under_blade(const CutMotionOptions &options
         MotionUnderBlade motion(method, frames, options.frames_per_step, stages, problems, on_nodes);
         const auto measured = method.prepare(on_nodes.front(), frames);
         if (const auto least = measured->least_effort()) {
-            auto run = motion.run(*least, "stable", 0.0);
+            auto run = motion.run(*least, stable_setting, 0.0);
             // What is stable at rest need not be so at a wound.
             if (!has_ended_within_bounds(run))
-                run = motion.run(least->iterations > 1 ? Effort{1, 2 * least->iterations} : Effort{2 * least->steps, 1},
-                                 "half steps", 0.0);
+                run = motion.run(twice(*least), half_steps_setting, 0.0);
             const auto fits = std::ranges::lower_bound(budgets, run.frame_seconds);
             run.budget = fits == budgets.end() ? budgets.back() : *fits;
             motions.push_back(std::move(run));
             continue;
         }
+        const auto frame = [&](const Effort &effort) { measured->advance(0.0, effort); };
         for (const double budget : budgets)
             for (const auto setting : {models::Setting::one_step, models::Setting::one_iteration})
-                motions.push_back(motion.run(largest_effort(*measured, no_tool, setting, budget).effort,
-                                             models::to_string(setting), budget));
+                if (const auto fits = largest_effort(frame, setting, budget))
+                    motions.push_back(motion.run(fits->effort, models::to_string(setting), budget));
     }
     return motions;
 }

@@ -161,12 +161,6 @@ results::NeedleArenaRun run_needled_method(const models::NeedledMethod &method, 
     return run;
 }
 
-/// The same in steps of half the length.
-Effort halved(const Effort &effort) {
-    return effort.iterations > 1 ? Effort{effort.steps, 2 * effort.iterations}
-                                 : Effort{2 * effort.steps, effort.iterations};
-}
-
 } // namespace
 
 results::NeedleArena empty_needle_arena(const core::Needle &needle, const models::NeedlePlan &plan,
@@ -194,23 +188,16 @@ results::NeedleArena empty_needle_arena(const core::Needle &needle, const models
 std::vector<results::NeedleArenaRun> run_needle_budgets(const models::NeedledMethod &method, const NeedleScene &scene,
                                                         const std::vector<double> &budgets) {
     std::vector<results::NeedleArenaRun> runs;
-    const auto add = [&](results::NeedleArenaRun run, const char *setting, double budget, double seconds) {
-        run.setting = setting;
-        run.budget = budget;
-        if (run.outcome == results::ArenaOutcome::ok && seconds > budget)
-            run.outcome = results::ArenaOutcome::too_slow;
-        runs.push_back(std::move(run));
-    };
     const auto measured = method.prepare(scene.problem, scene.needle, scene.plan);
     if (const auto least = measured->least_effort()) {
         auto run = run_needled_method(method, scene, *least);
         const char *setting = stable_setting;
         if (run.outcome == results::ArenaOutcome::diverged) { // what is pressed in is stiffer than at rest
-            run = run_needled_method(method, scene, halved(*least));
+            run = run_needled_method(method, scene, twice(*least));
             setting = half_steps_setting;
         }
         for (const double budget : budgets)
-            add(run, setting, budget, run.frame_seconds);
+            runs.push_back(within_budget(run, setting, budget, run.frame_seconds));
         return runs;
     }
     const double depth = part_to_measure * scene.needle.depth();
@@ -218,13 +205,13 @@ std::vector<results::NeedleArenaRun> run_needle_budgets(const models::NeedledMet
         measured->advance(depth * frame / frames_to_get_there, {});
     for (const auto setting : models::all_settings)
         for (const double budget : budgets) {
-            const auto [effort, seconds, spread] =
+            const auto fits =
                 largest_effort([&](const Effort &each) { measured->advance(depth, each); }, setting, budget);
-            if (setting == models::Setting::ten_iterations && effort.steps == 1)
-                continue; // as in one step, of which more iterations fit
-            auto run = run_needled_method(method, scene, effort);
-            run.calibration_spread = spread;
-            add(std::move(run), models::to_string(setting), budget, seconds);
+            if (!fits)
+                continue;
+            auto run = run_needled_method(method, scene, fits->effort);
+            run.calibration_spread = fits->spread;
+            runs.push_back(within_budget(std::move(run), models::to_string(setting), budget, fits->seconds));
         }
     return runs;
 }
