@@ -76,8 +76,9 @@ template <class T> class Steps : public FastSteps::Implementation {
           double time_step, const FastStepOptions &options)
         : pool_(options.num_threads) {
         const auto at_rest = centred(positions);
-        at_.body = sliced_body<T>(parts, at_rest, &plan_);
-        if (!options.relaxation.is_elastic()) {
+        const bool relaxes = !options.relaxation.is_elastic();
+        at_.body = sliced_body<T>(parts, at_rest, options.may_be_cut || relaxes ? &plan_ : nullptr);
+        if (relaxes) {
             clock_ = RelaxationClock(options.relaxation, options.relaxation_error, time_step);
             at_.relaxation = relaxation_arrays(parts, plan_, at_.body, clock_.num_branches());
         }
