@@ -20,10 +20,12 @@ function(livermark_folder name)
   add_library(livermark::${name} ALIAS livermark_${name})
   target_include_directories(livermark_${name} PUBLIC $<BUILD_INTERFACE:${livermark_SOURCE_DIR}>
     $<BUILD_INTERFACE:${livermark_BINARY_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  # The Python package is made of most of them, and what is compiled without it need not be compiled again for it.
+  set_target_properties(livermark_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   target_compile_features(livermark_${name} PUBLIC cxx_std_20)
   target_link_libraries(livermark_${name} PUBLIC ${arg_LINK} PRIVATE $<BUILD_INTERFACE:livermark_build_options>)
   if(arg_COMPONENT)
-    set_target_properties(livermark_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+    set_target_properties(livermark_${name} PROPERTIES EXPORT_NAME ${name})
     install(TARGETS livermark_${name} EXPORT livermark_${arg_COMPONENT}
       ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${arg_COMPONENT})
   endif()
