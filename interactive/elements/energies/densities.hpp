@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <cmath>
 #include <limits>
 
@@ -18,29 +17,13 @@ inline Eigen::Matrix<double, 9, 1> by_columns(const Matrix3 &a) {
 }
 
 /// d2 det F / dF2.
-inline Tangent determinant_tangent(const Matrix3 &f) {
-    Tangent result = Tangent::Zero();
-    for (int c = 0; c < 3; ++c) { // cofactor column c is the product of the next two columns of F
-        const int a = (c + 1) % 3, b = (c + 2) % 3;
-        const auto cross = [](const core::Vector3 &v) {
-            Matrix3 m;
-            m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-            return m;
-        };
-        result.block<3, 3>(3 * c, 3 * b) += cross(f.col(a));
-        result.block<3, 3>(3 * c, 3 * a) -= cross(f.col(b));
-    }
-    return result;
-}
+Tangent determinant_tangent(const Matrix3 &f);
+
+/// The same tangent with its negative eigenvalues at zero.
+Tangent without_negative_eigenvalues(const Tangent &tangent);
 
 /// The rotation R of F = R S, that of the polar decomposition unless det F < 0: then the nearest one.
-inline Matrix3 nearest_rotation(const Matrix3 &f) {
-    const Eigen::JacobiSVD<Matrix3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Matrix3 u = svd.matrixU();
-    if ((u * svd.matrixV().transpose()).determinant() < 0.0)
-        u.col(2) = -u.col(2);
-    return u * svd.matrixV().transpose();
-}
+Matrix3 nearest_rotation(const Matrix3 &f);
 
 /// The same by Newton's iteration R <- (R + R^-T) / 2 from R = F, which is quicker; what is flat or inside out is left
 /// to the singular values.
@@ -77,23 +60,7 @@ struct Corotational {
         return 2.0 * mu * (f - r) + lambda * (r.cwiseProduct(f).sum() - 3.0) * r;
     }
     /// dR = R [w], (tr S - S) w = axial vector of R^T dF.
-    Tangent tangent(const Matrix3 &f) const {
-        const Matrix3 r = rotation(f);
-        const Matrix3 s = r.transpose() * f;
-        const Matrix3 spin = (s.trace() * Matrix3::Identity() - s).inverse();
-        Tangent result = 2.0 * mu * Tangent::Identity() + lambda * by_columns(r) * by_columns(r).transpose();
-        for (int k = 0; k < 9; ++k) {
-            Matrix3 df = Matrix3::Zero();
-            df.data()[k] = 1.0;
-            const Matrix3 turned = r.transpose() * df;
-            const core::Vector3 w = spin * core::Vector3(turned(2, 1) - turned(1, 2), turned(0, 2) - turned(2, 0),
-                                                         turned(1, 0) - turned(0, 1));
-            Matrix3 cross;
-            cross << 0.0, -w.z(), w.y(), w.z(), 0.0, -w.x(), -w.y(), w.x(), 0.0;
-            result.col(k) += (lambda * (s.trace() - 3.0) - 2.0 * mu) * by_columns(r * cross);
-        }
-        return result;
-    }
+    Tangent tangent(const Matrix3 &f) const;
 };
 
 /// W = mu / 2 (I1 - 3 - 2 ln J) + lambda / 2 (ln J)^2, infinite where J <= 0.
@@ -112,13 +79,7 @@ struct NeoHookean {
         const double jacobian = f.determinant();
         return mu * f + (lambda * std::log(jacobian) - mu) / jacobian * cofactors(f);
     }
-    Tangent tangent(const Matrix3 &f) const {
-        const double jacobian = f.determinant();
-        const double log = std::log(jacobian);
-        const auto c = by_columns(cofactors(f));
-        return mu * Tangent::Identity() + (lambda * (1.0 - log) + mu) / (jacobian * jacobian) * c * c.transpose() +
-               (lambda * log - mu) / jacobian * determinant_tangent(f);
-    }
+    Tangent tangent(const Matrix3 &f) const;
 };
 
 /// W = mu / 2 (I1 - 3) - mu (J - 1) + (lambda + mu) / 2 (J - 1)^2, which goes through J = 0. The volume term has
@@ -134,11 +95,7 @@ struct StableNeoHookean {
     Matrix3 stress(const Matrix3 &f) const {
         return mu * f + ((lambda + mu) * (f.determinant() - 1.0) - mu) * cofactors(f);
     }
-    Tangent tangent(const Matrix3 &f) const {
-        const auto c = by_columns(cofactors(f));
-        return mu * Tangent::Identity() + (lambda + mu) * c * c.transpose() +
-               ((lambda + mu) * (f.determinant() - 1.0) - mu) * determinant_tangent(f);
-    }
+    Tangent tangent(const Matrix3 &f) const;
 };
 
 } // namespace livermark::interactive::densities

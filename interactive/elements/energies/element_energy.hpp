@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <utility>
 
 #include "interactive/elements/energies/densities.hpp"
@@ -8,27 +7,8 @@
 
 namespace livermark::interactive {
 
-/// The same matrix with its negative eigenvalues at zero.
-template <int n> Eigen::Matrix<double, n, n> without_negative_eigenvalues(const Eigen::Matrix<double, n, n> &matrix) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, n, n>> solver(matrix);
-    return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * solver.eigenvectors().transpose();
-}
-
 /// Adds V dN : dP/dF : dN of a tetrahedron.
-inline void add_tangent(const Tetrahedron &tetrahedron, const densities::Tangent &tangent, Energy::Triplets &triplets) {
-    const auto gradients = tetrahedron.shape_gradients();
-    for (int a = 0; a < 4; ++a)
-        for (int b = 0; b < 4; ++b) {
-            Matrix3 block = Matrix3::Zero();
-            for (int j = 0; j < 3; ++j)
-                for (int l = 0; l < 3; ++l)
-                    block += gradients(a, j) * gradients(b, l) * tangent.block<3, 3>(3 * j, 3 * l);
-            block *= tetrahedron.volume;
-            for (int i = 0; i < 3; ++i)
-                for (int k = 0; k < 3; ++k)
-                    triplets.emplace_back(3 * tetrahedron.nodes[a] + i, 3 * tetrahedron.nodes[b] + k, block(i, k));
-        }
-}
+void add_tangent(const Tetrahedron &tetrahedron, const densities::Tangent &tangent, Energy::Triplets &triplets);
 
 /// W = sum over the tetrahedra of V times a density of densities.hpp.
 template <class Density> class ElementEnergy : public Energy {
@@ -51,7 +31,7 @@ template <class Density> class ElementEnergy : public Energy {
         triplets.reserve(triplets.size() + 144 * tetrahedra_.size());
         for (const auto &t : tetrahedra_) {
             const densities::Tangent tangent = Density{t.mu, t.lambda}.tangent(t.gradient(x));
-            add_tangent(t, is_projected ? without_negative_eigenvalues(tangent) : tangent, triplets);
+            add_tangent(t, is_projected ? densities::without_negative_eigenvalues(tangent) : tangent, triplets);
         }
     }
 
