@@ -1,5 +1,6 @@
 #include "interactive/elements/critical_step.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Spectra/SymEigsSolver.h>
 #include <algorithm>
 #include <cmath>
