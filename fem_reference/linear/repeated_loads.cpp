@@ -1,5 +1,6 @@
 #include "fem_reference/linear/repeated_loads.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 #include <numeric>
 #include <optional>
@@ -33,6 +34,22 @@ struct RepeatedLoads::Impl {
     ElasticSystem system; ///< without its matrix where there is a factor
     std::optional<ConstrainedSolver> factor;
     std::optional<Levels> levels;
+
+    /// Of the places that were asked for last: the forces of a needle change more often than its line.
+    struct Places {
+        std::vector<core::InteriorPlace> places;
+        Eigen::SparseMatrix<double, Eigen::RowMajor> weights; ///< (K, n)
+    };
+    std::optional<Places> last_places;
+
+    const Eigen::SparseMatrix<double, Eigen::RowMajor> &weights_of(const std::vector<core::InteriorPlace> &places) {
+        const auto are_equal = [](const core::InteriorPlace &a, const core::InteriorPlace &b) {
+            return a.middle == b.middle && a.radius == b.radius;
+        };
+        if (!last_places || !std::ranges::equal(last_places->places, places, are_equal))
+            last_places = Places{places, place_weights(places, system, mesh)};
+        return last_places->weights;
+    }
 };
 
 RepeatedLoads::RepeatedLoads(const core::Body &body, const core::LoadCase &constrained,
@@ -40,7 +57,7 @@ RepeatedLoads::RepeatedLoads(const core::Body &body, const core::LoadCase &const
     : impl_(std::make_unique<Impl>()) {
     check_facets(constrained, body.mesh);
     report(fmt::format("Quadratic elements are being assembled: {} tetrahedra.", body.mesh.num_tetrahedra()));
-    auto &[mesh, system, factor, levels] = *impl_;
+    auto &[mesh, system, factor, levels, last_places] = *impl_;
     mesh = body.mesh;
     system = assemble(body, 2, NodeOrder::by_distance);
     const auto prescribed = dof_conditions(constrained, system).prescribed;
@@ -62,10 +79,10 @@ RepeatedLoads::~RepeatedLoads() = default;
 
 RepeatedLoads::Solution RepeatedLoads::solve(const core::LoadCase &load_case, std::vector<double> &last,
                                              const InnerForces &inner) {
-    auto &[mesh, system, factor, levels] = *impl_;
+    auto &[mesh, system, factor, levels, last_places] = *impl_;
     auto conditions = dof_conditions(load_case, system);
     using Nodes = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
-    const auto weights = place_weights(inner.places, system, mesh);
+    const auto &weights = impl_->weights_of(inner.places);
     Nodes forces(weights.rows(), 3);
     for (Eigen::Index k = 0; k < forces.rows(); ++k)
         forces.row(k) = inner.forces[static_cast<std::size_t>(k)];

@@ -57,9 +57,9 @@ class NeedledInteractive : public NeedledBody {
             const double longest = livermark::msm::default_safety_factor * simulation_->critical_time_step();
             least_steps_ = static_cast<int>(std::ceil(plan_.frame_interval / longest));
         } else {
-            needle_.emplace(needle, mesh,
-                            livermark::interactive::place_response(*simulation_, plan_.frame_interval,
-                                                                   core::place_weights(needle, mesh)));
+            const auto weights = core::place_weights(needle, mesh);
+            needle_.emplace(needle, weights,
+                            livermark::interactive::place_response(*simulation_, plan_.frame_interval, weights));
         }
         needle_->begin(nodes_);
     }

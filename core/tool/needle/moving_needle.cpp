@@ -33,18 +33,17 @@ Eigen::Matrix3d needle_frame(const Vector3 &axis) {
 
 } // namespace
 
-Eigen::SparseMatrix<double, Eigen::RowMajor> place_weights(const Needle &needle, const TetraMesh &mesh) {
+PlaceWeights place_weights(const Needle &needle, const TetraMesh &mesh) {
     return nodal_weights(needle_line(needle).places, mesh);
 }
 
-MovingNeedle::MovingNeedle(const Needle &needle, const TetraMesh &mesh)
+MovingNeedle::MovingNeedle(const Needle &needle, const PlaceWeights &weights)
     : needle_(needle), line_(needle_line(needle)), frame_(needle_frame(needle.direction())) {
-    const auto weights = nodal_weights(line_.places, mesh);
     const auto places = static_cast<int>(weights.rows());
     std::map<int, int> number;
     row_start_ = num_nodes_ = {0};
     for (int k = 0; k < places; ++k) {
-        for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(weights, k); entry; ++entry) {
+        for (PlaceWeights::InnerIterator entry(weights, k); entry; ++entry) {
             const auto node = static_cast<int>(entry.col());
             const auto [found, is_new] = number.try_emplace(node, static_cast<int>(nodes_.size()));
             if (is_new)
@@ -65,7 +64,7 @@ MovingNeedle::MovingNeedle(const Needle &needle, const TetraMesh &mesh)
 }
 
 MovingNeedle::MovingNeedle(const Needle &needle, const TetraMesh &mesh, const std::vector<double> &per_mass)
-    : MovingNeedle(needle, mesh) {
+    : MovingNeedle(needle, place_weights(needle, mesh)) {
     for (const int node : nodes_)
         per_mass_.push_back(per_mass[static_cast<std::size_t>(node)]);
     const Index places = u_.rows();
@@ -83,8 +82,8 @@ MovingNeedle::MovingNeedle(const Needle &needle, const TetraMesh &mesh, const st
     }
 }
 
-MovingNeedle::MovingNeedle(const Needle &needle, const TetraMesh &mesh, Eigen::MatrixXf columns)
-    : MovingNeedle(needle, mesh) {
+MovingNeedle::MovingNeedle(const Needle &needle, const PlaceWeights &weights, Eigen::MatrixXf columns)
+    : MovingNeedle(needle, weights) {
     columns_ = std::move(columns);
     const Index places = u_.rows();
     band_.assign(static_cast<std::size_t>(places), 0);

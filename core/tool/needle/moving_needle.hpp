@@ -26,8 +26,10 @@ struct NeedleWork {
 };
 
 /// The weights W of the places of a needle, shape (K, N).
+using PlaceWeights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
 /// @throws std::invalid_argument if no point of the body is near a place
-Eigen::SparseMatrix<double, Eigen::RowMajor> place_weights(const Needle &needle, const TetraMesh &mesh);
+PlaceWeights place_weights(const Needle &needle, const TetraMesh &mesh);
 
 /// A straight, rigid needle in a body that moves in steps: the mechanics of studies::insert() with inertia.
 ///
@@ -60,10 +62,10 @@ class MovingNeedle {
     MovingNeedle(const Needle &needle, const TetraMesh &mesh, const std::vector<double> &per_mass);
 
     /// In implicit steps of one length.
-    /// @param columns  A^-1 W^T shape (3 N, 3 K) [1/kg], component c of node i in row 3 i + c, of
-    ///                 place k in column 3 k + c; W as place_weights() has it
-    /// @throws std::invalid_argument as above
-    MovingNeedle(const Needle &needle, const TetraMesh &mesh, Eigen::MatrixXf columns);
+    /// @param weights  W shape (K, N), from place_weights()
+    /// @param columns  A^-1 W^T shape (3 N, 3 K) [1/kg], component c of node i in row 3 i + c, of place k in column
+    ///                 3 k + c
+    MovingNeedle(const Needle &needle, const PlaceWeights &weights, Eigen::MatrixXf columns);
 
     /// Begins outside, the tip at the entry as it is now.
     void begin(const MovingNodes &body);
@@ -99,7 +101,7 @@ class MovingNeedle {
   private:
     using Row = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-    MovingNeedle(const Needle &needle, const TetraMesh &mesh);
+    MovingNeedle(const Needle &needle, const PlaceWeights &weights);
     bool is_lasting() const { return columns_.size() > 0; }
     /// W A^-1 W^T of a direction of the frame.
     const Eigen::MatrixXd &places(int direction) const { return is_lasting() ? places_[direction] : places_[0]; }
