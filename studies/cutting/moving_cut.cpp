@@ -11,6 +11,7 @@
 #include "models/cut_motion/body_under_blade.hpp"
 #include "results/quantile.hpp"
 #include "studies/arena/arena_run.hpp"
+#include "studies/arena/whole_nodes.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 
@@ -131,14 +132,10 @@ std::vector<std::string> chosen_methods_under_blade(const CutMotionOptions &opti
 }
 
 void check_loads_of_motion(const core::Problem &problem) {
+    refuse_single_components(problem.load_case);
     for (const core::Vector3 &displacement : models::on_nodes(problem).conditions.displacement) {
-        const auto num_free = displacement.array().isNaN().count();
-        if (num_free != 0 && num_free != 3)
-            throw support::InputError(fmt::format("load case {} constrains some directions of a node alone, and "
-                                                  "interactive methods constrain whole nodes; leave --method out, or "
-                                                  "choose a load case that constrains all directions",
-                                                  problem.load_case.name));
-        if (num_free == 0 && !displacement.isZero(0.0))
+        const bool is_constrained = !displacement.array().isNaN().any();
+        if (is_constrained && !displacement.isZero(0.0))
             throw support::InputError(fmt::format("load case {} displaces a place, which would jump when the motion "
                                                   "begins; choose one with tractions or forces for --method",
                                                   problem.load_case.name));

@@ -11,6 +11,7 @@
 #include "results/provenance.hpp"
 #include "studies/arena/arena_mesh.hpp"
 #include "studies/arena/needle/needle_run.hpp"
+#include "studies/arena/whole_nodes.hpp"
 #include "studies/needle/insertion.hpp"
 #include "studies/needle/needle_problems.hpp"
 #include "studies/run/solutions/output_folder.hpp"
@@ -58,17 +59,6 @@ std::vector<core::Needle> chosen_needles(const NeedleProblem &problem, const std
     for (const auto &name : names)
         chosen.push_back(support::find_named(problem.needles, name, "needle of the load case"));
     return chosen;
-}
-
-/// Interactive methods constrain whole nodes.
-void refuse_slides(const core::Problem &problem) {
-    const auto &load_case = problem.load_case;
-    for (int f = 0; f < load_case.num_facets(); ++f)
-        if (load_case.is_constrained(f) && load_case.value[f].array().isNaN().any())
-            throw support::InputError(
-                fmt::format("{}: '{}' leaves a component of the displacement free, and methods of the arena constrain "
-                            "all of it; give all three components",
-                            load_case.name, load_case.on(f)->place));
 }
 
 /// The tip moves on by half the distance of two places at most in a step, which is a frame in implicit methods.
@@ -121,7 +111,7 @@ NeedleArenaResults run_needle_arena(const ArenaOptions &options, const NeedleAre
                                             done.notes);
     std::size_t num_needles = 0;
     for (const auto &problem : problems) {
-        refuse_slides(problem.problem);
+        refuse_single_components(problem.problem.load_case);
         for (const auto &needle : chosen_needles(problem, needle_options.needles)) {
             refuse_too_fast(needle, plan);
             ++num_needles;
