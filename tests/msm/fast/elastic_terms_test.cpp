@@ -12,6 +12,7 @@
 #include "msm/springs/inversion_guard.hpp"
 #include "msm/springs/linear_elements.hpp"
 #include "msm/springs/spring_network.hpp"
+#include "msm/statics/vector_springs.hpp"
 #include "msm/volume_term.hpp"
 #include "tests/same_bits.hpp"
 #include "tests/samples/test_meshes.hpp"
@@ -56,6 +57,14 @@ std::vector<NamedTerm> all_terms() {
         terms.push_back({springs.name,
                          [springs](const core::Body &body) { return msm::coupled_springs(body, springs); },
                          springs.energy.is_finite ? inverting : 0.006});
+    for (const auto &springs : msm::all_coupled_springs())
+        if (springs.domains.nodes > 0.0)
+            terms.push_back({springs.name + "_in_vectors",
+                             [springs](const core::Body &body) {
+                                 const auto model = msm::coupled_springs_with_volume(body, springs);
+                                 return msm::in_vectors(model, body.mesh.points).terms.front();
+                             },
+                             springs.energy.is_finite ? inverting : 0.006});
     for (const auto *const kind : {"nodal", "mean_nodal"})
         terms.push_back({std::string(kind) + "_logarithmic_volume",
                          [kind](const core::Body &body) {
