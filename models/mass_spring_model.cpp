@@ -19,8 +19,10 @@
 #include "msm/statics/dynamic_relaxation.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "msm/statics/load_path.hpp"
+#include "msm/statics/vector_springs.hpp"
 #include "msm/viscoelastic/slow_history.hpp"
 #include "support/input_error.hpp"
+#include "support/processes/memory.hpp"
 
 namespace livermark::models {
 
@@ -89,7 +91,7 @@ class PreparedMassSprings : public core::PreparedModel {
     PreparedMassSprings(std::shared_ptr<const core::Body> body, const core::LoadCase *common,
                         const MakeMassSprings &make, ModelOptions options)
         : start_(Clock::now()), body_(std::move(body)), options_(std::move(options)), parts_(make(*body_)),
-          make_seconds_(seconds(Clock::now() - start_)) {
+          resting_(msm::in_vectors(parts_.body, body_->mesh.points)), make_seconds_(seconds(Clock::now() - start_)) {
         if (common)
             common_ = msm::nodal_conditions({body_, *common}, parts_.body.node_mass);
     }
@@ -146,7 +148,7 @@ class PreparedMassSprings : public core::PreparedModel {
 
     /// Puts into a solution where the body comes to rest.
     void come_to_rest(core::Solution &solution, const core::Problem &problem, const msm::NodalConditions &conditions) {
-        const auto &body = parts_.body;
+        const auto &body = resting_;
         const auto &points = body_->mesh.points;
         solution.setup_seconds = make_seconds_;
         auto start = Clock::now();
@@ -168,7 +170,7 @@ class PreparedMassSprings : public core::PreparedModel {
                                           found.num_factors + 1, along);
         } else {
             const auto &integrator = relaxing_integrator(options_);
-            auto relaxed = msm::relax(integrator, body, points, conditions);
+            auto relaxed = msm::relax(integrator, parts_.body, points, conditions);
             found = std::move(relaxed.equilibrium);
             solution.solver = fmt::format("dynamic relaxation, {} steps of {:.3g} s, {}", found.num_iterations,
                                           relaxed.time_step, integrator.name);
@@ -185,8 +187,9 @@ class PreparedMassSprings : public core::PreparedModel {
         if (!rest_) {
             const auto start = Clock::now();
             const auto &points = body_->mesh.points;
-            rest_ = msm::RestStiffness::of_many(parts_.body, points,
+            rest_ = msm::RestStiffness::of_many(resting_, points,
                                                 common_ ? common_->displacement : std::vector<core::Vector3>{});
+            support::return_freed_memory(); // a factor comes next, and what made the stiffness was as large
             stiffness_seconds_ = seconds(Clock::now() - start);
         }
         rest_->constrain(conditions.displacement);
@@ -211,15 +214,16 @@ class PreparedMassSprings : public core::PreparedModel {
     double largest_angular_frequency(const msm::NodalConditions &conditions) {
         const auto &points = body_->mesh.points;
         if (!highest_mode_ && common_)
-            highest_mode_ = msm::highest_mode(parts_.body, points, *common_);
-        return highest_mode_ ? msm::largest_angular_frequency(parts_.body, points, conditions, *highest_mode_)
-                             : msm::largest_angular_frequency(parts_.body, points, conditions);
+            highest_mode_ = msm::highest_mode(resting_, points, *common_);
+        return highest_mode_ ? msm::largest_angular_frequency(resting_, points, conditions, *highest_mode_)
+                             : msm::largest_angular_frequency(resting_, points, conditions);
     }
 
     Clock::time_point start_; ///< when it was begun to be made
     std::shared_ptr<const core::Body> body_;
     ModelOptions options_;
     msm::MassSprings parts_;
+    msm::ElasticBody resting_;                   ///< the same, for equilibria and frequencies at rest
     double make_seconds_;                        ///< what the parts took
     std::optional<msm::NodalConditions> common_; ///< what many load cases constrain, if that is known
     std::optional<msm::RestStiffness> rest_;
