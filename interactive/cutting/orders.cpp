@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <map>
 #include <span>
 #include <utility>
 
@@ -104,33 +105,117 @@ class CutFans {
     std::vector<int> rim_, part_;
 };
 
+/// What has become of edges.
+class ChildrenOfEdges {
+  public:
+    ChildrenOfEdges(const core::EdgeTable &edges, const core::TetraMesh &after, const Parents &parents)
+        : edges_(&edges), after_(&after), parents_(&parents), first_(edges.edges.size(), nobody),
+          is_parted_(edges.edges.size(), false) {
+        for (std::size_t t = 0; t < after.tetrahedra.size(); ++t)
+            for (std::size_t e = 0; e < 6; ++e) {
+                const int parent = parent_of(t, e);
+                const auto nodes = nodes_of(t, e);
+                if (first_[parent] == nobody) {
+                    first_[parent] = nodes;
+                } else if (first_[parent] != nodes) {
+                    is_parted_[parent] = true;
+                    copies_.push_back({nodes, parent});
+                }
+            }
+    }
+
+    CutEdges table() const {
+        CutEdges cut;
+        std::vector<int> number(first_.size(), gone); // of edges that are not parted
+        for (const auto &[nodes, parent] : in_order()) {
+            number[parent] = static_cast<int>(cut.parent.size());
+            cut.table.edges.push_back(nodes);
+            cut.parent.push_back(parent);
+        }
+        const auto &all = cut.table.edges;
+        cut.table.tetrahedron_edge.resize(after_->tetrahedra.size());
+        for (std::size_t t = 0; t < after_->tetrahedra.size(); ++t)
+            for (std::size_t e = 0; e < 6; ++e) {
+                const int parent = parent_of(t, e);
+                cut.table.tetrahedron_edge[t][e] =
+                    is_parted_[parent] ? static_cast<int>(std::ranges::lower_bound(all, nodes_of(t, e)) - all.begin())
+                                       : number[parent];
+            }
+        return cut;
+    }
+
+  private:
+    using Edge = std::array<int, 2>;
+    static constexpr Edge nobody{gone, gone};
+    struct Child {
+        Edge nodes;
+        int parent;
+    };
+
+    int parent_of(std::size_t t, std::size_t e) const { return edges_->tetrahedron_edge[parents_->tetrahedron[t]][e]; }
+    Edge nodes_of(std::size_t t, std::size_t e) const {
+        const auto &[a, b] = core::tetrahedron_edges[e];
+        const auto [low, high] = std::minmax(after_->tetrahedra[t][a], after_->tetrahedra[t][b]);
+        return {low, high};
+    }
+
+    /// Lexicographic. Between nodes that stand in the order of their parents edges do so too, and only others are
+    /// sorted.
+    std::vector<Child> in_order() const {
+        std::vector<bool> is_in_order(parents_->node.size());
+        int last = gone;
+        for (std::size_t i = 0; i < is_in_order.size(); ++i) {
+            is_in_order[i] = parents_->node[i] > last;
+            last = std::max(last, parents_->node[i]);
+        }
+        std::vector<Child> all, others = copies_;
+        all.reserve(first_.size() + copies_.size());
+        for (std::size_t parent = 0; parent < first_.size(); ++parent)
+            if (const auto &[a, b] = first_[parent]; a != gone)
+                (is_in_order[a] && is_in_order[b] ? all : others).push_back({first_[parent], static_cast<int>(parent)});
+        const auto by_nodes = [](const Child &a, const Child &b) { return a.nodes < b.nodes; };
+        std::ranges::sort(others, by_nodes);
+        const auto repeated = std::ranges::unique(others, {}, &Child::nodes);
+        others.erase(repeated.begin(), repeated.end());
+        const auto middle = std::ssize(all);
+        all.insert(all.end(), others.begin(), others.end());
+        std::inplace_merge(all.begin(), all.begin() + middle, all.end(), by_nodes);
+        return all;
+    }
+
+    const core::EdgeTable *edges_;
+    const core::TetraMesh *after_;
+    const Parents *parents_;
+    std::vector<Edge> first_;     ///< child of each edge before; nobody where it is gone
+    std::vector<bool> is_parted_; ///< has more than one
+    std::vector<Child> copies_;   ///< beside the first, some of them more than once
+};
+
 /// Copies of an edge may share a node where the cut ends: all but one of them need another colour.
-std::vector<int> edge_colours_as_cut(const std::vector<int> &colours, const core::TetraMesh &before,
-                                     const core::TetraMesh &after, const Parents &parents) {
-    const auto table = core::edge_table(before.tetrahedra), cut = core::edge_table(after.tetrahedra);
-    std::vector<int> result(cut.edges.size(), gone), parent(cut.edges.size(), gone), child(table.edges.size(), gone);
-    for (std::size_t t = 0; t < parents.tetrahedron.size(); ++t)
-        for (std::size_t e = 0; e < 6; ++e)
-            parent[cut.tetrahedron_edge[t][e]] = table.tetrahedron_edge[parents.tetrahedron[t]][e];
+std::vector<int> edge_colours_as_cut(const std::vector<int> &colours, const CutEdges &cut, std::size_t num_nodes) {
+    const auto &edges = cut.table.edges;
+    std::vector<int> result(edges.size(), gone);
+    std::vector<bool> has_child(colours.size(), false), has_copy(num_nodes, false);
     std::vector<int> copies;
-    for (std::size_t e = 0; e < parent.size(); ++e) {
-        if (child[parent[e]] != gone) {
-            copies.push_back(static_cast<int>(e));
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+        if (!has_child[cut.parent[e]]) {
+            has_child[cut.parent[e]] = true;
+            result[e] = colours[cut.parent[e]];
             continue;
         }
-        child[parent[e]] = static_cast<int>(e);
-        result[e] = colours[parent[e]];
+        copies.push_back(static_cast<int>(e));
+        for (const int node : edges[e])
+            has_copy[node] = true;
     }
-    if (copies.empty())
-        return result;
-    std::vector<std::vector<int>> at_node(after.points.size());
-    for (std::size_t e = 0; e < cut.edges.size(); ++e)
-        for (const int node : cut.edges[e])
-            at_node[node].push_back(static_cast<int>(e));
+    std::map<int, std::vector<int>> at_node; // of copies alone
+    for (std::size_t e = 0; e < edges.size() && !copies.empty(); ++e)
+        for (const int node : edges[e])
+            if (has_copy[node])
+                at_node[node].push_back(static_cast<int>(e));
     std::vector<bool> is_taken;
     for (const int copy : copies) {
         is_taken.clear();
-        for (const int node : cut.edges[copy])
+        for (const int node : edges[copy])
             for (const int other : at_node[node])
                 if (const int colour = result[other]; colour >= 0) {
                     is_taken.resize(std::max(is_taken.size(), static_cast<std::size_t>(colour) + 1), false);
@@ -172,6 +257,10 @@ Parents parents_of(const core::TetraMesh &before, const core::TetraMesh &after, 
     return parents;
 }
 
+CutEdges edges_as_cut(const core::EdgeTable &edges, const core::TetraMesh &after, const Parents &parents) {
+    return ChildrenOfEdges(edges, after, parents).table();
+}
+
 Orders as_cut(const Orders &orders, const core::TetraMesh &before, const core::TetraMesh &after,
               const Parents &parents) {
     const Children children(before, parents);
@@ -181,8 +270,11 @@ Orders as_cut(const Orders &orders, const core::TetraMesh &before, const core::T
     if (!orders.tetrahedron_colour.empty())
         for (const int parent : parents.tetrahedron)
             result.tetrahedron_colour.push_back(orders.tetrahedron_colour[parent]);
-    if (!orders.edge_colour.empty())
-        result.edge_colour = edge_colours_as_cut(orders.edge_colour, before, after, parents);
+    if (!orders.edge_colour.empty()) {
+        auto cut = edges_as_cut(orders.edges, after, parents);
+        result.edge_colour = edge_colours_as_cut(orders.edge_colour, cut, after.points.size());
+        result.edges = std::move(cut.table);
+    }
     if (!orders.node_colour.empty())
         for (const int parent : parents.node)
             result.node_colour.push_back(orders.node_colour[parent]);

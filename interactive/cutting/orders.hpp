@@ -16,7 +16,8 @@ struct Orders {
     std::vector<int> rows;               ///< (N) nodes as rows come
     kernels::FanList fans;               ///< each tetrahedron in one of them, as they stand side by side
     std::vector<int> tetrahedron_colour; ///< (M) no two of a colour share a node; -1 where it has none
-    std::vector<int> edge_colour;        ///< (S) the same of the edges of core::edge_table()
+    core::EdgeTable edges;               ///< core::edge_table(), where edges have colours
+    std::vector<int> edge_colour;        ///< (S) the same of these edges
     std::vector<int> node_colour;        ///< (N) no two of a colour are in a tetrahedron
     /// (N) facets opposite a node as strips, whose triangles are numbers of tetrahedra; none where it is constrained
     std::vector<std::vector<kernels::StripNode>> strips;
@@ -31,6 +32,16 @@ struct Parents {
 
 /// @param tetrahedron  as in Parents
 Parents parents_of(const core::TetraMesh &before, const core::TetraMesh &after, std::vector<int> tetrahedron);
+
+/// The edges of what a cut has left, from those before.
+struct CutEdges {
+    core::EdgeTable table;   ///< that of core::edge_table()
+    std::vector<int> parent; ///< (S') the edge before that each is, or was parted from
+};
+
+/// Edges that a cut has not parted are taken over, and only copies are put in order.
+/// @param edges  of core::edge_table() before
+CutEdges edges_as_cut(const core::EdgeTable &edges, const core::TetraMesh &after, const Parents &parents);
 
 /// The orders of what a cut has left, from those before: what is gone is left out; parted nodes stand side by side; a
 /// fan that was cut through is two; colours stay, but of edges that were parted and still share a node. Strips are

@@ -7,8 +7,11 @@
 namespace livermark::interactive {
 
 Springs springs_with_shear_modulus(const core::Body &body) {
+    return springs_with_shear_modulus(body, core::edge_table(body.mesh.tetrahedra));
+}
+
+Springs springs_with_shear_modulus(const core::Body &body, const core::EdgeTable &table) {
     constexpr double factor = 2.0 * std::numbers::sqrt2 / 25.0, young_over_shear = 2.5;
-    const auto table = core::edge_table(body.mesh.tetrahedra);
     const auto volumes = core::tetrahedron_volumes(body.mesh);
     Springs springs{table.edges, std::vector<double>(table.edges.size(), 0.0), {}};
     for (std::size_t t = 0; t < volumes.size(); ++t) {
@@ -63,6 +66,9 @@ void SpringEnergy::add_hessian(const Field &x, bool is_projected, Triplets &trip
 }
 
 SpringAndVolumeEnergy::SpringAndVolumeEnergy(const core::Body &body)
-    : springs_(springs_with_shear_modulus(body)), volumes_(tetrahedra_at_rest(body)) {}
+    : SpringAndVolumeEnergy(body, core::edge_table(body.mesh.tetrahedra)) {}
+
+SpringAndVolumeEnergy::SpringAndVolumeEnergy(const core::Body &body, const core::EdgeTable &edges)
+    : springs_(springs_with_shear_modulus(body, edges)), volumes_(tetrahedra_at_rest(body)) {}
 
 } // namespace livermark::interactive

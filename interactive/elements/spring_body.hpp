@@ -19,6 +19,9 @@ struct Springs {
 /// because central springs have Poisson's ratio 1/4, so E_t = 2.5 mu. (Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5))
 Springs springs_with_shear_modulus(const core::Body &body);
 
+/// @param edges  of core::edge_table()
+Springs springs_with_shear_modulus(const core::Body &body, const core::EdgeTable &edges);
+
 /// W = sum over the springs of k / 2 (|x_a - x_b| - l)^2.
 class SpringEnergy : public Energy {
   public:
@@ -59,6 +62,8 @@ struct VolumeBesideSprings {
 class SpringAndVolumeEnergy : public Energy {
   public:
     explicit SpringAndVolumeEnergy(const core::Body &body);
+    /// @param edges  of core::edge_table()
+    SpringAndVolumeEnergy(const core::Body &body, const core::EdgeTable &edges);
 
     double value(const Field &x) const override { return springs_.value(x) + volumes_.value(x); }
     void add_forces(const Field &x, Field &f) const override {

@@ -65,7 +65,7 @@ struct Volume {
 class XpbdSprings : public PositionBased {
   public:
     explicit XpbdSprings(Scene given)
-        : PositionBased(std::move(given)), energy_(*scene().body),
+        : PositionBased(std::move(given)), edges_(edges_of(scene())), energy_(*scene().body, edges_),
           distances_(distances(), static_cast<int>(positions().cols()),
                      scene().orders ? scene().orders->edge_colour : std::vector<int>{}),
           volumes_(volumes(), static_cast<int>(positions().cols()), colours_of_volumes()) {
@@ -76,6 +76,7 @@ class XpbdSprings : public PositionBased {
     const Energy &energy() const override { return energy_; }
     Orders orders() const override {
         Orders orders;
+        orders.edges = edges_;
         orders.edge_colour = distances_.colours();
         auto colour = volumes_.colours().begin();
         for (const auto &t : energy_.tetrahedra())
@@ -100,9 +101,15 @@ class XpbdSprings : public PositionBased {
     std::size_t bytes_of_constraints() const override { return distances_.bytes() + volumes_.bytes(); }
 
   private:
+    static core::EdgeTable edges_of(const Scene &scene) {
+        return scene.orders && !scene.orders->edges.edges.empty() ? scene.orders->edges
+                                                                  : core::edge_table(scene.body->mesh.tetrahedra);
+    }
+
     std::vector<Distance> distances() const {
         std::vector<Distance> result;
         const auto &springs = energy_.springs();
+        result.reserve(springs.edges.size());
         for (std::size_t s = 0; s < springs.edges.size(); ++s)
             result.push_back({.nodes = springs.edges[s],
                               .compliance = Eigen::Matrix<double, 1, 1>(1.0 / springs.stiffness[s]),
@@ -117,6 +124,7 @@ class XpbdSprings : public PositionBased {
 
     std::vector<Volume> volumes() const {
         std::vector<Volume> result;
+        result.reserve(energy_.tetrahedra().size());
         for (const auto &t : energy_.tetrahedra())
             if (has_volume(t))
                 result.push_back({.nodes = t.nodes,
@@ -135,6 +143,7 @@ class XpbdSprings : public PositionBased {
         return result;
     }
 
+    core::EdgeTable edges_;
     SpringAndVolumeEnergy energy_;
     ConstraintSet<Distance> distances_;
     ConstraintSet<Volume> volumes_;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <numeric>
+#include <random>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -299,6 +300,8 @@ interactive::Orders orders_of_bar(const interactive::Scene &scene) {
         take(all.rows, orders.rows);
         take(all.tetrahedron_colour, orders.tetrahedron_colour);
         take(all.edge_colour, orders.edge_colour);
+        take(all.edges.edges, orders.edges.edges);
+        take(all.edges.tetrahedron_edge, orders.edges.tetrahedron_edge);
         take(all.node_colour, orders.node_colour);
         take(all.strips, orders.strips);
     }
@@ -349,6 +352,44 @@ TEST(OrdersOfACutBody, AreOrdersOfIt) {
             }
         }
         EXPECT_EQ(std::ranges::count(times, 1), std::ssize(times));
+    }
+}
+
+/// Those of an edge table that knows nothing of the body before.
+TEST(OrdersOfACutBody, HaveTheEdgesOfTheCutBodyInTheirOrder) {
+    const auto expect_same = [](const core::TetraMesh &before, const core::TetraMesh &after,
+                                const std::vector<int> &parent_tetrahedron, const char *what) {
+        const auto edges = core::edge_table(before.tetrahedra), expected = core::edge_table(after.tetrahedra);
+        const auto parents = interactive::parents_of(before, after, parent_tetrahedron);
+        const auto found = interactive::edges_as_cut(edges, after, parents);
+        EXPECT_EQ(found.table.edges, expected.edges) << what;
+        EXPECT_EQ(found.table.tetrahedron_edge, expected.tetrahedron_edge) << what;
+        ASSERT_EQ(found.parent.size(), expected.edges.size()) << what;
+        for (std::size_t t = 0; t < parent_tetrahedron.size(); ++t)
+            for (std::size_t e = 0; e < 6; ++e)
+                EXPECT_EQ(found.parent[expected.tetrahedron_edge[t][e]],
+                          edges.tetrahedron_edge[parent_tetrahedron[t]][e]);
+    };
+    const auto scene = tests::uneven_scene({6, 2, 2}, false);
+    const auto &whole = scene.body->mesh;
+    for (const auto &kind : kinds_of_cuts) {
+        const auto cut = kind.make(*scene.body);
+        const auto &mesh = cut.body->mesh;
+        EXPECT_NE(core::edge_table(mesh.tetrahedra).edges, core::edge_table(whole.tetrahedra).edges);
+        expect_same(whole, mesh, cut.parent_tetrahedron, kind.name);
+        // Nodes may have any numbers, and tetrahedra may stand in any order.
+        std::mt19937 random(3);
+        std::vector<int> number(mesh.points.size());
+        std::iota(number.begin(), number.end(), 0);
+        std::ranges::shuffle(number, random);
+        auto shuffled = mesh;
+        for (auto &nodes : shuffled.tetrahedra)
+            for (int &node : nodes)
+                node = number[node];
+        auto parent = cut.parent_tetrahedron;
+        std::swap(shuffled.tetrahedra.front(), shuffled.tetrahedra.back());
+        std::swap(parent.front(), parent.back());
+        expect_same(whole, shuffled, parent, kind.name);
     }
 }
 
