@@ -98,6 +98,13 @@ ObservedError observed_error(const TetraMesh &mesh, const LoadCase &load_case, s
             .stiffness = stiffness_error(first_step.tool, second_step.tool)};
 }
 
+double observed_error(std::span<const double> levels) {
+    require_three(levels.size());
+    const auto last = levels.last(3);
+    const double first_step = std::abs(last[1] - last[0]), second_step = std::abs(last[2] - last[1]);
+    return share_of_force(first_step, second_step) * second_step;
+}
+
 ObservedError observed_error_on_path(const TetraMesh &mesh, const LoadCase &load_case, std::span<const Solution> levels,
                                      std::size_t chosen) {
     require_three(levels.size());

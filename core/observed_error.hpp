@@ -19,6 +19,10 @@ namespace livermark::core {
 /// @throws std::invalid_argument if there are fewer
 ObservedError observed_error(const TetraMesh &mesh, const LoadCase &load_case, std::span<const Solution> levels);
 
+/// The same of one number that rims determine, such as a displacement there, with the factor of a force.
+/// @param levels  as above
+double observed_error(std::span<const double> levels);
+
 /// The same part of the way to the whole load, where finer meshes come no further: at the last point of
 /// LoadCase::path that all levels have. What is left after level c is the sum of the differences from there on, and of
 /// what is left after the last of them.

@@ -211,6 +211,12 @@ BisectedProblem refine_at_rims(const Problem &problem) {
     return refine_where(problem, [&](const auto &nodes) { return has_one_of(nodes, is_rim); });
 }
 
+BisectedProblem refine_at_rims_and(const Problem &problem, const std::vector<bool> &is_further) {
+    const auto is_rim = rim_nodes(problem.body->mesh, problem.load_case);
+    return refine_where(problem,
+                        [&](const auto &nodes) { return has_one_of(nodes, is_rim) || has_one_of(nodes, is_further); });
+}
+
 BisectedProblem refine_near_places(const Problem &problem, std::span<const InteriorPlace> places, double radii) {
     const auto &mesh = problem.body->mesh;
     return refine_where(problem, [&](const auto &nodes) {

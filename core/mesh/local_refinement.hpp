@@ -46,6 +46,10 @@ struct BisectedProblem {
 /// Each tetrahedron at the rim of a place has all its edges cut in two.
 BisectedProblem refine_at_rims(const Problem &problem);
 
+/// The same, and each tetrahedron at further nodes.
+/// @param is_further  (N)
+BisectedProblem refine_at_rims_and(const Problem &problem, const std::vector<bool> &is_further);
+
 /// Each tetrahedron whose centroid is nearer to the middle of a place inside than so many of its radii has all its
 /// edges cut in two.
 BisectedProblem refine_near_places(const Problem &problem, std::span<const InteriorPlace> places, double radii);

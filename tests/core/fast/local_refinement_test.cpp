@@ -77,6 +77,26 @@ TEST(LocalRefinement, CutsAtTheRimsAndNowhereElse) {
         }
 }
 
+TEST(LocalRefinement, CutsAtFurtherNodesAsWell) {
+    const auto problem = pressed_box();
+    const auto &mesh = problem.body->mesh;
+    auto is_marked = core::rim_nodes(mesh, problem.load_case);
+    std::vector<bool> is_further(mesh.points.size(), false);
+    const auto further = std::ranges::find(is_marked, false) - is_marked.begin();
+    is_marked[further] = is_further[further] = true;
+    const auto refined = core::refine_at_rims_and(problem, is_further);
+    const auto &fine = refined.problem.body->mesh.tetrahedra;
+    const std::set<std::array<int, 4>> kept(fine.begin(), fine.end());
+    for (const auto &nodes : mesh.tetrahedra)
+        if (std::ranges::any_of(nodes, [&](int node) { return is_marked[node]; })) {
+            EXPECT_FALSE(kept.contains(nodes));
+        }
+    is_further[further] = false;
+    EXPECT_EQ(core::refine_at_rims_and(problem, is_further).problem.body->mesh.tetrahedra,
+              core::refine_at_rims(problem).problem.body->mesh.tetrahedra);
+    EXPECT_GT(fine.size(), core::refine_at_rims(problem).problem.body->mesh.tetrahedra.size());
+}
+
 TEST(LocalRefinement, KeepsWhatIsPrescribedLinearBetweenNodes) {
     auto problem = pressed_box();
     for (const auto &point : problem.body->mesh.points)
@@ -188,6 +208,15 @@ TEST(ObservedError, OfEnergyAndReactionsBelievesNoOrderBetterThanTheFirst) {
     // A slow displacement does not make them slow.
     levels[0].displacement[0].x() = 2.0;
     EXPECT_EQ(core::observed_error(mesh, {}, levels).energy, observed.energy);
+}
+
+TEST(ObservedError, OfANumberIsThatOfTheFirstOrderAtBest) {
+    EXPECT_NEAR(core::observed_error(std::vector{1.4, 1.2, 1.1}), 0.1, 1e-12);      // the first order
+    EXPECT_NEAR(core::observed_error(std::vector{9.0, 1.4, 1.2, 1.1}), 0.1, 1e-12); // the last three count
+    EXPECT_NEAR(core::observed_error(std::vector{2.0, 1.01, 1.0}), 0.01, 1e-12);    // luck
+    EXPECT_NEAR(core::observed_error(std::vector{1.3, 1.4, 1.3}), 0.4, 1e-12);      // no order at all
+    EXPECT_EQ(core::observed_error(std::vector{1.0, 1.0, 1.0}), 0.0);
+    EXPECT_THROW(core::observed_error(std::vector{1.0, 1.0}), std::invalid_argument);
 }
 
 /// Solutions 1 + error in x, with a path of one point at half of it.
