@@ -172,7 +172,7 @@ std::vector<results::CutMotion> move_under_blade(const CutMotionOptions &options
         }
         const auto frame = [&](const Effort &effort) { measured->advance(0.0, effort); };
         for (const double budget : budgets)
-            for (const auto setting : {models::Setting::one_step, models::Setting::one_iteration})
+            for (const auto setting : models::all_settings)
                 if (const auto fits = largest_effort(frame, setting, budget))
                     motions.push_back(motion.run(fits->effort, models::to_string(setting), budget));
     }

@@ -28,11 +28,12 @@ inline constexpr int frames_to_rest = 120;
 
 /// Moves methods under constant loads while a blade goes on: from rest, frames_to_rest frames in which the body comes
 /// to its place, then for each stage the cut and frames_per_step frames, then frames_to_rest. Within each budget a
-/// method takes one step in a frame with as many iterations as fit, and as many steps of one iteration; methods with a
-/// least number of steps take that, or twice that if they diverge, and have one run, with the smallest budget that it
-/// fits into, or the largest.
+/// method takes one step in a frame with as many iterations as fit, and as many steps as fit of ten iterations and of
+/// one: models::all_settings. Methods with a least number of steps take that, or twice that if they diverge, and have
+/// one run, with the smallest budget that it fits into, or the largest.
 /// @param stages    of grow_cut()
 /// @param problems  the loads on each of them, which pass check_loads_of_motion()
+/// @return method by method, and budget by budget
 std::vector<results::CutMotion> move_under_blade(const CutMotionOptions &options, const std::vector<CutStage> &stages,
                                                  const std::vector<core::Problem> &problems,
                                                  const ProgressReport &report);
