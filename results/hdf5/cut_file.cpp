@@ -34,6 +34,17 @@ template <class At> void describe_cut_motions(At at, hdf5::Of<At, CutFile> &cut)
     columns.blocks("ready_seconds", &CutMotion::ready_seconds, cut.depth.size(), "s");
 }
 
+template <class At> void describe_finer_cuts(At at, hdf5::Of<At, CutFile> &cut) {
+    auto columns = hdf5::columns_of(at, cut.levels);
+    columns.texts("ways", &CutLevel::way);
+    columns.column("tetrahedra", &CutLevel::tetrahedra);
+    columns.column("area", &CutLevel::area, "m^2");
+    columns.column("depth", &CutLevel::depth, "m");
+    columns.column("opening", &CutLevel::opening, "m");
+    columns.column("tool_stiffness", &CutLevel::tool_stiffness, "N/m");
+    columns.column("solve_seconds", &CutLevel::solve_seconds, "s");
+}
+
 template <class At> void describe_cut(At root, hdf5::Of<At, CutFile> &cut) {
     root.text("body", cut.body);
     root.text("load_case", cut.load_case);
@@ -42,6 +53,7 @@ template <class At> void describe_cut(At root, hdf5::Of<At, CutFile> &cut) {
     at.number("toughness", cut.toughness);
     std::string reference = cut.runs.empty() ? "" : cut.runs.front().model;
     at.text("reference", reference);
+    at.text("regime", cut.regime);
     at.rows("blade", cut.blade, "m");
     at.rows("depth", cut.depth, "m");
     at.check(!cut.depth.empty(), "depth", "is empty");
@@ -53,6 +65,8 @@ template <class At> void describe_cut(At root, hdf5::Of<At, CutFile> &cut) {
         describe_cut_run(of_model, run, num_records);
     });
     at.check(!cut.runs.empty() && cut.runs.front().model == reference, "does not begin with its reference");
+    if (at.has("finer", !cut.levels.empty())) // only where the reference was refined
+        describe_finer_cuts(at.group("finer"), cut);
     if (at.has("motions", !cut.motions.empty())) // only where methods have moved
         describe_cut_motions(at.group("motions"), cut);
 }

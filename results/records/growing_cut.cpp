@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "core/observed_error.hpp"
+
 namespace livermark::results {
 
 std::vector<double> CutFile::ready_seconds(const CutRun &run) const {
@@ -24,6 +26,17 @@ double CutFile::release_rate(const CutRun &run, std::size_t record) const {
     if (record == 0 || !(area[record] > area[record - 1]))
         return std::numeric_limits<double>::quiet_NaN();
     return (run.released(record) - run.released(record - 1)) / (area[record] - area[record - 1]);
+}
+
+std::optional<ErrorBar> CutFile::in_the_end(const std::string &way, double CutLevel::*number) const {
+    constexpr std::size_t enough_levels = 3; // to observe an order
+    std::vector<double> values;
+    for (const auto &level : levels)
+        if (level.way == way)
+            values.push_back(level.*number);
+    if (values.size() < enough_levels)
+        return std::nullopt;
+    return ErrorBar{values.back(), core::observed_error(values)};
 }
 
 } // namespace livermark::results

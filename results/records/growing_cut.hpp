@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,25 @@ struct CutMotion {
     bool operator==(const CutMotion &) const = default;
 };
 
+/// The reference on the body as the blade has left it in the end, on the mesh or on one that is finer at the rim of the
+/// wound.
+struct CutLevel {
+    std::string way;             ///< how the body was cut: meshes::CutWay
+    int tetrahedra = 0;          ///< of the mesh
+    double area = 0.0;           ///< cut [m^2]
+    double depth = 0.0;          ///< that the rim of the wound has along the way of the blade, its mean [m]
+    double opening = 0.0;        ///< at the nodes of the coarsest mesh of this way [m]
+    double tool_stiffness = 0.0; ///< [N/m]
+    double solve_seconds = 0.0;  ///< for the equilibrium, with the set-up [s]
+
+    bool operator==(const CutLevel &) const = default;
+};
+
+/// A number and its error, as core::observed_error() has it.
+struct ErrorBar {
+    double value = 0.0, error = 0.0;
+};
+
 /// A blade that goes into a body under load: the content of one cut file.
 struct CutFile {
     Provenance provenance;
@@ -53,11 +73,16 @@ struct CutFile {
     std::vector<double> cut_seconds{};    ///< (K) that dividing the body took [s]
     std::vector<int> nodes{};             ///< (K) of the mesh
     std::vector<CutRun> runs{};           ///< the first is the reference
+    std::string regime = "small";         ///< of deformations, in which models are compared
+    std::vector<CutLevel> levels{};       ///< of each way from coarse to fine; none if nobody asked
     double frame_interval = 0.0;          ///< of the motions [s]; 0 if there are none
     int frames_per_step = 0;              ///< of the blade
     std::vector<CutMotion> motions{};
 
     std::size_t num_records() const { return depth.size(); }
+    /// The finest of a way, with what it still lacks; nothing where there are fewer than three.
+    /// @param number  CutLevel::opening or CutLevel::tool_stiffness
+    std::optional<ErrorBar> in_the_end(const std::string &way, double CutLevel::*number) const;
     /// From the blade to the next step's loads: dividing the body and setting a model up for it, a time for each step
     /// that has parted something [s].
     std::vector<double> ready_seconds(const CutRun &run) const;

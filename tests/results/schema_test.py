@@ -109,7 +109,8 @@ def sizes_of(file):
         return {"J": file["/needles/0/models/judge/depth"].shape[0], "K": arena["depth"].shape[0],
                 "M": arena["runs/budget"].shape[0], "L": len(arena.attrs["left_out"])}
     if "cut" in file:
-        return {"K": file["/cut/depth"].shape[0], "R": file["/cut/motions/budget"].shape[0]}
+        return {"K": file["/cut/depth"].shape[0], "L": file["/cut/finer/opening"].shape[0],
+                "R": file["/cut/motions/budget"].shape[0]}
     if "experiment" in file:
         group = file["/experiment"]
         ring_down = group["ring_downs/0"]

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <iterator>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "core/units.hpp"
 
@@ -28,6 +30,48 @@ double middle_of(std::vector<double> values) {
 
 double longest_of(const std::vector<double> &values) {
     return values.empty() ? std::numeric_limits<double>::quiet_NaN() : *std::ranges::max_element(values);
+}
+
+/// How far a motion is off in the end, and whether it has kept its budget.
+struct RankedMotion {
+    const CutMotion *motion;
+    double opening, tool; ///< off by [%]; tool is NaN where nothing is touched
+    bool is_too_slow;
+
+    bool is_lost() const { return std::isnan(opening); }
+    bool tool_leads() const { return std::abs(tool) > std::abs(opening); } // NaN does not
+    double larger() const { return std::abs(tool_leads() ? tool : opening); }
+    std::string leads() const { return is_lost() ? "-" : tool_leads() ? "tool" : "opening"; }
+
+    /// Of one budget. What is too slow stands behind what is not, and what was lost behind all.
+    bool is_better_than(const RankedMotion &other) const {
+        const auto rank = [](const RankedMotion &motion) { return std::pair(motion.is_lost(), motion.is_too_slow); };
+        if (rank(*this) != rank(other))
+            return rank(*this) < rank(other);
+        return larger() < other.larger();
+    }
+};
+
+/// The best setting of each method within each budget, budget by budget.
+std::vector<RankedMotion> ranked_motions(const CutFile &file) {
+    const auto &judge = file.runs.front();
+    std::vector<RankedMotion> ranked;
+    for (const auto &motion : file.motions) {
+        const RankedMotion here{&motion, difference_in_percent(motion.opening.back(), judge.opening.back()),
+                                difference_in_percent(motion.tool_stiffness.back(), judge.tool_stiffness.back()),
+                                motion.frame_seconds > motion.budget};
+        const auto same = std::ranges::find_if(ranked, [&](const RankedMotion &other) {
+            return other.motion->method == motion.method && other.motion->budget == motion.budget;
+        });
+        if (same == ranked.end())
+            ranked.push_back(here);
+        else if (here.is_better_than(*same))
+            *same = here;
+    }
+    std::ranges::stable_sort(ranked, [](const RankedMotion &a, const RankedMotion &b) {
+        return a.motion->budget != b.motion->budget ? a.motion->budget < b.motion->budget : a.is_better_than(b);
+    });
+    return ranked;
 }
 
 } // namespace
@@ -89,47 +133,78 @@ Layout cut_models_table(const CutFile &file) {
     return table;
 }
 
+Layout cut_levels_table(const CutFile &file) {
+    Layout table{{{"cut"},
+                  {"tetrahedra", true},
+                  {"cut [cm^2]", true},
+                  {"rim at [mm]", true},
+                  {"opening [mm]", true},
+                  {"tool [N/m]", true},
+                  {"time [s]", true}},
+                 {}};
+    for (const auto &level : file.levels)
+        table.rows.push_back({level.way, fmt::format("{}", level.tetrahedra), fixed(square_centimetres * level.area, 2),
+                              fixed(core::millimetres * level.depth, 1), fixed(core::millimetres * level.opening, 3),
+                              fixed(level.tool_stiffness, 2), fixed(level.solve_seconds, 1)});
+    return table;
+}
+
+std::string cut_levels_note(const CutFile &file) {
+    std::string note;
+    std::vector<std::string> ways;
+    for (const auto &level : file.levels)
+        if (std::ranges::find(ways, level.way) == ways.end())
+            ways.push_back(level.way);
+    for (const auto &way : ways) {
+        const auto opening = file.in_the_end(way, &CutLevel::opening);
+        const auto tool = file.in_the_end(way, &CutLevel::tool_stiffness);
+        if (!opening || !tool)
+            continue;
+        const auto &coarsest = *std::ranges::find(file.levels, way, &CutLevel::way);
+        const bool has_tool = !std::isnan(tool->value);
+        note += fmt::format("{}: opening {} +- {} mm", way, fixed(core::millimetres * opening->value, 3),
+                            fixed(core::millimetres * opening->error, 3));
+        if (has_tool)
+            note += fmt::format(", tool {} +- {} N/m", fixed(tool->value, 2), fixed(tool->error, 2));
+        note += fmt::format("; on the coarsest of these meshes {} is off by {} %", file.runs.front().model,
+                            fixed(difference_in_percent(coarsest.opening, opening->value), 1));
+        if (has_tool)
+            note += fmt::format(" and {} %", fixed(difference_in_percent(coarsest.tool_stiffness, tool->value), 1));
+        note += ".\n";
+    }
+    return note;
+}
+
 Layout cut_motions_table(const CutFile &file) {
     Layout table{{{"method"},
                   {"budget [ms]", true},
+                  {"in time"},
                   {"steps x iterations", true},
                   {"opening [mm]", true},
                   {"off by [%]", true},
                   {"tool [N/m]", true},
                   {"off by [%]", true},
+                  {"larger [%]", true},
+                  {"is of"},
                   {"cut to next step [ms]", true},
                   {"longest [ms]", true},
                   {"frame [ms]", true},
                   {"worst frame [ms]", true}},
                  {}};
-    const auto last = file.num_records() - 1;
-    const auto &judge = file.runs.front();
-    const auto miss = [&](const CutMotion &motion) { return std::abs(motion.opening[last] - judge.opening[last]); };
-    std::vector<const CutMotion *> shown;
-    for (const auto &motion : file.motions) {
-        const auto same = std::ranges::find_if(shown, [&](const CutMotion *other) {
-            return other->method == motion.method && other->budget == motion.budget;
-        });
-        if (same == shown.end())
-            shown.push_back(&motion);
-        else if (!(miss(motion) >= miss(**same))) // NaN is no better
-            *same = std::isnan(miss(motion)) ? *same : &motion;
-    }
     const auto in_ms = [](double seconds) { return fixed(core::milliseconds * seconds, 2); };
-    for (const auto *motion : shown) {
+    for (const auto &ranked : ranked_motions(file)) {
+        const auto *motion = ranked.motion;
         std::vector<double> ready;
         std::ranges::copy_if(motion->ready_seconds, std::back_inserter(ready), [](double s) { return s > 0.0; });
-        const bool is_lost = std::isnan(motion->opening[last]);
-        const auto budget = in_ms(motion->budget);
-        const bool is_late = motion->frame_seconds > motion->budget;
-        table.rows.push_back({motion->method,
-                              is_late ? fmt::format("{}, needs {}", budget, in_ms(motion->frame_seconds)) : budget,
+        table.rows.push_back({motion->method, in_ms(motion->budget),
+                              ranked.is_too_slow                             ? "too slow"
+                              : motion->worst_frame_seconds > motion->budget ? "but for cuts"
+                                                                             : "yes",
                               fmt::format("{} x {}", motion->steps, motion->iterations),
-                              is_lost ? "diverged" : fixed(core::millimetres * motion->opening[last], 3),
-                              fixed(difference_in_percent(motion->opening[last], judge.opening[last]), 1),
-                              fixed(motion->tool_stiffness[last], 2),
-                              fixed(difference_in_percent(motion->tool_stiffness[last], judge.tool_stiffness[last]), 1),
-                              in_ms(middle_of(ready)), in_ms(longest_of(ready)), in_ms(motion->frame_seconds),
+                              ranked.is_lost() ? "diverged" : fixed(core::millimetres * motion->opening.back(), 3),
+                              fixed(ranked.opening, 1), fixed(motion->tool_stiffness.back(), 2), fixed(ranked.tool, 1),
+                              fixed(ranked.larger(), 1), ranked.leads(), in_ms(middle_of(ready)),
+                              in_ms(longest_of(ready)), in_ms(motion->frame_seconds),
                               in_ms(motion->worst_frame_seconds)});
     }
     return table;

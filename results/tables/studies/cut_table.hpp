@@ -17,10 +17,20 @@ Layout cut_table(const CutFile &file);
 /// model is set up for the body that it leaves, and the median of the equilibrium that follows [ms].
 Layout cut_models_table(const CutFile &file);
 
-/// A row for each method that moves within each budget, of the setting whose opening is nearer to the reference in the
-/// end: budget [ms], steps and iterations, opening [mm] and stiffness at the tool [N/m] in the end, both beside the
-/// reference [%]; the median and the longest time from a cut body to the next frame, the median frame and the longest
-/// one with the cut before it [ms].
+/// A row for each mesh on which the reference was solved in the end: how the body was cut, tetrahedra, area cut [cm^2],
+/// mean depth of the rim [mm], opening [mm], stiffness at the tool [N/m], time of the equilibrium with the set-up [s].
+Layout cut_levels_table(const CutFile &file);
+
+/// A sentence for each way to cut with three meshes: opening and stiffness on the finest one, with their errors, and
+/// how far the reference on the coarsest one is from that. Empty if there is none.
+std::string cut_levels_note(const CutFile &file);
+
+/// A row for each method that moves within each budget, in the order of budgets, and of the larger one of the errors of
+/// opening and stiffness in one; methods that are too slow for it come last: budget [ms], whether it is kept (always,
+/// but for frames with a cut, or never), steps and iterations, opening [mm] and stiffness at the tool [N/m] in the end,
+/// both beside the reference [%], the larger one of both, whose it is; the median and the longest time from a cut body
+/// to the next frame, the median frame and the longest one with the cut before it [ms]. Of the settings of a method the
+/// best in this order is shown.
 Layout cut_motions_table(const CutFile &file);
 
 /// A sentence: where the reference releases more than tearing takes.

@@ -4,7 +4,8 @@
 
 namespace livermark::tests {
 
-/// Two steps of a blade in two models and two methods that move; the second step parts nothing. The numbers are made
+/// Two steps of a blade in two models and two methods that move; the second step parts nothing. The reference is
+/// refined in the end, twice along facets and once of the exact cut. The numbers are made
 /// up.
 inline results::CutFile sample_cut() {
     results::CutFile cut{.provenance = {}, .body = "block", .load_case = "traction", .title = "Pulled"};
@@ -29,6 +30,12 @@ inline results::CutFile sample_cut() {
                  .tool_stiffness = {50.0, 36.0, 36.0},
                  .setup_seconds = {0.1, 0.05, 0.0},
                  .solve_seconds = {0.2, 0.3, 0.0}}};
+    cut.regime = "large";
+    cut.levels = {{"facets", 200, 2e-4, 0.018, 0.002, 30.0, 3.0},
+                  {"facets", 300, 2e-4, 0.018, 0.0024, 29.0, 6.0},
+                  {"facets", 500, 2e-4, 0.018, 0.0026, 28.5, 12.0},
+                  {"exact", 250, 2.5e-4, 0.016, 0.003, 27.0, 4.0},
+                  {"exact", 350, 2.5e-4, 0.016, 0.0031, 26.5, 8.0}};
     cut.frame_interval = 0.02;
     cut.frames_per_step = 5;
     cut.motions = {{.method = "springs",

@@ -34,24 +34,79 @@ TEST_F(CutFiles, HoldWhatWasWritten) {
     EXPECT_EQ(read.runs[1].tool_stiffness, written.runs[1].tool_stiffness);
     EXPECT_EQ(read.runs[1].setup_seconds, written.runs[1].setup_seconds);
     EXPECT_EQ(read.runs[1].solve_seconds, written.runs[1].solve_seconds);
+    EXPECT_EQ(read.regime, "large");
+    EXPECT_EQ(read.levels, written.levels);
     EXPECT_EQ(read.frame_interval, 0.02);
     EXPECT_EQ(read.frames_per_step, 5);
     EXPECT_EQ(read.motions, written.motions);
 }
 
-TEST_F(CutFiles, MayHoldNoMotions) {
+TEST_F(CutFiles, MayHoldNoMotionsAndNoFinerMeshes) {
     auto written = tests::sample_cut();
     written.motions.clear();
+    written.levels.clear();
     write_cut(path_, written);
+    EXPECT_TRUE(read_cut_file(path_).levels.empty());
     EXPECT_TRUE(read_cut_file(path_).motions.empty());
 }
 
 TEST_F(CutFiles, TellHowMotionsEndedBesideTheReference) {
     const auto table = cut_motions_table(tests::sample_cut());
     ASSERT_EQ(table.rows.size(), 2U);
-    EXPECT_EQ(table.rows[0], (std::vector<std::string>{"springs", "4.00", "12 x 1", "3.000", "50.0", "36.00", "20.0",
-                                                       "50.00", "50.00", "2.00", "52.00"}));
-    EXPECT_EQ(table.rows[1][1], "1.00, needs 1.50");
+    EXPECT_EQ(table.rows[0][0], "elements"); // of the smaller budget
+    EXPECT_EQ(table.rows[0][2], "too slow");
+    EXPECT_EQ(table.rows[1],
+              (std::vector<std::string>{"springs", "4.00", "but for cuts", "12 x 1", "3.000", "50.0", "36.00", "20.0",
+                                        "50.0", "opening", "50.00", "50.00", "2.00", "52.00"}));
+}
+
+TEST_F(CutFiles, RankMotionsOfABudgetByTheLargerError) {
+    auto file = tests::sample_cut();
+    const auto add = [&](const char *method, double opening, double stiffness, double frame_seconds) {
+        auto motion = file.motions.front();
+        motion.method = method;
+        motion.budget = 0.01;
+        motion.opening.back() = opening;
+        motion.tool_stiffness.back() = stiffness;
+        motion.frame_seconds = frame_seconds;
+        motion.worst_frame_seconds = 1.1 * frame_seconds;
+        file.motions.push_back(std::move(motion));
+    };
+    file.motions.clear();
+    const double lost = std::nan("");
+    add("lost", lost, lost, 0.001);
+    add("slow", 0.002, 30.0, 0.02);              // exact, but too late
+    add("opens well", 0.002, 36.0, 0.001);       // 20 % off at the tool
+    add("opens less well", 0.0022, 30.0, 0.001); // 10 % off in the opening
+    add("slow", 0.0025, 30.0, 0.001);            // the same method, in time
+    const auto table = cut_motions_table(file);
+    std::vector<std::vector<std::string>> found; // method, in time, larger, whose
+    for (const auto &row : table.rows)
+        found.push_back({row[0], row[2], row[8], row[9]});
+    EXPECT_EQ(found, (std::vector<std::vector<std::string>>{{"opens less well", "yes", "10.0", "opening"},
+                                                            {"opens well", "yes", "20.0", "tool"},
+                                                            {"slow", "yes", "25.0", "opening"},
+                                                            {"lost", "yes", "-", "-"}}));
+    // Without a tool the opening alone counts.
+    for (auto &stiffness : {&file.runs.front().tool_stiffness, &file.motions[2].tool_stiffness})
+        stiffness->back() = lost;
+    std::erase_if(file.motions, [](const CutMotion &motion) { return motion.method != "opens well"; });
+    EXPECT_EQ(cut_motions_table(file).rows.front()[8], "0.0");
+    EXPECT_EQ(cut_motions_table(file).rows.front()[9], "opening");
+}
+
+TEST_F(CutFiles, TellTheErrorOfTheReferenceFromThreeMeshes) {
+    const auto file = tests::sample_cut();
+    const auto table = cut_levels_table(file);
+    ASSERT_EQ(table.rows.size(), 5U);
+    EXPECT_EQ(table.rows[2], (std::vector<std::string>{"facets", "500", "2.00", "18.0", "2.600", "28.50", "12.0"}));
+    const auto opening = file.in_the_end("facets", &CutLevel::opening);
+    ASSERT_TRUE(opening);
+    EXPECT_EQ(opening->value, 0.0026);
+    EXPECT_NEAR(opening->error, 2e-4, 1e-12);                   // steps of 0.4 and 0.2 mm: as much again is to come
+    EXPECT_FALSE(file.in_the_end("exact", &CutLevel::opening)); // two meshes say no order
+    EXPECT_EQ(cut_levels_note(file), "facets: opening 2.600 +- 0.200 mm, tool 28.50 +- 0.50 N/m; on the coarsest of "
+                                     "these meshes judge is off by -23.1 % and 5.3 %.\n");
 }
 
 TEST_F(CutFiles, AreRefusedWhereTheyCannotBe) {
