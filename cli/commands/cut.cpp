@@ -1,10 +1,12 @@
 #include <fmt/format.h>
+#include <map>
 #include <memory>
 
 #include "cli/commands/commands.hpp"
 #include "cli/common_options.hpp"
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
+#include "cli/usage.hpp"
 #include "results/tables/studies/cut_table.hpp"
 #include "studies/cutting/cut_study.hpp"
 #include "support/root_folder.hpp"
@@ -21,6 +23,12 @@ int print_cut(studies::CutStudyOptions options, bool markdown, const std::string
     fmt::print("{}: {}\n{} step by step:\n\n", file.body, results::printable(file.title), file.runs.front().model);
     for (const auto &table : {results::cut_table(file), results::cut_models_table(file)})
         fmt::print("{}\n", markdown ? results::to_markdown(table) : results::to_text(table));
+    if (!file.levels.empty()) {
+        const auto table = results::cut_levels_table(file);
+        fmt::print("{} in the end, on meshes that are finer and finer at the rim of the wound:\n\n{}\n{}\n",
+                   file.runs.front().model, markdown ? results::to_markdown(table) : results::to_text(table),
+                   results::cut_levels_note(file));
+    }
     if (!file.motions.empty()) {
         const auto table = results::cut_motions_table(file);
         fmt::print("Methods that move in frames of {:.1f} ms, {} for each step of the blade:\n\n{}\n",
@@ -56,19 +64,34 @@ Command add_cut(CLI::App &parent, const std::string &command_line) {
     command->add_option("--steps", options->num_steps, "Number of steps of the blade")->capture_default_str();
     command->add_option("--toughness", options->toughness, "Toughness of the tissue, energy over area [J/m^2]")
         ->capture_default_str();
+    command
+        ->add_option(
+            "--regime", options->regime,
+            "Which models are compared: small (reference: linear elasticity) or large (reference: hyperelasticity on "
+            "each cut body; minutes); by default that of the load case")
+        ->transform(one_of(
+            std::map<std::string, core::Regime>{{"small", core::Regime::small}, {"large", core::Regime::large}}));
+    command
+        ->add_option("--refine", options->num_refined,
+                     "How often the reference is refined at the rim of the wound in the end, for its error bar; 0 for "
+                     "none")
+        ->capture_default_str();
     command->add_option(
         "--model", options->models,
         "Names as in 'livermark list models', beside the reference on the mesh; by default those of a run");
     command->add_option("--method", options->motion.methods,
                         "Names as in 'livermark list methods', or all, of methods that move while the blade goes in, "
-                        "in the small regime; none by default");
+                        "under a load case of the small regime; none by default");
     command->add_option("--budget", *budgets, "With --method: processor times of one core for a frame [ms]")
         ->check(CLI::Range(0.01, 1e5))
         ->capture_default_str();
     command->add_option("--frames", options->motion.frames_per_step, "With --method: frames for each step of the blade")
         ->capture_default_str();
     add_materials(*command, options->material);
-    command->add_option("--output", options->output, "Folder for <body>/cut.<load case>.h5")->capture_default_str();
+    command
+        ->add_option("--output", options->output,
+                     "Folder for <body>/cut.<load case>.h5, or cut.<load case>.large.h5 with --regime large")
+        ->capture_default_str();
     command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
     return [=] {
         options->motion.budgets.clear();

@@ -9,12 +9,14 @@
 
 #include "core/tool/place_stiffness.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
+#include "meshes/cutting/cut.hpp"
 #include "models/cut_motion/body_under_blade.hpp"
 #include "models/model_table.hpp"
 #include "results/hdf5/cut_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/catalogue.hpp"
 #include "studies/cutting/growing_cut.hpp"
+#include "studies/cutting/wound_reference.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"
@@ -26,6 +28,7 @@ namespace {
 
 constexpr std::size_t numbers_of_blade = 12;
 constexpr int most_steps_of_blade = 1000;
+constexpr int least_refined_for_order = 2, most_refined = 4;
 constexpr double unknown_of_cut = std::numeric_limits<double>::quiet_NaN();
 
 BladeWay way_of(const CutStudyOptions &options) {
@@ -36,6 +39,10 @@ BladeWay way_of(const CutStudyOptions &options) {
         throw support::InputError(fmt::format("--steps is {}; give 1 to {}", options.num_steps, most_steps_of_blade));
     if (!(options.toughness >= 0.0) || !std::isfinite(options.toughness))
         throw support::InputError(fmt::format("--toughness is {} J/m^2; give 0 or more", options.toughness));
+    if (options.num_refined != 0 &&
+        (options.num_refined < least_refined_for_order || options.num_refined > most_refined))
+        throw support::InputError(fmt::format("--refine is {}; give 0 for no error bar, or {} to {}",
+                                              options.num_refined, least_refined_for_order, most_refined));
     BladeWay way{.corners = {}, .num_steps = options.num_steps};
     for (std::size_t k = 0; k < numbers_of_blade; ++k)
         way.corners[k / 3][static_cast<Eigen::Index>(k % 3)] = options.blade[k];
@@ -68,8 +75,8 @@ std::vector<core::Model> models_under_blade(const CutStudyOptions &options, cons
         const auto &model = support::find_named(all, name, "model");
         if (!model.takes_part_in(problem) || model.only_moving)
             throw support::InputError(
-                fmt::format("model {} takes no part in load case {}, which is of the {} regime; leave it out, or "
-                            "choose a load case of the other regime",
+                fmt::format("model {} takes no part in load case {} in the {} regime; leave it out, or choose the "
+                            "other regime",
                             name, problem.load_case.name, core::to_string(regime)));
         add(model);
     }
@@ -87,17 +94,21 @@ std::vector<core::Model> models_under_blade(const CutStudyOptions &options, cons
 /// The loads of the body before it was cut, on a body that is.
 class SameLoads {
   public:
-    SameLoads(std::filesystem::path file, double scale) : file_(std::move(file)), scale_(scale) {}
+    /// @param before  with the loads as they are to be
+    SameLoads(std::filesystem::path file, const core::LoadCase &before)
+        : file_(std::move(file)), scale_(before.load_scale), regime_(before.regime) {}
 
     core::Problem on(const std::shared_ptr<const core::Body> &body) const {
         auto load_case = load_cases::read_load_case(file_, body->mesh);
         load_case.scale_to_target = false;
+        load_case.regime = regime_;
         return {body, core::scaled(std::move(load_case), scale_)};
     }
 
   private:
     std::filesystem::path file_;
     double scale_;
+    core::Regime regime_;
 };
 
 /// Of the given tractions.
@@ -145,6 +156,7 @@ class ModelUnderBlade {
         run_.solve_seconds.push_back(0.0);
     }
 
+    const core::Model &model() const { return model_; }
     const std::string &name() const { return model_.name; }
     const results::CutRun &run() const { return run_; }
     const std::vector<std::string> &notes() const { return notes_; }
@@ -210,31 +222,77 @@ class ModelsUnderBlade {
     Steps steps_;
 };
 
+/// The reference in the end on finer meshes of the body, and of the same body cut exactly where that is asked for.
+/// @param notes  what could not be solved or cut is added
+std::vector<results::CutLevel> refine_in_the_end(const core::Model &reference, const CutStage &last,
+                                                 const core::Body *body_before, const BladeWay &way,
+                                                 const SameLoads &loads, int times, std::vector<std::string> &notes,
+                                                 const ProgressReport &report) {
+    std::vector<results::CutLevel> levels;
+    Steps steps((body_before ? 2 : 1) * (times + 1), report);
+    const auto add = [&](const CutStage &stage, const std::string &way_of_cut) {
+        std::string failure;
+        const auto found = solve_finer_at_wound(
+            reference, way, way_of_cut, stage, loads.on(stage.body), times,
+            [&] {
+                steps.next(
+                    fmt::format("{} / {} on finer meshes, cut {}", stage.body->name, reference.name, way_of_cut));
+            },
+            failure);
+        levels.insert(levels.end(), found.begin(), found.end());
+        if (!failure.empty())
+            notes.push_back(fmt::format("cut {}: {} finds no equilibrium on the mesh that is refined {} times: {}",
+                                        way_of_cut, reference.name, found.size(), failure));
+    };
+    add(last, "facets");
+    if (!body_before)
+        return levels;
+    try {
+        add(cut_exactly(*body_before, way), "exact");
+    } catch (const meshes::CutNotOnBody &error) {
+        notes.push_back(error.what());
+    }
+    return levels;
+}
+
+/// Models of which regime are compared.
+core::Regime regime_of_comparison(const CutStudyOptions &options, const core::LoadCase &load_case) {
+    const auto regime = options.regime.value_or(load_case.regime);
+    if (regime == core::Regime::small && load_case.regime == core::Regime::large)
+        throw support::InputError(fmt::format("load case {} is of the large regime; leave --regime out, or choose a "
+                                              "load case of the small regime",
+                                              load_case.name));
+    return regime;
+}
+
 } // namespace
 
 CutResults let_blade_in(const CutStudyOptions &options, const std::string &command_line, const ProgressReport &report) {
     const auto way = way_of(options);
     auto set = read_scaled_problems({options.body}, options.load_case, options.material);
-    const auto &before = set.problems.front();
+    auto &before = set.problems.front();
     refuse_other_loads(before.load_case);
+    const bool meets_moved_body = before.load_case.regime == core::Regime::large;
+    before.load_case.regime = regime_of_comparison(options, before.load_case);
     const bool has_motions = !chosen_methods_under_blade(options.motion).empty();
     if (has_motions)
         check_loads_of_motion(before);
-    if (has_motions && before.load_case.regime == core::Regime::large)
+    if (has_motions && meets_moved_body)
         throw support::InputError(fmt::format("load case {} is of the large regime, in which the blade meets the body "
-                                              "where the reference is, not where methods are; choose one of the small "
-                                              "regime for --method",
+                                              "where the reference is, not where methods are; for --method choose one "
+                                              "of the small regime, with --regime large if deformations are large",
                                               before.load_case.name));
     const auto file_of_loads = find_toml_files({options.load_case}, load_cases_folder, "load case").front();
-    const SameLoads loads(file_of_loads, before.load_case.load_scale);
+    const SameLoads loads(file_of_loads, before.load_case);
     ModelsUnderBlade models(models_under_blade(options, before), before.body->name, loads, way.num_steps + 1, report);
-    const auto stages = models.go(before.body, way, before.load_case.regime == core::Regime::large);
+    const auto stages = models.go(before.body, way, meets_moved_body);
     CutResults done{.file = {.provenance = results::current_provenance(command_line),
                              .body = before.body->name,
                              .load_case = before.load_case.name,
                              .title = before.load_case.title,
                              .blade = way.corners,
-                             .toughness = options.toughness},
+                             .toughness = options.toughness,
+                             .regime = core::to_string(before.load_case.regime)},
                     .notes = std::move(set.notes)};
     for (const auto &stage : stages) {
         done.file.depth.push_back(stage.depth);
@@ -246,6 +304,10 @@ CutResults let_blade_in(const CutStudyOptions &options, const std::string &comma
         done.file.runs.push_back(model.run());
         done.notes.insert(done.notes.end(), model.notes().begin(), model.notes().end());
     }
+    if (options.num_refined > 0)
+        done.file.levels = refine_in_the_end(models.models().front().model(), stages.back(),
+                                             meets_moved_body ? nullptr : before.body.get(), way, loads,
+                                             options.num_refined, done.notes, report);
     if (has_motions) {
         std::vector<core::Problem> problems;
         for (const auto &stage : stages)
@@ -256,7 +318,9 @@ CutResults let_blade_in(const CutStudyOptions &options, const std::string &comma
         done.file.motions = move_under_blade(options.motion, stages, problems, report);
     }
     const auto folder = make_output_folder(options.output, before);
-    results::write_cut(folder / fmt::format("cut.{}.h5", done.file.load_case), done.file);
+    const bool is_other_regime = !meets_moved_body && before.load_case.regime == core::Regime::large;
+    results::write_cut(folder / fmt::format("cut.{}{}.h5", done.file.load_case, is_other_regime ? ".large" : ""),
+                       done.file);
     return done;
 }
 

@@ -112,6 +112,18 @@ std::vector<CutStage> grow_cut(std::shared_ptr<const core::Body> body, const Bla
     return stages;
 }
 
+CutStage cut_exactly(const core::Body &body, const BladeWay &way) {
+    auto result = meshes::cut(
+        body, {.tool = meshes::BladeCut{way.corners}, .way = meshes::CutWay::exact, .place = "the blade, exactly"});
+    const auto &mesh = result.body.mesh;
+    CutStage stage{.body = {},
+                   .depth = way.depth(),
+                   .area = 0.5 * (wound_area(mesh) - wound_area(body.mesh)),
+                   .parted = parted_nodes(mesh)};
+    stage.body = std::make_shared<const core::Body>(std::move(result.body));
+    return stage;
+}
+
 double opening(const CutStage &stage, const std::vector<core::Vector3> &displacement) {
     double widest = 0.0;
     for (const auto &[one, other] : stage.parted)

@@ -45,6 +45,11 @@ using DisplacementOf = std::function<std::vector<core::Vector3>(const CutStage &
 std::vector<CutStage> grow_cut(std::shared_ptr<const core::Body> body, const BladeWay &way,
                                const DisplacementOf &displacement_of);
 
+/// The same body with all of the blade's way cut in one step, exactly: tetrahedra are split at it. It ends at a face,
+/// up to an edge short of the end of the way.
+/// @throws meshes::CutNotOnBody  if it parts nothing, or the body falls apart
+CutStage cut_exactly(const core::Body &body, const BladeWay &way);
+
 /// How far the two sides of a cut are apart where they are furthest [m].
 double opening(const CutStage &stage, const std::vector<core::Vector3> &displacement);
 

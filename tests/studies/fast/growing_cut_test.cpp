@@ -6,10 +6,12 @@
 #include <cmath>
 #include <limits>
 
+#include "core/mesh/local_refinement.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/statics/equilibrium.hpp"
+#include "studies/cutting/wound_reference.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {
@@ -113,6 +115,51 @@ TEST(GrowingCut, MeetsTheBodyWhereItIs) {
     EXPECT_GT(at_rest.back().area, 0.0);
     for (const auto &[one, other] : moved.back().parted)
         EXPECT_EQ(moved.back().body->mesh.points[one], moved.back().body->mesh.points[other]);
+}
+
+/// Of the facets at the end of the blade, and nobody at its mouth or on its way.
+TEST(GrowingCut, EndsAtARim) {
+    const Vector3 size(0.08, 0.02, 0.02);
+    const auto body = tests::make_body(tests::box_mesh(size, {16, 4, 4}), tissue);
+    const auto stage = grow_cut(body, along_middle(size.z(), -0.001, 0.051, 1), {}).back();
+    const auto expect_rim = [&](const core::TetraMesh &mesh) {
+        const auto is_rim = wound_rim_nodes(mesh);
+        for (int node = 0; node < mesh.num_nodes(); ++node) {
+            const auto &x = mesh.points[node];
+            EXPECT_EQ(is_rim[node], std::abs(x.x() - 0.05) < 1e-9 && std::abs(x.z() - 0.01) < 1e-9) << x.transpose();
+        }
+        return std::ranges::count(is_rim, true);
+    };
+    EXPECT_EQ(expect_rim(stage.body->mesh), 5);
+    const core::Problem problem{stage.body, tests::empty_load_case(stage.body->mesh)};
+    const auto finer = core::refine_at_rims_and(problem, wound_rim_nodes(stage.body->mesh)).problem;
+    EXPECT_EQ(expect_rim(finer.body->mesh), 9);
+    for (const auto &nodes : finer.body->mesh.tetrahedra) { // at the other end nothing was cut
+        const bool is_far = std::ranges::all_of(nodes, [&](int n) { return finer.body->mesh.points[n].x() < 0.035; });
+        if (is_far) {
+            EXPECT_TRUE(std::ranges::all_of(nodes, [&](int n) { return n < stage.body->mesh.num_nodes(); }));
+        }
+    }
+}
+
+TEST(GrowingCut, CanBeMadeExactlyInOneStep) {
+    const Vector3 size(0.08, 0.02, 0.02);
+    const auto body = tests::make_body(tests::box_mesh(size, {16, 4, 4}), tissue);
+    auto way = along_middle(size.z(), -0.001, 0.051, 5);
+    for (auto &corner : way.corners)
+        corner.z() += 0.002; // between two layers of nodes
+    const auto along_facets = grow_cut(body, way, {}).back(), exact = cut_exactly(*body, way);
+    EXPECT_DOUBLE_EQ(exact.depth, along_facets.depth);
+    EXPECT_GT(exact.body->mesh.num_tetrahedra(), along_facets.body->mesh.num_tetrahedra());
+    const double edge = 0.005; // by which the end may be short
+    EXPECT_LT(exact.area, 0.051 * size.y());
+    EXPECT_GT(exact.area, (0.05 - 1.5 * edge) * size.y());
+    EXPECT_FALSE(exact.parted.empty());
+    const auto is_rim = wound_rim_nodes(exact.body->mesh);
+    EXPECT_GT(std::ranges::count(is_rim, true), 4);
+    for (const auto &[one, other] : exact.parted)
+        EXPECT_EQ(exact.body->mesh.points[one], exact.body->mesh.points[other]);
+    EXPECT_THROW(cut_exactly(*body, along_middle(0.2, 0.0, 0.02, 3)), meshes::CutNotOnBody);
 }
 
 TEST(GrowingCut, RefusesABladeThatMissesOnAllOfItsWay) {

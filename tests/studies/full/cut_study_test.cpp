@@ -2,10 +2,12 @@
 
 #include <cmath>
 #include <fstream>
+#include <utility>
 
 #include "models/model_table.hpp"
 #include "results/hdf5/cut_file.hpp"
 #include "studies/cutting/growing_cut.hpp"
+#include "studies/cutting/wound_reference.hpp"
 #include "support/known_names.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/small_bar.hpp"
@@ -142,6 +144,105 @@ TEST(GrowingCuts, SetFreeAsMuchAsTheyStoreUnderConstantLoads) {
     EXPECT_EQ(read.cut_seconds, file.cut_seconds);
 }
 
+/// The opening of a double cantilever on coarse meshes that are finer at the rim alone, and the error that they say,
+/// beside a mesh that is four times finer everywhere. What refinement at the rim leaves as it is, is not in the error,
+/// so it is right to a factor of two.
+TEST(GrowingCuts, KnowHowFarTheReferenceIsFromFinerMeshes) {
+    const DoubleCantilever beam;
+    const auto all = models::all_models();
+    const auto &model = support::find_named(all, std::string("fem_p2p1"), "model");
+    constexpr double to = 0.06;
+    const BladeWay way{{Vector3(-0.01, -0.01, beam.h), Vector3(-0.01, 0.1, beam.h), Vector3(to, 0.1, beam.h),
+                        Vector3(to, -0.01, beam.h)},
+                       1};
+    const auto levels_on = [&](int bricks_per_arm, int times) {
+        const auto stage = grow_cut(beam.body(bricks_per_arm), way, {}).back();
+        const auto &mesh = stage.body->mesh;
+        auto load_case = tests::empty_load_case(mesh);
+        tests::prescribe(load_case, mesh, "x_max", Vector3::Zero());
+        tests::pull(load_case, mesh, "upper_end", {0.0, 0.0, beam.load / (beam.width * beam.h)});
+        tests::pull(load_case, mesh, "x_min", {0.0, 0.0, -beam.load / (beam.width * beam.h)});
+        std::string failure;
+        auto levels = solve_finer_at_wound(
+            model, way, "facets", stage, {stage.body, load_case}, times, [] {}, failure);
+        EXPECT_EQ(failure, "");
+        return levels;
+    };
+    results::CutFile file;
+    file.levels = levels_on(1, 2);
+    ASSERT_EQ(file.levels.size(), 3U);
+    EXPECT_NEAR(file.levels.back().depth, to + 0.01, 1e-9);
+    for (std::size_t k = 1; k < file.levels.size(); ++k)
+        EXPECT_GT(file.levels[k].tetrahedra, file.levels[k - 1].tetrahedra);
+    const auto fine = levels_on(4, 1).back();
+    for (const auto number : {&results::CutLevel::opening, &results::CutLevel::tool_stiffness}) {
+        const auto bar = file.in_the_end("facets", number);
+        ASSERT_TRUE(bar);
+        EXPECT_GT(bar->error, 0.0);
+        EXPECT_LT(bar->error, 0.05 * bar->value);
+        const double left = std::abs(bar->value - fine.*number);
+        EXPECT_LT(left, 2.0 * bar->error);
+        EXPECT_GT(left, 0.5 * bar->error);
+        EXPECT_LT(left, 0.25 * std::abs(file.levels.front().*number - fine.*number));
+    }
+}
+
+/// Under small loads nothing is nonlinear; under large ones it is. The bodies are those of the small regime.
+TEST(GrowingCuts, AreJudgedInTheLargeRegimeOnTheBodiesOfTheSmallOne) {
+    auto options = of_cut_bar("large_cut_study");
+    put_blade_across(options);
+    options.num_steps = 1;
+    options.num_refined = 0;
+    options.models = {"nodal_springs"};
+    const auto opening_at =
+        [&](double traction, std::optional<core::Regime> regime) {
+            std::ofstream(options.load_case)
+                << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
+                   "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = ["
+                << traction << ", 0.0, 0.0]\n";
+            options.regime = regime;
+            const auto done = let_blade_in(options, "test", {});
+            EXPECT_EQ(done.file.regime, regime ? "large" : "small");
+            EXPECT_EQ(done.file.runs.front().model, regime ? "fem_p2p1_neo_hookean" : "fem_p2p1");
+            EXPECT_TRUE(done.file.levels.empty());
+            return std::pair{done.file.runs.front().opening.back(), done.file.nodes};
+        };
+    const auto large = core::Regime::large;
+    const auto [small_linear, nodes] = opening_at(0.002, std::nullopt);
+    const auto [small_loads, same_nodes] = opening_at(0.002, large);
+    EXPECT_EQ(nodes, same_nodes);
+    EXPECT_NEAR(small_loads, small_linear, 1e-3 * small_linear);
+    const double linear = opening_at(20.0, std::nullopt).first, nonlinear = opening_at(20.0, large).first;
+    EXPECT_NEAR(linear, 1e4 * small_linear, 1e-6 * linear);
+    EXPECT_GT(std::abs(nonlinear - linear), 0.02 * linear);
+    const auto folder = std::filesystem::path(options.output) / "bar";
+    EXPECT_EQ(results::read_cut_file(folder / "cut.pull.h5").regime, "small");
+    EXPECT_EQ(results::read_cut_file(folder / "cut.pull.large.h5").regime, "large");
+}
+
+TEST(GrowingCuts, MoveAndAreRefinedInBothRegimes) {
+    auto options = of_cut_bar("moving_cut_study");
+    put_blade_across(options);
+    options.num_steps = 2;
+    options.models = {"nodal_springs"};
+    options.motion.methods = {"nodal_springs"};
+    for (const auto regime : {core::Regime::small, core::Regime::large}) {
+        options.regime = regime;
+        const auto file = let_blade_in(options, "test", {}).file;
+        ASSERT_EQ(file.motions.size(), 1U);
+        // The same springs, moving and at rest.
+        EXPECT_NEAR(file.motions[0].opening.back(), file.runs[1].opening.back(), 0.01 * file.runs[1].opening.back());
+        for (const char *way : {"facets", "exact"}) {
+            const auto bar = file.in_the_end(way, &results::CutLevel::opening);
+            ASSERT_TRUE(bar) << way;
+            EXPECT_GT(bar->error, 0.0) << way;
+            EXPECT_LT(bar->error, 0.2 * bar->value) << way;
+        }
+        EXPECT_EQ(file.levels.front().opening, file.runs.front().opening.back());
+        EXPECT_EQ(file.levels.front().area, file.area.back());
+    }
+}
+
 TEST(GrowingCuts, RefuseWhatIsNoBladeAndLoadsThatChange) {
     auto options = of_cut_bar("bad_cut_study");
     const auto fails = [&](const std::string &what) {
@@ -156,10 +257,29 @@ TEST(GrowingCuts, RefuseWhatIsNoBladeAndLoadsThatChange) {
     options.toughness = -1.0;
     fails("--toughness");
     options.toughness = 164.0;
+    options.num_refined = 1;
+    fails("--refine is 1");
+    options.num_refined = 0;
     options.models = {"no_such_model"};
     fails("no_such_model");
     options.models = {"fem_p1_neo_hookean"};
-    fails("takes no part in load case pull");
+    fails("takes no part in load case pull in the small regime");
+    options.models = {};
+    options.motion.methods = {"tlde"};
+    fails("did you mean 'tled'?");
+    options.motion.methods = {};
+    const auto large = std::filesystem::path(options.load_case).parent_path() / "large.toml";
+    std::ofstream(large) << "title = \"large\"\nregime = \"large\"\ntarget_peak_displacement = 0.01\n[[condition]]\n"
+                            "patch = \"x_min\"\ndisplacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\n"
+                            "force = [0.001, 0.0, 0.0]\n";
+    const auto small = std::exchange(options.load_case, large.string());
+    options.regime = core::Regime::small;
+    fails("leave --regime out");
+    options.regime.reset();
+    options.motion.methods = {"tled"};
+    fails("with --regime large if deformations are large");
+    options.motion.methods = {};
+    options.load_case = small;
     options.models = {};
     for (auto k : {0U, 3U, 6U, 9U})
         options.blade[k] += 10.0;
