@@ -4,7 +4,7 @@ set(livermark_portable_msm_sources bounded_least_squares.cpp springs/linear_elem
   mass_lumping.cpp springs/mean_parts.cpp springs/nodal_parts.cpp springs/spring_network.cpp springs/springs_with_volume.cpp springs/strain_measures.cpp springs/tetrahedron_volume.cpp springs/volume_penalty.cpp
   dynamics/chebyshev_stages.cpp dynamics/highest_frequency.cpp dynamics/mass_scaling.cpp dynamics/step_parts.cpp dynamics/time_step.cpp
   statics/free_components.cpp
-  kernels/fast_steps.cpp kernels/layout/fans.cpp kernels/layout/mean_gradients.cpp kernels/layout/node_order.cpp kernels/layout/sliced_body.cpp
+  kernels/fast_steps.cpp kernels/make_workspace.cpp kernels/layout/fans.cpp kernels/layout/mean_gradients.cpp kernels/layout/node_order.cpp kernels/layout/sliced_body.cpp
   kernels/layout/sliced_fans.cpp kernels/layout/sliced_nodal_springs.cpp kernels/layout/sliced_shapes.cpp
   kernels/layout/sliced_springs.cpp kernels/layout/sliced_stars.cpp kernels/layout/spring_lanes.cpp kernels/layout/stars.cpp
   kernels/layout/sliced_update.cpp kernels/layout/volume_means.cpp

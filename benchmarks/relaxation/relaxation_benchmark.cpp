@@ -27,6 +27,7 @@ struct Options {
     std::string body = "liver_healthy";
     std::vector<std::string> springs{"lloyd",
                                      "lloyd_nodal_volume",
+                                     "nodal_springs",
                                      "nodal_neo_hookean",
                                      "nodal_neo_hookean_f",
                                      "edge_neo_hookean",

@@ -40,7 +40,7 @@ struct FastStepOptions {
     std::vector<double> watched_volume{};
     bool may_be_cut = false; ///< keeps what cut() asks for, which no step does
     /// How the stresses fade that a RelaxingTerm says do, springs' and coupled springs'; elastic if there are no
-    /// moduli. Known to symplectic_euler of bodies that are not cut.
+    /// moduli. Not of bodies that may be cut.
     core::PronySeries relaxation{};
     /// Of a stress that fades, as a part of the largest one that there was: branches move once in as many steps as this
     /// allows, see RelaxationClock, or in every step where it is 0. Errors of a motion are smaller, of second order in
@@ -51,8 +51,8 @@ struct FastStepOptions {
 /// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.
 /// Springs, springs coupled around nodes or edges (with an energy that are_in_kernels() knows, coupled_springs.hpp),
 /// their dashpots, volume terms and the inversion guard are known; springs coupled both ways are not, nor volumes
-/// around nodes other than those that springs are coupled in. Springs relax with a Prony series, and so do
-/// neo-Hookean ones that are coupled.
+/// around nodes other than those that springs are coupled in. Springs relax with a Prony series, coupled ones too, with
+/// every integrator.
 ///
 /// Single precision is that of positions within the body: 2^-24 of its size, and so about 1e-6 of the strain of a
 /// spring for each 1 % of it.

@@ -113,11 +113,6 @@ msm::FastSteps prepare_steps(const Springs &springs, const StepChoice &choice, c
     try {
         const auto steps = msm::FastSteps::prepare(springs.body, springs.points, conditions, choice.damping,
                                                    integrator.name, choice.time_step, options);
-        if (!steps && !choice.relaxation.is_elastic())
-            throw support::InputError(fmt::format(
-                "relaxation: the fast kernels know it of springs and of coupled springs with an energy, by "
-                "symplectic_euler, and not of such springs by {}; take one of these, or leave relaxation out",
-                integrator.name));
         if (!steps)
             throw support::InputError(fmt::format("integrator: the fast kernels do not know {} for such springs; take "
                                                   "another one of integrators()",

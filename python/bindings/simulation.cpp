@@ -206,8 +206,8 @@ void add_simulation(py::module_ &module) {
              "with any.\nforce_time_step: take the step even if it is too long to be stable, without looking for the "
              "largest frequency.\nrelaxation: pairs (modulus, time) of a Prony series; of the stress that resists "
              "changes "
-             "of shape, and of a\nspring's tension, the part modulus fades with the time [s]. Known to "
-             "symplectic_euler.\nRaises InputError.")
+             "of shape, and of a\nspring's tension, the part modulus fades with the time [s].\nRaises "
+             "InputError.")
         .def("step", &Simulation::step, py::arg("num_steps") = 1,
              "Takes that many steps. Other Python threads run meanwhile. Raises DivergedError if the motion is not "
              "finite any more.")

@@ -95,11 +95,6 @@ std::vector<std::vector<int>> pulls_of_pairs(const StepParts &parts, const Slice
 
 } // namespace
 
-bool can_relax(const StepParts &parts) {
-    const bool is_coupled = !parts.inner_modulus.empty();
-    return !is_coupled || parts.coupled_energy == CoupledEnergy::neo_hookean;
-}
-
 template <class T>
 RelaxationArrays<T> relaxation_arrays(const StepParts &parts, const SlicedPlan &plan, SlicedBody<T> &body,
                                       std::size_t num_branches) {

@@ -28,7 +28,8 @@ template <class T> struct RelaxingStresses {
 /// - Inside a tetrahedron the second Piola-Kirchhoff stress R pulls its corners by -V F R g, which is linear in
 ///   positions: corners i and j pull each other with V g_i . R g_j times what is between them. These add up, over the
 ///   tetrahedra of an edge, to the pulls that mu F inside tetrahedra has there too (mean_gradients.hpp). Beside means
-///   of C around nodes there are no such pulls, and it is taken off the stress inside.
+///   of C around nodes there are no such pulls, and it is taken off the stress inside; Hooke's springs there pull along
+///   edges, and have the same.
 template <class T> struct RelaxationArrays {
     RelaxationShares shares; ///< of the branches' turn now
 
@@ -51,9 +52,6 @@ template <class T> struct RelaxationArrays {
 
     bool empty() const { return springs.empty() && means.empty(); }
 };
-
-/// Whether steps with branches know all springs of a body.
-bool can_relax(const StepParts &parts);
 
 /// Without stress before.
 /// @param plan  of the sliced body, whose parts are all there

@@ -33,8 +33,8 @@ int steps_between_turns(const core::PronySeries &series, double largest_error, d
     return enough;
 }
 
-RelaxationClock::RelaxationClock(core::PronySeries series, double largest_error, double time_step)
-    : series_(std::move(series)), largest_error_(largest_error) {
+RelaxationClock::RelaxationClock(core::PronySeries series, double largest_error, double time_step, bool is_staggered)
+    : series_(std::move(series)), largest_error_(largest_error), is_staggered_(is_staggered) {
     set_time_step(time_step);
 }
 
@@ -64,7 +64,7 @@ RelaxationShares RelaxationClock::turn() {
     // From the middle of the steps before to the middle of the next ones.
     const double half = 0.5 * num_steps_ * time_step_, time = std::max(half - ahead_, 0.0);
     ahead_ += time;
-    return {.share = shares_after(time), .gain = series_.moduli, .back = 0.5 * time_step_};
+    return {.share = shares_after(time), .gain = series_.moduli, .back = is_staggered_ ? 0.5 * time_step_ : 0.0};
 }
 
 RelaxationShares RelaxationClock::stay(double time) {

@@ -29,13 +29,18 @@ struct RelaxationShares {
 /// times that, to first order. m is chosen by it. If that is 1, branches move in every step as in relaxing_steps.hpp:
 /// with gain = g (1 - exp(-x)) / x of x = h / tau, r = q - (g - gain) s obeys r += (1 - exp(-x)) (gain s - r), and the
 /// stress at x(n) has the r of before.
+///
+/// Other integrators have velocities and positions at one time, and evaluate forces anew in every step. The same
+/// splitting relaxes branches between two steps, where the body is, for every m: of second order in m h, or of the
+/// order of the integrator if that is lower.
 class RelaxationClock {
   public:
     RelaxationClock() = default;
 
     /// @param largest_error  of the stress, as a part of the largest one of the elastic law; not negative
     /// @param time_step      h [s], > 0
-    RelaxationClock(core::PronySeries series, double largest_error, double time_step);
+    /// @param is_staggered   whether velocities stand half a step before positions, as in symplectic Euler
+    RelaxationClock(core::PronySeries series, double largest_error, double time_step, bool is_staggered);
 
     bool is_elastic() const { return series_.is_elastic(); }
     std::size_t num_branches() const { return series_.moduli.size(); }
@@ -56,10 +61,11 @@ class RelaxationClock {
 
   private:
     std::vector<double> shares_after(double time) const;
-    bool moves_in_every_step() const { return num_steps_ == 1; }
+    bool moves_in_every_step() const { return is_staggered_ && num_steps_ == 1; }
 
     core::PronySeries series_;
     double largest_error_ = 0.0, time_step_ = 0.0;
+    bool is_staggered_ = true;
     int num_steps_ = 1, steps_left_ = 0;
     double ahead_ = 0.0; ///< [s] by how much branches have gone on further than the body
 };

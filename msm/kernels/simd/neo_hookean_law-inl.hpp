@@ -11,7 +11,7 @@
 #include <hwy/contrib/math/math-inl.h>
 
 #include "msm/kernels/simd/fan_forces-inl.hpp"
-#include "msm/kernels/simd/symmetric-inl.hpp"
+#include "msm/kernels/simd/stressed_fans-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -87,14 +87,6 @@ HWY_INLINE Symmetric<D> isochoric_stress(D d, hn::Vec<D> shear_modulus, const Sy
     stress.yy = hn::Add(stress.yy, mean);
     stress.zz = hn::Add(stress.zz, mean);
     return stress;
-}
-
-/// The stress of a mean without what has relaxed of it.
-/// @param mean  number of the control volume or star
-template <class D, class T>
-HWY_INLINE Symmetric<D> without_faded(D d, const StepWorkspace<T> &at, const Symmetric<D> &stress, std::size_t mean) {
-    const auto &faded = at.relaxation.means.faded;
-    return faded.empty() ? stress : minus<D>(stress, load_six(d, faded.data() + first_of_six(mean)));
 }
 
 /// g g' of relative changes e of volumes, for g = ln (1 + e).

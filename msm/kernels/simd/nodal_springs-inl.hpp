@@ -168,14 +168,11 @@ HWY_INLINE void store_stress(D d, const Symmetric<D> &stress, std::size_t first_
     }
 }
 
-/// A quarter of the stress in 16 control volumes, from the strains of the tetrahedra there, and the pressures
-/// there.
-template <class T> HWY_NOINLINE void nodal_stresses(StepWorkspace<T> &at, int now, int volume_slice) {
-    using D = Lanes<T>;
-    constexpr D d;
+/// Of 16 control volumes, the sums over their tetrahedra of what nodal_strains() puts down.
+/// @param sums  (16, 8)
+template <class T> HWY_INLINE void sum_of_strains(const StepWorkspace<T> &at, int volume_slice, T *sums) {
     constexpr hn::CappedTag<T, 8> eight;
     const auto &body = at.body;
-    HWY_ALIGN T sums[slice_size * 8];
     const std::size_t first = static_cast<std::size_t>(body.volume_start[volume_slice]) * slice_size;
     const std::size_t end = static_cast<std::size_t>(body.volume_start[volume_slice + 1]) * slice_size;
     // Four rows at once, because each sum has to wait for the one before.
@@ -195,11 +192,22 @@ template <class T> HWY_NOINLINE void nodal_stresses(StepWorkspace<T> &at, int no
             hn::Store(c, eight, sums + 8 * row + 16 + part);
             hn::Store(e, eight, sums + 8 * row + 24 + part);
         }
+}
+
+/// A quarter of the stress in 16 control volumes, from the strains of the tetrahedra there, and the pressures
+/// there.
+template <class T> HWY_NOINLINE void nodal_stresses(StepWorkspace<T> &at, int now, int volume_slice) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const auto &body = at.body;
+    HWY_ALIGN T sums[slice_size * 8];
+    sum_of_strains(at, volume_slice, sums);
     HWY_ALIGN T gain[slice_size];
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const auto strain = load_eight(D(), sums + 8 * lane);
         const std::size_t volume = static_cast<std::size_t>(volume_slice) * slice_size + lane;
-        store_stress(D(), stress(D(), hn::Load(d, body.coupled_modulus.data() + volume), strain.tensor), volume, at);
+        const auto total = stress(D(), hn::Load(d, body.coupled_modulus.data() + volume), strain.tensor);
+        store_stress(D(), without_faded(D(), at, total, volume), volume, at);
         hn::Store(strain.more, d, gain + lane);
     }
     if (!body.volume_stiffness.empty())
@@ -238,6 +246,7 @@ template <class T> HWY_NOINLINE void nodal_spring_forces(StepWorkspace<T> &at, i
     constexpr D d;
     const auto &body = at.body;
     const T *rows = at.rows[now].data();
+    const auto &faded = at.relaxation.tetrahedra.faded;
     LargestDeficit<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
@@ -256,8 +265,10 @@ template <class T> HWY_NOINLINE void nodal_spring_forces(StepWorkspace<T> &at, i
             const auto to = fetch_rim(D(), axis, rows, corner);
             const auto to_stress = fetch_stress(D(), at, corner);
             const auto around = plus<D>(axis_stress, plus<D>(from_stress, to_stress));
-            const auto inside = stress(D(), hn::Load(d, body.inner_modulus.data() + t),
-                                       load_eight(D(), at.strain.data() + 8 * t).tensor);
+            auto inside = stress(D(), hn::Load(d, body.inner_modulus.data() + t),
+                                 load_eight(D(), at.strain.data() + 8 * t).tensor);
+            if (!faded.empty())
+                inside = minus<D>(inside, load_six(D(), faded.data() + first_of_six(t)));
             const auto total = plus_scaled<D>(inside, hn::Load(d, body.rest_volume.data() + t), around);
             const auto pull = pulls(D(), edge_spans<D>(axis.direction, from.arm, to.arm),
                                     rest_gradients(D(), body, t, lane), rest_lengths(D(), body, t, lane), total);

@@ -100,11 +100,9 @@ template <class T> HWY_NOINLINE void relax_springs(StepWorkspace<T> &at, int now
 /// The stress of a mean.
 /// @param mean  number of the control volume or star
 template <class D, class T>
-HWY_INLINE void relax_mean(D d, StepWorkspace<T> &at, std::size_t mean, hn::Vec<D> modulus,
-                           const Symmetric<D> &twice_strain) {
+HWY_INLINE void relax_mean(D d, StepWorkspace<T> &at, std::size_t mean, const Symmetric<D> &stress) {
     auto &means = at.relaxation.means;
     const std::size_t first = first_of_six(mean);
-    const auto stress = isochoric_stress(d, modulus, twice_strain, at.least_stretch);
     store_six(d, relax(d, at.relaxation.shares, means, first, stress), means.faded.data() + first);
 }
 
@@ -114,7 +112,8 @@ HWY_NOINLINE void relax_means_around_nodes(StepWorkspace<T> &at, int now, int sl
     Means<false, T> means(at, now, slice);
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(D())) {
         const std::size_t volume = static_cast<std::size_t>(slice) * slice_size + lane;
-        relax_mean(D(), at, volume, hn::Load(D(), at.body.coupled_modulus.data() + volume), means.mean(lane).tensor);
+        const auto modulus = hn::Load(D(), at.body.coupled_modulus.data() + volume);
+        relax_mean(D(), at, volume, isochoric_stress(D(), modulus, means.mean(lane).tensor, at.least_stretch));
     }
 }
 
@@ -128,7 +127,8 @@ HWY_NOINLINE void relax_stars(StepWorkspace<T> &at, int now, int thread, int sli
         const std::size_t star = static_cast<std::size_t>(slice) * slice_size + lane;
         const StarFetch<false, T> fetch(at, now, places);
         const Stars<false, T> means(at, fetch, places, hn::Load(D(), body.star_inverse_volume.data() + star), kept);
-        relax_mean(D(), at, star, hn::Load(D(), body.star_modulus.data() + star), means.mean());
+        const auto modulus = hn::Load(D(), body.star_modulus.data() + star);
+        relax_mean(D(), at, star, isochoric_stress(D(), modulus, means.mean(), at.least_stretch));
     }
 }
 
@@ -181,6 +181,33 @@ template <class T> HWY_NOINLINE void relax_tetrahedra(StepWorkspace<T> &at, int 
     }
 }
 
+/// The means of Hooke's springs around nodes, from what nodal_strains() has put down.
+template <class T> HWY_NOINLINE void relax_nodal_springs(StepWorkspace<T> &at, int volume_slice) {
+    using D = Lanes<T>;
+    HWY_ALIGN T sums[slice_size * 8];
+    sum_of_strains(at, volume_slice, sums);
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(D())) {
+        const std::size_t volume = static_cast<std::size_t>(volume_slice) * slice_size + lane;
+        const auto modulus = hn::Load(D(), at.body.coupled_modulus.data() + volume);
+        relax_mean(D(), at, volume, deviatoric_stress(D(), modulus, load_eight(D(), sums + 8 * lane).tensor));
+    }
+}
+
+/// Those inside the tetrahedra of a slice of fans, from the same.
+template <class T> HWY_NOINLINE void relax_inner_springs(StepWorkspace<T> &at, int slice) {
+    using D = Lanes<T>;
+    auto &inside = at.relaxation.tetrahedra;
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(D())) {
+        const FanLines lines(at.body, slice, lane);
+        for (std::size_t t = lines.first; t < lines.end; t += slice_size) {
+            const auto stress = deviatoric_stress(D(), hn::Load(D(), at.body.inner_modulus.data() + t),
+                                                  load_eight(D(), at.strain.data() + 8 * t).tensor);
+            const std::size_t first = first_of_six(t);
+            store_six(D(), relax(D(), at.relaxation.shares, inside, first, stress), inside.faded.data() + first);
+        }
+    }
+}
+
 /// Positions of the nodes of a slice, taken back along their velocities.
 template <class T> void take_back(StepWorkspace<T> &at, int to, int slice) {
     const auto back = static_cast<T>(at.relaxation.shares.back);
@@ -224,8 +251,20 @@ template <class T> void add_pulls(StepWorkspace<T> &at, int thread) {
             body.mean_gradient[4 * line + 3 * slice_size + lane] = stiffness_of_pair(at.relaxation, line + lane);
 }
 
-/// Of springs that are coupled: see relax_all().
-template <class T> void relax_coupled(StepWorkspace<T> &at, int now, int thread, Barrier &barrier) {
+/// Of Hooke's springs that are coupled around nodes: see relax_all().
+template <class T> void relax_hooke(StepWorkspace<T> &at, int now, int thread, Barrier &barrier) {
+    const auto &fans = at.fan_slices[thread], &volumes = at.volume_slices[thread];
+    for (int slice = fans.first; slice < fans.last; ++slice)
+        nodal_strains<false>(at, now, slice);
+    barrier.wait();
+    for (int slice = volumes.first; slice < volumes.last; ++slice)
+        relax_nodal_springs(at, slice);
+    for (int slice = fans.first; slice < fans.last; ++slice)
+        relax_inner_springs(at, slice);
+}
+
+/// Of neo-Hookean springs that are coupled: see relax_all().
+template <class T> void relax_neo_hookean(StepWorkspace<T> &at, int now, int thread, Barrier &barrier) {
     const auto &body = at.body;
     const auto &fans = at.fan_slices[thread], &volumes = at.volume_slices[thread];
     if (body.is_around_edges()) {
@@ -263,8 +302,12 @@ template <class T> void relax_all(StepWorkspace<T> &at, int thread, Barrier &bar
     if (!at.relaxation.springs.empty())
         for (const int pair : at.pairs[thread].order)
             relax_springs(at, now, pair);
-    if (!at.relaxation.means.empty())
-        relax_coupled(at, now, thread, barrier);
+    if (at.relaxation.means.empty())
+        return;
+    if (at.body.inverse_volume.empty())
+        relax_hooke(at, now, thread, barrier);
+    else
+        relax_neo_hookean(at, now, thread, barrier);
 }
 
 void relax_with_float(StepWorkspace<float> &at, int thread, Barrier &barrier) {

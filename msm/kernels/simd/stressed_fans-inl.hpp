@@ -24,6 +24,14 @@ HWY_INLINE OfCorners<D> rest_gradients(D d, const SlicedBody<T> &body, std::size
     return {{load(0), load(1), load(2)}, {load(3), load(4), load(5)}, {load(6), load(7), load(8)}};
 }
 
+/// The stress of a mean without what has relaxed of it.
+/// @param mean  number of the control volume or star
+template <class D, class T>
+HWY_INLINE Symmetric<D> without_faded(D d, const StepWorkspace<T> &at, const Symmetric<D> &stress, std::size_t mean) {
+    const auto &faded = at.relaxation.means.faded;
+    return faded.empty() ? stress : minus<D>(stress, load_six(d, faded.data() + first_of_six(mean)));
+}
+
 /// Adds up what tetrahedra do to the nodes of their fan; see fan_forces().
 template <class D> struct FanPulls {
     Vec3<D> before, on_rim, on_end; ///< inwards

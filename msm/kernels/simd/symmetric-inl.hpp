@@ -80,6 +80,20 @@ template <class D> HWY_INLINE Symmetric<D> stress(D d, hn::Vec<D> shear_modulus,
             hn::Mul(twice, strain.xy),          hn::Mul(twice, strain.yz),          hn::Mul(twice, strain.zx)};
 }
 
+/// 2 mu dev E, the part of it that resists changes of shape alone.
+template <class D>
+HWY_INLINE Symmetric<D> deviatoric_stress(D d, hn::Vec<D> shear_modulus, const Symmetric<D> &strain) {
+    using T = hn::TFromD<D>;
+    const auto twice = hn::Mul(hn::Set(d, T(2)), shear_modulus);
+    const auto mean = hn::Mul(hn::Set(d, T(1.0 / 3.0)), hn::Add(strain.xx, hn::Add(strain.yy, strain.zz)));
+    return {hn::Mul(twice, hn::Sub(strain.xx, mean)),
+            hn::Mul(twice, hn::Sub(strain.yy, mean)),
+            hn::Mul(twice, hn::Sub(strain.zz, mean)),
+            hn::Mul(twice, strain.xy),
+            hn::Mul(twice, strain.yz),
+            hn::Mul(twice, strain.zx)};
+}
+
 } // namespace livermark::msm::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

@@ -10,6 +10,7 @@
 #include "msm/dynamics/stepper.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
+#include "msm/viscoelastic/held_steps.hpp"
 #include "msm/viscoelastic/relaxing_steps.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -39,6 +40,17 @@ struct OneMass {
         msm::RelaxingBody body(springs, series);
         body.go_on(msm::to_unknowns(positions) + state.displacement, 0.0);
         msm::RelaxingSteps steps(std::move(body), positions, conditions, {}, step);
+        steps.take(state, num_steps);
+        return state.displacement[3];
+    }
+
+    /// The same in steps of an integrator that hold branches in between.
+    double moved_with(const char *integrator, const core::PronySeries &series, double time, int num_steps,
+                      int num_held) const {
+        State state{Eigen::VectorXd::Zero(6), Eigen::VectorXd::Zero(6)};
+        state.displacement[3] = start;
+        msm::HeldSteps steps(springs, series, positions, conditions, {}, msm::find_integrator(integrator),
+                             time / num_steps, num_held);
         steps.take(state, num_steps);
         return state.displacement[3];
     }
@@ -75,6 +87,23 @@ TEST(RelaxingSteps, MoveAMassAsItsEquationOfThirdOrderSaysAndOfSecondOrderInTheS
         EXPECT_LT(std::abs(fine), 2e-3 * OneMass::start) << series.name;
         EXPECT_NEAR(coarse / fine, 4.0, 0.1) << series.name;
     }
+}
+
+TEST(HeldSteps, MoveAMassAsItsEquationSaysAndOfSecondOrderInTheTimeThatBranchesAreHeld) {
+    const OneMass one;
+    const double time = 0.21;
+    for (const auto &series :
+         {core::PronySeries{"like", {0.5}, {0.05}}, core::PronySeries{"two", {0.3, 0.4}, {0.02, 0.3}}})
+        for (const auto *integrator : {"runge_kutta_4", "velocity_verlet"})
+            for (const int num_held : {1, 4}) {
+                // The last steps end in the middle of what they hold branches for.
+                const int steps = 400 + num_held / 2, twice = 2 * steps;
+                const double expected = OneMass::exact(series, time);
+                const double coarse = one.moved_with(integrator, series, time, steps, num_held) - expected;
+                const double fine = one.moved_with(integrator, series, time, twice, num_held) - expected;
+                EXPECT_LT(std::abs(fine), 2e-3 * OneMass::start) << integrator << " " << num_held << series.name;
+                EXPECT_NEAR(coarse / fine, 4.0, num_held == 1 ? 0.2 : 1.0) << integrator << " " << num_held;
+            }
 }
 
 /// A block that is held on one side, pushed at random.

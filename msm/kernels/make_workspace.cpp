@@ -1,0 +1,126 @@
+#include "msm/kernels/make_workspace.hpp"
+
+#include <algorithm>
+
+#include "msm/kernels/threads/partition.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+/// Where springs end that only fill up a slice: so far from any body that they have a length [m].
+constexpr float far_away = 1e4F;
+
+template <class V> std::size_t bytes(const V &values) {
+    return values.size() * sizeof(typename V::value_type);
+}
+
+/// For what volumes and strains are around nodes, and for the forces of tetrahedra.
+template <class T> void make_room_for_means(StepWorkspace<T> &at, int num_threads) {
+    const auto &body = at.body;
+    const bool is_damped = at.beta != 0.0;
+    const bool has_gradients = !body.mean_gradient.empty(), has_volumes_in_fans = body.has_volumes_in_fans();
+    if (body.coupled_modulus.empty() || has_gradients)
+        at.gain.assign(body.corner.size() + slice_size, T(0));
+    else if (body.inverse_volume.empty())
+        at.strain.assign(8 * (body.rest_volume.size() + 1), T(0));
+    else
+        for (auto &values : at.corner_strain)
+            values.assign(4 * (body.corner.size() + slice_size), T(0));
+    // Dashpots inside tetrahedra alone would read these, and branches there.
+    if (has_volumes_in_fans && !is_damped && at.relaxation.empty()) {
+        at.body.rest_gradient = {};
+        at.body.inner_modulus = {};
+    }
+    if (!body.inverse_volume.empty())
+        at.push.assign(body.rest_volume.size(), T(0));
+    if (is_damped && has_volumes_in_fans)
+        at.gain_rate = at.gain;
+    if (body.is_around_edges()) {
+        at.change.assign(body.volume_row.size(), T(0));
+        at.change_rate.assign(is_damped ? body.volume_row.size() : 0, T(0));
+        at.mean_push = at.change;
+        make_room_for_stars(at, num_threads);
+    }
+    if (is_damped && !body.inverse_volume.empty())
+        at.corner_rate = at.corner_strain;
+    if (!body.coupled_modulus.empty() && !has_gradients)
+        for (auto &rows : at.stress)
+            rows.assign(4 * static_cast<std::size_t>(body.num_rows + 1), T(0));
+    const auto num_places = has_gradients ? body.first_pull + body.mean_node.size() + body.volume_row.size()
+                                          : static_cast<std::size_t>(body.chunk_start.back()) + 1;
+    at.corner_force.assign(4 * num_places, T(0));
+}
+
+} // namespace
+
+template <class T>
+StepWorkspace<T> make_workspace(const StepParts &parts, const std::vector<core::Vector3> &at_rest,
+                                const StepScheme &scheme, const core::RayleighDamping &damping, double time_step,
+                                const FastStepOptions &options, std::size_t num_branches, int num_threads,
+                                SlicedPlan &plan) {
+    StepWorkspace<T> at;
+    at.body = sliced_body<T>(parts, at_rest, options.may_be_cut || num_branches > 0 ? &plan : nullptr);
+    if (num_branches > 0)
+        at.relaxation = relaxation_arrays(parts, plan, at.body, num_branches);
+    at.scheme = scheme;
+    at.scheme.largest_speed = options.largest_speed;
+    at.time_step = time_step;
+    at.alpha = damping.alpha;
+    at.beta = damping.beta;
+    at.least_stretch = options.least_stretch;
+    if (!at.body.watched_volume.empty())
+        at.deficit.assign(at.body.fan_start.size() - 1 + at.body.volume_row.size() / slice_size +
+                              at.body.star_modulus.size() / slice_size,
+                          T(0));
+    at.nodes.resize(at.body.num_slices);
+    if (scheme.kind == StepScheme::Kind::runge_kutta_chebyshev)
+        at.chebyshev_stages.resize(at.body.num_slices);
+    else if (scheme.kind != StepScheme::Kind::symplectic_euler)
+        at.stages.resize(at.body.num_slices);
+    for (auto &rows : at.rows)
+        rows.assign(4 * static_cast<std::size_t>(at.body.num_rows + 1), T(0));
+    if (damping.beta != 0.0)
+        at.velocity_rows = at.rows;
+    for (auto &rows : at.rows)
+        std::fill(rows.end() - 4, rows.end(), static_cast<T>(far_away));
+    make_room_for_means(at, num_threads);
+    partition_work(at, num_threads);
+    return at;
+}
+
+template <class T> void make_room_for_stars(StepWorkspace<T> &at, int num_threads) {
+    at.star_scratch.resize(static_cast<std::size_t>(num_threads));
+    for (auto &scratch : at.star_scratch)
+        scratch.resize(numbers_of_star_corner * slice_size * (at.body.longest_star + 2), T(0));
+}
+
+template <class T> std::size_t working_set(const StepWorkspace<T> &at) {
+    const auto &body = at.body;
+    return bytes(body.neighbour) + bytes(body.spring) + bytes(body.spring_lines) + bytes(body.corner) +
+           bytes(body.force_slot) + bytes(body.sum) + bytes(body.rest_volume) + bytes(body.volume_share) +
+           bytes(body.tetrahedron_stiffness) + bytes(body.least_volume) + bytes(body.guard_stiffness) +
+           bytes(body.member) + bytes(body.volume_stiffness) + bytes(at.nodes) + bytes(at.loads) + bytes(at.stages) +
+           bytes(at.chebyshev_stages) + 2 * bytes(at.rows[0]) + 2 * bytes(at.velocity_rows[0]) + bytes(at.gain) +
+           bytes(at.corner_force) + bytes(body.rest_gradient) + bytes(body.rest_length) + bytes(body.inner_modulus) +
+           bytes(body.coupled_modulus) + bytes(at.strain) + 2 * bytes(at.stress[0]) + bytes(body.inverse_volume) +
+           2 * bytes(at.corner_strain[0]) + 2 * bytes(at.corner_rate[0]) + bytes(at.gain_rate) + bytes(at.push) +
+           bytes(body.volume_modulus) + bytes(body.mean_node) + bytes(body.mean_gradient) + bytes(body.star_corner) +
+           bytes(body.star_slot) + (body.has_gradient_stars ? 0 : bytes(body.star_tetrahedron)) +
+           3 * bytes(body.star_modulus) + bytes(body.rest_rows) + bytes(body.mean_volume) + bytes(body.mean_weight) +
+           bytes(at.change) + bytes(at.change_rate) + bytes(at.mean_push) + bytes(at.relaxation.means.faded) +
+           bytes(at.relaxation.tetrahedra.faded);
+}
+
+template void make_room_for_stars(StepWorkspace<float> &, int);
+template void make_room_for_stars(StepWorkspace<double> &, int);
+template std::size_t working_set(const StepWorkspace<float> &);
+template std::size_t working_set(const StepWorkspace<double> &);
+template StepWorkspace<float> make_workspace(const StepParts &, const std::vector<core::Vector3> &, const StepScheme &,
+                                             const core::RayleighDamping &, double, const FastStepOptions &,
+                                             std::size_t, int, SlicedPlan &);
+template StepWorkspace<double> make_workspace(const StepParts &, const std::vector<core::Vector3> &, const StepScheme &,
+                                              const core::RayleighDamping &, double, const FastStepOptions &,
+                                              std::size_t, int, SlicedPlan &);
+
+} // namespace livermark::msm
