@@ -274,6 +274,16 @@ void check(const core::Problem &problem, const MakeMassSprings &make, const Mode
     }
 }
 
+/// A type of its own, so that has_springs() knows it.
+struct PrepareMassSprings {
+    std::unique_ptr<core::PreparedModel> operator()(const std::shared_ptr<const core::Body> &body,
+                                                    const core::LoadCase *common) const {
+        return std::make_unique<PreparedMassSprings>(body, common, make, options);
+    }
+    MakeMassSprings make;
+    ModelOptions options;
+};
+
 } // namespace
 
 core::Model mass_spring_model(std::string name, std::string summary, std::string source, const MakeMassSprings &make,
@@ -282,10 +292,7 @@ core::Model mass_spring_model(std::string name, std::string summary, std::string
         .name = std::move(name),
         .summary = std::move(summary),
         .source = std::move(source),
-        .prepare =
-            [=](const std::shared_ptr<const core::Body> &body, const core::LoadCase *common) {
-                return std::make_unique<PreparedMassSprings>(body, common, make, options);
-            },
+        .prepare = PrepareMassSprings{make, options},
         .modes = [=](const core::Problem &problem, int count) { return modes(problem, make, count); },
         .compliance = [=](const core::Problem &problem,
                           std::span<const core::InteriorPlace> places) { return compliance(problem, make, places); },
@@ -297,6 +304,10 @@ core::Model mass_spring_model(std::string name, std::string summary, std::string
         .is_wanted = [relaxes = options.equilibrium == EquilibriumMethod::relaxation](
                          const core::Problem &problem) { return !relaxes || problem.load_case.press_depth == 0.0; },
     };
+}
+
+bool has_springs(const core::Model &model) {
+    return model.prepare.target<PrepareMassSprings>() != nullptr;
 }
 
 std::optional<msm::MassSprings> springs_of(const core::Model &model, const std::shared_ptr<const core::Body> &body) {

@@ -4,11 +4,13 @@
 #include "cli/commands/commands.hpp"
 #include "cli/common_options.hpp"
 #include "cli/progress.hpp"
+#include "cli/usage.hpp"
 #include "core/units.hpp"
 #include "results/tables/studies/needle_table.hpp"
 #include "results/tables/table_layout.hpp"
 #include "studies/needle/measured_needle.hpp"
 #include "studies/needle/needle_study.hpp"
+#include "support/input_error.hpp"
 #include "support/root_folder.hpp"
 
 namespace livermark::cli {
@@ -66,11 +68,28 @@ Command add_needle(CLI::App &parent, const std::string &command_line) {
                          "A name as in 'livermark list needle-load-cases', or the path of one with a [[needle]]")
             ->capture_default_str();
     command->add_option("--model", options->models, "Names as in 'livermark list models'; by default those of a run");
+    command
+        ->add_option_function<std::string>(
+            "--regime",
+            [options](const std::string &word) {
+                options->regime = CLI::detail::to_lower(word) == "large" ? core::Regime::large : core::Regime::small;
+            },
+            "small (linear in the forces; reference: linear elasticity) or large (springs and hyperelastic elements "
+            "come to rest under the forces; reference: hyperelasticity; hours with a refined reference)")
+        ->check(one_of(std::vector<std::string>{"small", "large"}))
+        ->default_str("small");
+    command
+        ->add_option("--step", options->step,
+                     "From record to record, at most [m]; by default that of the load case, in the large regime 0.002")
+        ->check(CLI::Range(1e-5, 0.1));
     command->add_flag("--reference-on-mesh", options->reference_on_mesh,
                       "Compare with the reference on the mesh itself, not on meshes refined along the needle: quicker, "
                       "but without an error bar");
     add_materials(*command, options->material);
-    command->add_option("--output", options->output, "Folder for <body>/needle.<load case>.h5")->capture_default_str();
+    command
+        ->add_option("--output", options->output,
+                     "Folder for <body>/needle.<load case>.h5, in the large regime needle.<load case>.large.h5")
+        ->capture_default_str();
     command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
     command->add_flag("--measured", *is_measured,
                       "Instead: put the models beside a measured needle in bovine liver, with the stiffness and the "
@@ -80,6 +99,9 @@ Command add_needle(CLI::App &parent, const std::string &command_line) {
         if (!*is_measured)
             return print_needles(*options, *markdown, command_line);
         auto chosen = *options;
+        if (chosen.regime == core::Regime::large)
+            throw support::InputError("--measured fits a linear body to the measured curve, so that it is of the small "
+                                      "regime; leave --regime large out");
         if (load_case->count() == 0)
             chosen.load_case = "puncture";
         return print_measured(chosen, *markdown);

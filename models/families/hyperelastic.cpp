@@ -1,8 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -10,6 +13,7 @@
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/relaxation/slow_path.hpp"
 #include "models/model_table.hpp"
+#include "models/needle_motion/pushed_model.hpp"
 #include "models/refined_solution.hpp"
 #include "support/processes/mpi_session.hpp"
 
@@ -103,8 +107,28 @@ struct Roles {
     core::Role in_motion = core::Role::candidate;
 };
 
-core::Model elements(const std::string &name, const std::string &summary, const std::string &law,
-                     const Discretisation &discretisation, const Roles &roles = {}, Solve solve_one = solve) {
+constexpr Discretisation linear_elements{.degree = 1}, quadratic_elements{.degree = 2},
+    mixed_elements{.degree = 2, .formulation = fem_reference::Formulation::mixed};
+
+constexpr std::array<HyperelasticElements, 6> all_elements{
+    {{.name = "fem_p1_neo_hookean", .law = "neo_hookean", .discretisation = linear_elements},
+     {.name = "fem_p2_neo_hookean", .law = "neo_hookean", .discretisation = quadratic_elements},
+     {.name = "fem_p2p1_neo_hookean", .law = "neo_hookean", .discretisation = mixed_elements},
+     {.name = "fem_p2p1_neo_hookean_refined",
+      .law = "neo_hookean",
+      .discretisation = mixed_elements,
+      .is_refined = true},
+     {.name = "fem_p2p1_neo_hookean_refined_below_tools",
+      .law = "neo_hookean",
+      .discretisation = mixed_elements,
+      .is_refined = true},
+     {.name = "fem_p2p1_ogden", .law = "ogden", .discretisation = mixed_elements}}};
+
+core::Model elements(const std::string &name, const std::string &summary, const Roles &roles = {},
+                     Solve solve_one = solve) {
+    const auto made_of = *hyperelastic_elements(name);
+    const std::string law(made_of.law);
+    const auto discretisation = made_of.discretisation;
     return {.name = name,
             .summary = summary,
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
@@ -120,29 +144,23 @@ core::Model elements(const std::string &name, const std::string &summary, const 
 }
 
 std::vector<core::Model> models(const ModelOptions & /*options*/) {
-    using fem_reference::Formulation;
-    auto below_tools =
-        elements("fem_p2p1_neo_hookean_refined_below_tools",
-                 "neo-Hookean, Taylor and Hood on meshes refined at the rims of places and below round "
-                 "tools (tells how good the reference of large deformations is)",
-                 "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}, {}, solve_finer_below_tools);
+    auto below_tools = elements("fem_p2p1_neo_hookean_refined_below_tools",
+                                "neo-Hookean, Taylor and Hood on meshes refined at the rims of places and below round "
+                                "tools (tells how good the reference of large deformations is)",
+                                {}, solve_finer_below_tools);
     below_tools.only_when_named = true;
     return {
-        elements("fem_p1_neo_hookean", "neo-Hookean, linear tetrahedra (the baseline of large deformations)",
-                 "neo_hookean", {.degree = 1}),
-        elements("fem_p2_neo_hookean", "neo-Hookean, quadratic tetrahedra", "neo_hookean", {.degree = 2},
-                 {.in_motion = core::Role::reference}),
+        elements("fem_p1_neo_hookean", "neo-Hookean, linear tetrahedra (the baseline of large deformations)"),
+        elements("fem_p2_neo_hookean", "neo-Hookean, quadratic tetrahedra", {.in_motion = core::Role::reference}),
         elements("fem_p2p1_neo_hookean", "neo-Hookean, quadratic tetrahedra with a linear pressure (Taylor and Hood)",
-                 "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}, {.at_rest = core::Role::reference}),
+                 {.at_rest = core::Role::reference}),
         elements("fem_p2p1_neo_hookean_refined",
                  "neo-Hookean, Taylor and Hood on meshes refined at the rims of places (the reference of large "
                  "deformations)",
-                 "neo_hookean", {.degree = 2, .formulation = Formulation::mixed},
                  {.at_rest = core::Role::refined_reference}, solve_finer),
         std::move(below_tools),
         elements("fem_p2p1_ogden",
-                 "Ogden's law with a fit to porcine liver, Taylor and Hood: how far the law itself matters", "ogden",
-                 {.degree = 2, .formulation = Formulation::mixed}),
+                 "Ogden's law with a fit to porcine liver, Taylor and Hood: how far the law itself matters"),
     };
 }
 
@@ -154,3 +172,12 @@ ModelFamily hyperelastic() {
 }
 
 } // namespace livermark::models::families
+
+namespace livermark::models {
+
+std::optional<HyperelasticElements> hyperelastic_elements(std::string_view name) {
+    const auto found = std::ranges::find(families::all_elements, name, &HyperelasticElements::name);
+    return found != families::all_elements.end() ? std::optional(*found) : std::nullopt;
+}
+
+} // namespace livermark::models

@@ -10,6 +10,8 @@ double NeedleRun::largest_force() const {
 }
 
 double NeedleRun::largest_pull() const {
+    if (std::isnan(force_at_plan()))
+        return force_at_plan();
     return std::max(0.0, -*std::min_element(insertion.force.begin() + insertion.at_plan, insertion.force.end()));
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/load_case.hpp"
 #include "core/tool/needle/needle.hpp"
 #include "results/records/needle_arena.hpp"
 #include "results/records/result.hpp"
@@ -16,6 +17,7 @@ struct NeedleRun {
     std::string model;
     core::Insertion insertion;
     double setup_seconds = 0.0; ///< that its compliance took
+    double solve_seconds = 0.0; ///< that the needle took in the body
 
     /// How far the target is from where it was at rest when the tip is there [m].
     core::Vector3 miss() const { return insertion.target[insertion.at_plan]; }
@@ -25,7 +27,7 @@ struct NeedleRun {
     }
     double force_at_plan() const { return insertion.force[insertion.at_plan]; } ///< [N]
     double largest_force() const;                                               ///< on the way in [N]
-    double largest_pull() const;                                                ///< on the way out [N]
+    double largest_pull() const; ///< on the way out [N]; NaN where the body came to no rest on the way in
     /// What the hand did and is neither stored nor lost along the shaft, at the tip, across the axis or at the
     /// puncture, the most at a record, over all that it did on the way in: how exact the steps are.
     double energy_error() const;
@@ -46,6 +48,7 @@ struct NeedleStudy {
 struct NeedleFile {
     Provenance provenance;
     std::string body, load_case, title;
+    core::Regime regime = core::Regime::small;
     std::vector<NeedleStudy> needles; ///< at least one, all with the same models
 };
 

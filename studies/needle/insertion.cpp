@@ -1,14 +1,13 @@
 #include "studies/needle/insertion.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
 #include <utility>
 
 #include "core/tool/least_within_limits.hpp"
+#include "studies/needle/tissue.hpp"
 
 namespace livermark::studies {
 
@@ -21,88 +20,21 @@ using Eigen::VectorXd;
 constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
 /// Of lengths, over the spacing.
 constexpr double rounding = 1e-9;
-/// By which a place gives way against the needle [m/N].
-constexpr double place_softness = 1.0 / core::needle_stiffness;
-
-/// Two directions across an axis, and the axis itself, as rows.
-Eigen::Matrix3d frame_of(const core::Vector3 &axis) {
-    Eigen::Matrix3d frame;
-    frame.row(0) = axis;
-    frame.row(1) = axis.unitOrthogonal();
-    frame.row(2) = axis.cross(frame.row(1).transpose());
-    return frame;
-}
-
-/// The body along the axis of the needle and across it.
-class Tissue {
-  public:
-    Tissue(const MatrixXd &compliance, const core::Vector3 &axis) : frame_(frame_of(axis)) {
-        const Index count = compliance.rows() / 3;
-        along_.resize(count, count);
-        between_.resize(count, 2 * count);
-        across_.resize(2 * count, 2 * count);
-        for (Index i = 0; i < count; ++i)
-            for (Index j = 0; j < count; ++j) {
-                // Solvers leave a rounding.
-                const Eigen::Matrix3d block =
-                    0.5 * frame_ *
-                    (compliance.block<3, 3>(3 * i, 3 * j) + compliance.block<3, 3>(3 * j, 3 * i).transpose()) *
-                    frame_.transpose();
-                along_(i, j) = block(0, 0);
-                between_.block<1, 2>(i, 2 * j) = block.block<1, 2>(0, 1);
-                across_.block<2, 2>(2 * i, 2 * j) = block.block<2, 2>(1, 1);
-            }
-    }
-
-    /// With the first places held across.
-    struct Held {
-        MatrixXd along;              ///< (K, K) displacement along the axis for forces along it [m/N]
-        MatrixXd of_hold;            ///< (K, 2 h) the same for displacements across, at which places are held
-        Eigen::LLT<MatrixXd> across; ///< of what is held
-    };
-
-    const Held &held(Index count) {
-        const auto found = held_.find(count);
-        if (found != held_.end())
-            return found->second;
-        Held held;
-        MatrixXd across = across_.topLeftCorner(2 * count, 2 * count);
-        across.diagonal().array() += place_softness;
-        held.across.compute(across);
-        const MatrixXd between = between_.leftCols(2 * count);
-        held.of_hold = held.across.solve(between.transpose()).transpose();
-        held.along = along_ - held.of_hold * between.transpose();
-        return held_.emplace(count, std::move(held)).first->second;
-    }
-
-    /// @return (2 h) what holds the places [N]
-    VectorXd forces_across(const VectorXd &along, const VectorXd &hold) {
-        return held(hold.size() / 2).across.solve(hold - between_.leftCols(hold.size()).transpose() * along);
-    }
-    /// @return (2 K) [m]
-    VectorXd displacement_across(const VectorXd &along, const VectorXd &across) const {
-        return between_.transpose() * along + across_.leftCols(across.size()) * across;
-    }
-    core::Vector3 in_space(double along, double across_1, double across_2) const {
-        return frame_.transpose() * core::Vector3(along, across_1, across_2);
-    }
-    Index size() const { return along_.rows(); }
-
-  private:
-    Eigen::Matrix3d frame_;
-    MatrixXd along_, between_, across_;
-    std::map<Index, Held> held_;
-};
+/// By how much a place may be elsewhere than forces were found for, over the spacing.
+constexpr double agreement = 1e-3;
+/// What a correction of the tissue's model leaves of its fault, at most: tangents differ by percents from step to step.
+constexpr double left_by_correction = 0.1;
+/// Of forces and places, until they agree.
+constexpr int most_passes = 60;
 
 /// A needle in a body, one depth after the other.
 class Driving {
   public:
-    Driving(const MatrixXd &compliance, const core::NeedleLine &line, const core::Needle &needle)
-        : tissue_(compliance, needle.direction()), line_(line), needle_(needle), spacing_(line.spacing),
-          target_(line.target), stuck_at_(VectorXd::Constant(tissue_.size(), no_number)),
-          along_(VectorXd::Zero(tissue_.size())), shaft_(VectorXd::Zero(tissue_.size())),
-          displacement_(VectorXd::Zero(tissue_.size())), across_(VectorXd::Zero(2 * tissue_.size())),
-          hold_(VectorXd::Zero(2)) {
+    Driving(core::PushedBody &body, const core::NeedleLine &line, const core::Needle &needle)
+        : tissue_(body, needle.direction()), line_(line), needle_(needle), spacing_(line.spacing), target_(line.target),
+          stuck_at_(VectorXd::Constant(tissue_.size(), no_number)), along_(VectorXd::Zero(tissue_.size())),
+          shaft_(VectorXd::Zero(tissue_.size())), displacement_(VectorXd::Zero(tissue_.size())),
+          across_(VectorXd::Zero(2 * tissue_.size())), hold_(VectorXd::Zero(2)) {
         found_.depth.push_back(0.0);
         record(0.0);
         for (auto *const sum : {&found_.work, &found_.friction, &found_.tearing, &found_.holding})
@@ -110,13 +42,21 @@ class Driving {
         found_.stored.push_back(0.0);
     }
 
-    void go_to(double depth) {
+    /// @return whether the body comes to rest there; if not, nothing has changed
+    bool go_to(double depth) {
         const double before = tip_;
         const bool was_whole = !is_punctured_;
         const VectorXd old_displacement = displacement_, old_shaft = shaft_, old_across = across_;
         const VectorXd old_holding = holding_;
         const double old_tip_force = tip_force_;
-        accept(found(depth), depth);
+        const auto trial = settled(depth);
+        if (!trial) {
+            tip_ = before;
+            is_punctured_ = !was_whole;
+            found_.stopped_at = depth;
+            return false;
+        }
+        accept(*trial, depth);
         found_.depth.push_back(depth);
         record(force());
         add_energies(before, old_displacement, old_shaft, old_tip_force);
@@ -127,12 +67,24 @@ class Driving {
             found_.puncture_loss =
                 found_.work[j] - found_.stored[j] - found_.friction[j] - found_.tearing[j] - found_.holding[j];
         }
+        return true;
+    }
+
+    /// A record where nothing is known.
+    void skip(double depth) {
+        found_.depth.push_back(depth);
+        found_.target.push_back(core::Vector3::Constant(no_number));
+        for (auto *const values : {&found_.force, &found_.tip, &found_.entry, &found_.work, &found_.stored,
+                                   &found_.friction, &found_.tearing, &found_.holding})
+            values->push_back(no_number);
     }
 
     bool is_out() const { return tip_ <= 0.0 && force() <= 0.0; }
     core::Insertion take() && { return std::move(found_); }
     void plan_is_reached() {
         found_.at_plan = static_cast<int>(found_.depth.size()) - 1;
+        if (!std::isnan(found_.stopped_at))
+            return;
         for (Index k = 0; k < tissue_.size(); ++k)
             found_.places.push_back(tissue_.in_space(displacement_[k], across_[2 * k], across_[2 * k + 1]));
     }
@@ -144,6 +96,8 @@ class Driving {
         VectorXd shaft;        ///< (K) those of the shaft
         VectorXd displacement; ///< (K) along the axis [m]
         VectorXd hold;         ///< (2 h) displacements across, at which places are held [m]
+        VectorXd holding;      ///< (2 h) what holds them [N], once it is settled
+        double stored = 0.0;   ///< in the tissue [J], the same
         double overlap = 0.0;  ///< of needle and tissue at the tip, less what the needle gives way by there [m]
     };
 
@@ -175,11 +129,13 @@ class Driving {
                     .shaft = {},
                     .displacement = {},
                     .hold = hold_.head(2 * num_held),
+                    .holding = {},
                     .overlap = 0.0};
         const auto &held = tissue_.held(num_held);
         const VectorXd at_tip = parts_at(tip), length = lengths(tip);
         const Index num_touched = (length.array() > 0.0).count();
-        const VectorXd without_shaft = held.of_hold * trial.hold + held.along * (trial.tip_force * at_tip);
+        const VectorXd without_forces = tissue_.along_without_forces(trial.hold);
+        const VectorXd without_shaft = without_forces + held.along * (trial.tip_force * at_tip);
 
         const Index unknowns = num_touched + (tip_force ? 0 : 1);
         MatrixXd columns = MatrixXd::Zero(tissue_.size(), unknowns);
@@ -205,7 +161,7 @@ class Driving {
         trial.shaft = VectorXd::Zero(tissue_.size());
         trial.shaft.head(num_touched) = force.head(num_touched);
         trial.along = trial.shaft + trial.tip_force * at_tip;
-        trial.displacement = held.of_hold * trial.hold + held.along * trial.along;
+        trial.displacement = without_forces + held.along * trial.along;
         trial.overlap = depth - tip - at_tip.dot(trial.displacement) - place_softness * trial.tip_force;
         return trial;
     }
@@ -236,7 +192,9 @@ class Driving {
         return trial;
     }
 
+    /// What the tissue does if it is as its model says. Where the surface gives way it is still whole here.
     Trial found(double depth) {
+        gives_way_ = false;
         const double end = spacing_ * static_cast<double>(tissue_.size() - 1);
         if (tip_ < deepest_) { // in its own hole
             auto trial = with_tip_at(tip_, depth, 0.0);
@@ -253,16 +211,47 @@ class Driving {
         if (trial.tip_force <= 0.0 && trial.overlap < -enough && tip_ > 0.0)
             return moved(depth, 0.0, 0.0);
         if (trial.tip_force >= largest && trial.overlap > enough) {
-            is_punctured_ = true;
-            return moved(depth, needle_.tip_force(), end);
+            if (is_punctured_)
+                return moved(depth, needle_.tip_force(), end);
+            gives_way_ = true;
         }
         return trial;
     }
 
+    /// Forces and places that agree. Each pass finds forces for the tissue as its model says, and pushes the body
+    /// itself with them, which corrects the model. Where that was little, the next forces need no push of their own. A
+    /// linear body takes one pass, and one more where its surface gives way: that is decided where both agree.
+    /// @return nothing where the body finds no equilibrium
+    std::optional<Trial> settled(double depth) {
+        const double tip = tip_, enough = agreement * spacing_;
+        bool is_near = false;
+        for (int pass = 0; pass < most_passes; ++pass) {
+            tip_ = tip;
+            auto trial = found(depth);
+            trial.holding = tissue_.forces_across(trial.along, trial.hold);
+            if (!is_near || gives_way_) {
+                const auto farthest = tissue_.push(trial.along, trial.holding, enough);
+                if (!farthest)
+                    return std::nullopt;
+                is_near = *farthest <= enough / left_by_correction;
+                if (*farthest > enough)
+                    continue;
+                if (gives_way_) {
+                    is_punctured_ = true;
+                    is_near = false;
+                    continue;
+                }
+            }
+            trial.stored = tissue_.stored(trial.along, trial.holding);
+            return trial;
+        }
+        return std::nullopt;
+    }
+
     void accept(const Trial &trial, double depth) {
-        holding_ = tissue_.forces_across(trial.along, trial.hold);
+        holding_ = trial.holding;
         const VectorXd across_before = std::exchange(across_, tissue_.displacement_across(trial.along, holding_));
-        stored_ = 0.5 * (trial.along.dot(trial.displacement) + holding_.dot(across_.head(holding_.size())));
+        stored_ = trial.stored;
         const double tip_before = std::exchange(tip_, trial.tip);
         deepest_ = std::max(deepest_, tip_);
         tip_force_ = trial.tip_force;
@@ -325,7 +314,7 @@ class Driving {
     double spacing_;
     Index target_;
     double tip_ = 0.0, deepest_ = 0.0, tip_force_ = 0.0, stored_ = 0.0;
-    bool is_punctured_ = false;
+    bool is_punctured_ = false, gives_way_ = false;
     VectorXd stuck_at_; ///< (K) where the needle holds what touches the shaft, less the depth, NaN of what does not
     VectorXd along_, shaft_; ///< (K) forces of shaft and tip, and of the shaft alone [N]
     VectorXd displacement_;  ///< (K) along the axis [m]
@@ -337,17 +326,26 @@ class Driving {
 
 } // namespace
 
-core::Insertion insert(const MatrixXd &compliance, const core::NeedleLine &line, const core::Needle &needle) {
-    Driving driving(compliance, line, needle);
+core::Insertion insert(core::PushedBody &body, const core::NeedleLine &line, const core::Needle &needle) {
+    Driving driving(body, line, needle);
     const int steps = std::max(1, static_cast<int>(std::ceil(needle.depth() / needle.step - rounding)));
     const auto depth_after = [&](int step) { return needle.depth() * step / steps; };
-    for (int step = 1; step <= steps; ++step)
-        driving.go_to(depth_after(step));
+    bool goes_on = true;
+    for (int step = 1; step <= steps; ++step) {
+        goes_on = goes_on && driving.go_to(depth_after(step));
+        if (!goes_on)
+            driving.skip(depth_after(step));
+    }
     driving.plan_is_reached();
     // Tissue that sticks to the shaft may come along outwards, no further than it went in.
-    for (int step = steps - 1; step >= -steps && !driving.is_out(); --step)
-        driving.go_to(depth_after(step));
+    for (int step = steps - 1; goes_on && step >= -steps && !driving.is_out(); --step)
+        goes_on = driving.go_to(depth_after(step));
     return std::move(driving).take();
+}
+
+core::Insertion insert(const MatrixXd &compliance, const core::NeedleLine &line, const core::Needle &needle) {
+    core::LinearPushedBody body(compliance);
+    return insert(body, line, needle);
 }
 
 } // namespace livermark::studies

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <functional>
 #include <utility>
 
+#include "core/stopwatch.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/needle_reader.hpp"
 #include "models/model_table.hpp"
+#include "models/needle_motion/pushed_model.hpp"
 #include "results/hdf5/files/needle_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/catalogue.hpp"
@@ -21,33 +24,39 @@ namespace livermark::studies {
 
 namespace {
 
-std::vector<core::Model> models_that_know_compliance() {
+std::vector<core::Model> models_that_take_needles(core::Regime regime) {
     auto able = models::all_models();
-    std::erase_if(able, [](const core::Model &model) { return !model.compliance; });
+    std::erase_if(able, [&](const core::Model &model) {
+        if (regime == core::Regime::small)
+            return !model.compliance;
+        return model.only == core::Regime::small || (!model.compliance && !models::pushed_model(model));
+    });
     return able;
 }
 
+constexpr const char *kind_of_model = "model that a needle can be driven into";
+
 } // namespace
 
-core::Model needle_reference_model(bool on_mesh) {
-    const auto judge = models::static_reference(core::Regime::small);
-    return support::find_named(models_that_know_compliance(), on_mesh ? judge.on_mesh : judge.refined,
-                               "model that a needle can be driven into");
+core::Model needle_reference_model(bool on_mesh, core::Regime regime) {
+    const auto judge = models::static_reference(regime);
+    return support::find_named(models_that_take_needles(regime), on_mesh ? judge.on_mesh : judge.refined,
+                               kind_of_model);
 }
 
 std::vector<core::Model> models_with_needles(const NeedleOptions &options) {
-    const auto able = models_that_know_compliance();
-    std::vector<core::Model> chosen{needle_reference_model(options.reference_on_mesh)};
+    const auto able = models_that_take_needles(options.regime);
+    std::vector<core::Model> chosen{needle_reference_model(options.reference_on_mesh, options.regime)};
     const auto add = [&](const core::Model &model) {
         if (std::ranges::find(chosen, model.name, &core::Model::name) == chosen.end())
             chosen.push_back(model);
     };
     for (const auto &name : options.models)
-        add(support::find_named(able, name, "model that a needle can be driven into"));
+        add(support::find_named(able, name, kind_of_model));
     if (options.models.empty())
         for (const auto &model : able)
-            if (!model.only_when_named && model.at_rest != core::Role::refined_reference &&
-                model.only != core::Regime::large)
+            if (!model.only_when_named && model.role_at_rest(options.regime) != core::Role::refined_reference &&
+                (!model.only || model.only == options.regime))
                 add(model);
     return chosen;
 }
@@ -61,6 +70,10 @@ std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::
     for (auto &problem : set.problems)
         try {
             auto needles = load_cases::read_needles(file, *problem.body, problem.load_case);
+            problem.load_case.regime = options.regime;
+            const bool is_large = options.regime == core::Regime::large;
+            for (auto &needle : needles)
+                needle.step = options.step.value_or(is_large ? large_needle_step : needle.step);
             problems.push_back({std::move(problem), std::move(needles)});
         } catch (const load_cases::NotOnBody &error) {
             notes.push_back(fmt::format("left out on {}: {}, because {}", problem.body->name, file.stem().string(),
@@ -74,21 +87,73 @@ std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::
 
 namespace {
 
+void note_change(results::NeedleStudy &study, const results::NeedleRun &coarser) {
+    study.reference_miss_change = (study.runs.front().miss() - coarser.miss()).norm();
+    study.reference_force_change = results::force_error(coarser.insertion, study.runs.front().insertion);
+}
+
+/// Into a linear body.
+void drive_linear(const core::Problem &problem, const core::Model &model, const core::NeedleLine &line,
+                  results::NeedleStudy &study) {
+    const auto compliance = model.compliance(problem, line.places);
+    const auto start = core::Clock::now();
+    study.runs.push_back({model.name, insert(compliance.matrix, line, study.needle), compliance.seconds});
+    study.runs.back().solve_seconds = core::seconds_since(start);
+    if (study.runs.size() == 1 && !compliance.on_coarser.empty())
+        note_change(study, {model.name, insert(compliance.on_coarser.back(), line, study.needle)});
+}
+
+/// Into a body that comes to rest under the forces, on each of its meshes.
+void drive_far(const core::Problem &problem, const models::PushedModel &model, const std::string &name,
+               const core::NeedleLine &line, results::NeedleStudy &study, const std::function<void(int)> &begin_mesh) {
+    std::vector<results::NeedleRun> of_mesh;
+    Eigen::MatrixXd compliance;
+    for (int mesh = 0; mesh < model.num_meshes; ++mesh) {
+        begin_mesh(mesh);
+        auto start = core::Clock::now();
+        const auto body = model.prepare(problem, line.places, mesh, mesh > 0 ? &compliance : nullptr);
+        results::NeedleRun run{.model = name, .insertion = {}, .setup_seconds = core::seconds_since(start)};
+        start = core::Clock::now();
+        run.insertion = insert(*body, line, study.needle);
+        run.solve_seconds = core::seconds_since(start);
+        compliance = body->compliance();
+        of_mesh.push_back(std::move(run));
+    }
+    const bool judges = study.runs.empty();
+    study.runs.push_back(of_mesh.back());
+    if (judges && of_mesh.size() > 1)
+        note_change(study, of_mesh[of_mesh.size() - 2]);
+}
+
 results::NeedleStudy drive(const core::Problem &problem, const core::Needle &needle,
                            const std::vector<core::Model> &models, Steps &steps) {
     const auto line = core::needle_line(needle);
     results::NeedleStudy study{.needle = needle, .runs = {}};
     for (const auto &model : models) {
-        steps.next(fmt::format("{} / {} / {}", problem.body->name, needle.name, model.name));
-        const auto compliance = model.compliance(problem, line.places);
-        study.runs.push_back({model.name, insert(compliance.matrix, line, needle), compliance.seconds});
-        if (study.runs.size() > 1 || compliance.on_coarser.empty())
-            continue;
-        const results::NeedleRun coarser{model.name, insert(compliance.on_coarser.back(), line, needle)};
-        study.reference_miss_change = (study.runs.front().miss() - coarser.miss()).norm();
-        study.reference_force_change = results::force_error(coarser.insertion, study.runs.front().insertion);
+        const auto what = fmt::format("{} / {} / {}", problem.body->name, needle.name, model.name);
+        const auto pushed =
+            problem.load_case.regime == core::Regime::large ? models::pushed_model(model) : std::nullopt;
+        if (pushed) {
+            drive_far(problem, *pushed, model.name, line, study, [&](int mesh) {
+                steps.next(pushed->num_meshes > 1 ? fmt::format("{}, mesh {} of {}", what, mesh + 1, pushed->num_meshes)
+                                                  : what);
+            });
+        } else {
+            steps.next(what);
+            drive_linear(problem, model, line, study);
+        }
     }
     return study;
+}
+
+/// Meshes that a needle is driven into, of all models.
+int meshes_of(const std::vector<core::Model> &models, core::Regime regime) {
+    int count = 0;
+    for (const auto &model : models) {
+        const auto pushed = regime == core::Regime::large ? models::pushed_model(model) : std::nullopt;
+        count += pushed ? pushed->num_meshes : 1;
+    }
+    return count;
 }
 
 } // namespace
@@ -101,17 +166,20 @@ NeedleResults drive_needles(const NeedleOptions &options, const std::string &com
     std::size_t num_needles = 0;
     for (const auto &[problem, needles] : problems)
         num_needles += needles.size();
-    Steps steps(static_cast<int>(num_needles * models.size()), report);
+    Steps steps(static_cast<int>(num_needles) * meshes_of(models, options.regime), report);
     for (const auto &[problem, needles] : problems) {
         const auto folder = make_output_folder(options.output, problem);
+        const bool is_large = options.regime == core::Regime::large;
         results::NeedleFile file{.provenance = results::current_provenance(command_line),
                                  .body = problem.body->name,
                                  .load_case = problem.load_case.name,
-                                 .title = problem.load_case.title,
+                                 .title = problem.load_case.title + (is_large ? ", large regime" : ""),
+                                 .regime = options.regime,
                                  .needles = {}};
         for (const auto &needle : needles)
             file.needles.push_back(drive(problem, needle, models, steps));
-        results::write_needles(folder / fmt::format("needle.{}.h5", problem.load_case.name), file);
+        results::write_needles(folder / fmt::format("needle.{}{}.h5", problem.load_case.name, is_large ? ".large" : ""),
+                               file);
         done.of_body.push_back(std::move(file));
     }
     return done;

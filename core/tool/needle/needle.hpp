@@ -51,6 +51,8 @@ struct Insertion {
     double puncture_depth = std::numeric_limits<double>::quiet_NaN();
     /// What is set free when it does, and no step of the hand takes up: the needle jumps [J].
     double puncture_loss = 0.0;
+    /// Where the body came to no rest, see studies::insert(); NaN if it always did.
+    double stopped_at = std::numeric_limits<double>::quiet_NaN();
     int at_plan = 0; ///< record at which the tip is where the target was at rest
     /// (K) displacement of the places of needle_line() at this record [m]; not in files, and empty where nobody found
     /// it.

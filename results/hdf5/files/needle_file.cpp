@@ -24,6 +24,8 @@ template <class At> void describe_insertion(At at, hdf5::Of<At, core::Insertion>
     at.integer("at_plan", insertion.at_plan, 0, insertion.num_records() - 1);
     at.number("puncture_depth", insertion.puncture_depth);
     at.number("puncture_loss", insertion.puncture_loss);
+    if (at.has("stopped_at")) // nor this
+        at.number("stopped_at", insertion.stopped_at);
 }
 
 template <class At> void describe_needle(At at, hdf5::Of<At, NeedleStudy> &study) {
@@ -43,6 +45,8 @@ template <class At> void describe_needle(At at, hdf5::Of<At, NeedleStudy> &study
     at.group("models", hdf5::Order::kept).each(study.runs, &NeedleRun::model, [](auto of_model, auto &run) {
         describe_insertion(of_model, run.insertion);
         of_model.number("setup_seconds", run.setup_seconds);
+        if (of_model.has("solve_seconds")) // not in files of an older version
+            of_model.number("solve_seconds", run.solve_seconds);
     });
     at.check(!study.runs.empty() && study.runs.front().model == reference, "does not begin with its reference");
     for (const auto &run : study.runs)
@@ -54,6 +58,8 @@ template <class At> void describe_needles(At root, hdf5::Of<At, NeedleFile> &fil
     root.text("body", file.body);
     root.text("load_case", file.load_case);
     root.text("title", file.title);
+    if (root.has("regime")) // not in files of an older version
+        root.word("regime", file.regime);
     root.group("needles", hdf5::Order::kept)
         .each(
             file.needles, [](auto at, auto &study) { describe_needle(at, study); }, hdf5::Order::kept);

@@ -35,13 +35,14 @@ Layout needle_table(const NeedleFile &file) {
         const auto &reference = study.runs.front();
         for (const auto &run : study.runs) {
             const bool judges = &run == &reference;
-            table.rows.push_back({study.needle.name, judges ? run.model + " (reference)" : run.model,
-                                  fixed(millimetres * run.miss().norm(), 2),
-                                  judges ? "-" : fixed(millimetres * (run.miss() - reference.miss()).norm(), 2),
-                                  fixed(millimetres * run.short_of_target(study.needle), 2),
-                                  fixed(run.force_at_plan(), 3), fixed(run.largest_force(), 3),
-                                  mark_of(millimetres * run.insertion.puncture_depth, 1), fixed(run.largest_pull(), 3),
-                                  judges ? "-" : fixed(percent * force_error(run.insertion, reference.insertion), 1)});
+            const auto off = [&](double value, int decimals) { return judges ? "-" : mark_of(value, decimals); };
+            table.rows.push_back(
+                {study.needle.name, judges ? run.model + " (reference)" : run.model,
+                 mark_of(millimetres * run.miss().norm(), 2),
+                 off(millimetres * (run.miss() - reference.miss()).norm(), 2),
+                 mark_of(millimetres * run.short_of_target(study.needle), 2), mark_of(run.force_at_plan(), 3),
+                 fixed(run.largest_force(), 3), mark_of(millimetres * run.insertion.puncture_depth, 1),
+                 mark_of(run.largest_pull(), 3), off(percent * force_error(run.insertion, reference.insertion), 1)});
         }
     }
     return table;
@@ -50,6 +51,12 @@ Layout needle_table(const NeedleFile &file) {
 std::string needle_note(const NeedleFile &file) {
     std::string note;
     for (const auto &study : file.needles) {
+        for (const auto &run : study.runs)
+            if (!std::isnan(run.insertion.stopped_at))
+                note += fmt::format("{}: {} finds no equilibrium with the tip at a depth of {:.1f} mm, on the way {}; "
+                                    "take a smaller force of the puncture or a finer mesh\n",
+                                    printable(study.needle.name), run.model, millimetres * run.insertion.stopped_at,
+                                    std::isnan(run.force_at_plan()) ? "in" : "out");
         if (std::isnan(study.reference_miss_change)) {
             note += fmt::format("{}: {} is on the mesh itself, and how far it is from finer ones is not known\n",
                                 printable(study.needle.name), study.runs.front().model);

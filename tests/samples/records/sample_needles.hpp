@@ -78,8 +78,15 @@ inline results::NeedleFile sample_needles() {
                                .reference_miss_change = 1e-5,
                                .reference_force_change = 0.004};
     study.runs[1].insertion.puncture_depth = 0.01;
+    study.runs[1].insertion.stopped_at = 0.005;
+    study.runs[1].solve_seconds = 7.0;
     study.arena = sample_needle_arena();
-    return {.provenance = {}, .body = "block", .load_case = "biopsy", .title = "Biopsy", .needles = {study}};
+    return {.provenance = {},
+            .body = "block",
+            .load_case = "biopsy",
+            .title = "Biopsy",
+            .regime = core::Regime::large,
+            .needles = {study}};
 }
 
 } // namespace livermark::tests

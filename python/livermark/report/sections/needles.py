@@ -22,7 +22,7 @@ def _miss(model) -> numpy.ndarray:
 
 def _chosen(needle, reference: str) -> list[str]:
     """The reference, and those whose target is nearest to that of the reference."""
-    others = [name for name in needle["models"] if name != reference]
+    others = [name for name in needle["models"] if name != reference and numpy.isfinite(_miss(needle["models"][name])).all()]
     there = _miss(needle["models"][reference])
     others.sort(key=lambda name: float(numpy.linalg.norm(_miss(needle["models"][name]) - there)))
     return [reference] + others[:MOST_CURVES]
@@ -46,7 +46,8 @@ def _verdict(needle, reference: str) -> Markup:
     made = attributes_of(needle)
     groups = needle["models"]
     there = _miss(groups[reference])
-    apart = {name: float(numpy.linalg.norm(_miss(groups[name]) - there)) for name in groups if name != reference}
+    apart = {name: float(numpy.linalg.norm(_miss(groups[name]) - there)) for name in groups
+             if name != reference and numpy.isfinite(_miss(groups[name])).all()}
     text = (f"When the tip is where the target was, {reference} has the target {fixed(MILLIMETRES * float(numpy.linalg.norm(there)), 1)}"
             f" mm away from there")
     change = float(made["reference_miss_change"])

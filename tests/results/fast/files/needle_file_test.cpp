@@ -37,6 +37,9 @@ TEST_F(NeedleFiles, HoldWhatWasWritten) {
     EXPECT_EQ(study.runs[1].insertion.holding, expected.runs[1].insertion.holding);
     EXPECT_EQ(study.runs[1].insertion.puncture_depth, 0.01);
     EXPECT_EQ(study.runs[1].insertion.at_plan, 2);
+    EXPECT_EQ(study.runs[1].insertion.stopped_at, 0.005);
+    EXPECT_EQ(study.runs[1].solve_seconds, 7.0);
+    EXPECT_EQ(read.regime, core::Regime::large);
 }
 
 TEST_F(NeedleFiles, AreRefusedWhereTheyCannotBe) {
@@ -57,10 +60,12 @@ TEST_F(NeedleFiles, OfOlderVersionsAreRead) {
     const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
     for (const char *model : {"judge", "springs"})
         EXPECT_GE(H5Ldelete(file, fmt::format("/needles/0/models/{}/holding", model).c_str(), H5P_DEFAULT), 0);
+    EXPECT_GE(H5Adelete(file, "regime"), 0);
     H5Fclose(file);
     const auto read = read_needles_file(path_);
     EXPECT_TRUE(read.needles.front().runs[1].insertion.holding.empty());
     EXPECT_EQ(read.needles.front().runs[1].insertion.tearing.size(), 5U);
+    EXPECT_EQ(read.regime, core::Regime::small);
 }
 
 TEST_F(NeedleFiles, HoldAnArenaAlso) {
@@ -106,6 +111,9 @@ TEST_F(NeedleFiles, HaveATableOfWhereTheTargetIs) {
     EXPECT_EQ(table.rows[1], (std::vector<std::string>{"to tumour 1", "springs", "5.00", "0.00", "4.00", "2.200",
                                                        "2.200", "10.0", "0.550", "10.0"}));
     EXPECT_NE(needle_note(tests::sample_needles()).find("0.010 mm"), std::string::npos);
+    EXPECT_NE(
+        needle_note(tests::sample_needles()).find("springs finds no equilibrium with the tip at a depth of 5.0 mm"),
+        std::string::npos);
 }
 
 } // namespace

@@ -11,6 +11,7 @@
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/springs_with_volume.hpp"
 #include "msm/statics/compliance.hpp"
+#include "msm/statics/pushed_springs.hpp"
 #include "studies/msm_choice.hpp"
 #include "studies/needle/insertion.hpp"
 #include "tests/samples/test_meshes.hpp"
@@ -92,6 +93,38 @@ TEST(MovingInsertion, MeetsSlowlyWhatTheStaticNeedleDoes) {
         }
         EXPECT_GT(num_compared, 0.8 * expected.num_records());
         EXPECT_LT((found.target[found.at_plan] - expected.target[expected.at_plan]).norm(), 0.01 * farthest);
+    }
+}
+
+/// Where tissue moves by a quarter of the block: springs in steps are as nonlinear as the needle of the large regime.
+TEST(MovingInsertion, MeetsSlowlyWhatTheLargeNeedleDoes) {
+    constexpr int start = 5;
+    Block block;
+    auto &needle = block.needle;
+    needle.toughness = 300.0;
+    needle.friction = 8.0;
+    needle.puncture_force = needle.tip_force();
+    const auto line = core::needle_line(needle);
+    for (const bool is_around_nodes : {false, true}) {
+        const auto springs =
+            is_around_nodes ? springs_around_nodes(*block.problem.body) : patch_springs(*block.problem.body);
+        const auto body = msm::pushed_springs(springs, block.problem, line.places);
+        const auto expected = insert(*body, line, needle);
+        ASSERT_TRUE(std::isnan(expected.stopped_at));
+        const auto small = block.slowly(springs);
+        const auto found = block.in_steps(springs, {.speed = 0.01, .time_step = 1e-4, .damping = {40.0, 0.0}}).record;
+        ASSERT_EQ(found.at_plan, expected.at_plan);
+        const auto at_plan = static_cast<std::size_t>(found.at_plan);
+        const double largest = *std::ranges::max_element(expected.force);
+        const double farthest = expected.target[at_plan].norm();
+        EXPECT_GT(*std::ranges::max_element(expected.entry), 0.1 * 0.03);
+        for (std::size_t j = start; j <= at_plan; ++j) {
+            SCOPED_TRACE(found.depth[j]);
+            EXPECT_NEAR(found.force[j], 0.5 * (expected.force[j - 1] + expected.force[j]), 0.03 * largest);
+            EXPECT_LT((found.target[j] - expected.target[j]).norm(), 0.03 * farthest);
+        }
+        EXPECT_LT((found.target[at_plan] - expected.target[at_plan]).norm(), 0.02 * farthest);
+        EXPECT_GT((small.target[at_plan] - expected.target[at_plan]).norm(), 0.04 * farthest) << "and not linear";
     }
 }
 
