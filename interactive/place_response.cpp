@@ -61,4 +61,22 @@ Eigen::MatrixXf place_response(const Simulation &at_rest, double time_step,
     return response;
 }
 
+Eigen::MatrixXf observed_place_response(Simulation &at_rest, double interval, int steps, int iterations,
+                                        const Eigen::SparseMatrix<double, Eigen::RowMajor> &weights, double force) {
+    const Field rest = rest_positions(at_rest.scene()), none = Field::Zero(3, rest.cols());
+    Eigen::MatrixXf response(rest.size(), 3 * weights.rows());
+    for (Eigen::Index column = 0; column < response.cols(); ++column) {
+        Field forces = none;
+        for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(weights, column / 3); entry; ++entry)
+            forces(column % 3, entry.col()) = force * entry.value();
+        at_rest.set_state(rest, none);
+        at_rest.set_external_forces(forces);
+        for (int s = 0; s < steps; ++s)
+            at_rest.step(interval / steps, iterations);
+        const Field moved = (at_rest.positions() - rest) / (interval * interval * force);
+        response.col(column) = Eigen::Map<const Eigen::VectorXd>(moved.data(), moved.size()).cast<float>();
+    }
+    return response;
+}
+
 } // namespace livermark::interactive

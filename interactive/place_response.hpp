@@ -18,4 +18,13 @@ namespace livermark::interactive {
 Eigen::MatrixXf place_response(const Simulation &at_rest, double time_step,
                                const Eigen::SparseMatrix<double, Eigen::RowMajor> &weights);
 
+/// The same of what a method does itself, from rest, in steps that need not have converged: how far nodes come in an
+/// interval under a force that lasts, over the square of the interval and the force.
+/// @param at_rest   of a method without nodes of its own; left somewhere else
+/// @param interval  of all steps together [s], > 0
+/// @param force     on a place, small enough that what it does is proportional to it [N]
+/// @return shape (3 N, 3 K) [1/kg], as above
+Eigen::MatrixXf observed_place_response(Simulation &at_rest, double interval, int steps, int iterations,
+                                        const Eigen::SparseMatrix<double, Eigen::RowMajor> &weights, double force);
+
 } // namespace livermark::interactive

@@ -44,27 +44,40 @@ class NodesOfSimulation : public core::MovingNodes {
     Field change_;
 };
 
-/// An explicit method has the needle after each of its steps. Another one has it once in a frame, by the response of
-/// one step of backward Euler: its forces last over the next frame, however many steps that has.
+/// Where places come to at most while a method's response is observed [m]: strains of a thousandth.
+constexpr double way_of_observation = 1e-5;
+
+/// An explicit method has the needle after each of its steps. Another one has it once in a frame: its forces last over
+/// the next frame, however many steps that has. What the frame does with a force is observed at rest, since iterations
+/// that have not converged give way several times as far as backward Euler.
 class NeedledInteractive : public NeedledBody {
   public:
     NeedledInteractive(const Method &method, Precision precision, const core::Problem &problem,
                        const core::Needle &needle, const NeedlePlan &plan)
-        : plan_(plan), simulation_(method.prepare(scene_of(problem, precision, plan))), nodes_(*simulation_) {
+        : method_(method), plan_(plan), simulation_(method.prepare(scene_of(problem, precision, plan))),
+          nodes_(*simulation_) {
         const auto &mesh = problem.body->mesh;
         if (method.is_explicit) {
             needle_.emplace(needle, mesh, per_mass());
             const double longest = livermark::msm::default_safety_factor * simulation_->critical_time_step();
             least_steps_ = static_cast<int>(std::ceil(plan_.frame_interval / longest));
         } else {
-            const auto weights = core::place_weights(needle, mesh);
-            needle_.emplace(needle, weights,
-                            livermark::interactive::place_response(*simulation_, plan_.frame_interval, weights));
+            weights_ = core::place_weights(needle, mesh);
+            auto converged = livermark::interactive::place_response(*simulation_, plan_.frame_interval, weights_);
+            force_of_observation_ = way_of_observation / (converged.maxCoeff() * std::pow(plan_.frame_interval, 2));
+            needle_.emplace(needle, weights_, std::move(converged));
         }
         needle_->begin(nodes_);
     }
 
-    void prepare_for(const Effort &effort) override { simulation_->prepare(plan_.frame_interval / effort.steps); }
+    void prepare_for(const Effort &effort) override {
+        simulation_->prepare(plan_.frame_interval / effort.steps);
+        if (is_explicit())
+            return;
+        const auto at_rest = method_.prepare(simulation_->scene());
+        needle_->respond_by(livermark::interactive::observed_place_response(
+            *at_rest, plan_.frame_interval, effort.steps, effort.iterations, weights_, force_of_observation_));
+    }
 
     void advance(double depth, const Effort &effort) override {
         if (is_explicit())
@@ -144,12 +157,17 @@ class NeedledInteractive : public NeedledBody {
         simulation_->set_external_forces(forces);
     }
 
+    Method method_;
     NeedlePlan plan_;
     std::unique_ptr<Simulation> simulation_;
     NodesOfSimulation nodes_;
     std::optional<core::MovingNeedle> needle_;
     int least_steps_ = 0; ///< in a frame; zero where every step is stable
     double force_ = 0.0;  ///< [N]
+
+    // Of implicit methods.
+    Eigen::SparseMatrix<double, Eigen::RowMajor> weights_; ///< of the places
+    double force_of_observation_ = 0.0;                    ///< [N]
 };
 
 } // namespace

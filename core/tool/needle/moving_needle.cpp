@@ -84,13 +84,18 @@ MovingNeedle::MovingNeedle(const Needle &needle, const TetraMesh &mesh, const st
 
 MovingNeedle::MovingNeedle(const Needle &needle, const PlaceWeights &weights, Eigen::MatrixXf columns)
     : MovingNeedle(needle, weights) {
-    columns_ = std::move(columns);
-    const Index places = u_.rows();
-    band_.assign(static_cast<std::size_t>(places), 0);
-    all_nodes_.resize(static_cast<std::size_t>(columns_.rows() / 3));
+    band_.assign(static_cast<std::size_t>(u_.rows()), 0);
+    all_nodes_.resize(static_cast<std::size_t>(columns.rows() / 3));
     std::iota(all_nodes_.begin(), all_nodes_.end(), 0);
     velocities_.resize(all_nodes_.size());
     nodal_forces_.assign(nodes_.size(), Vector3::Zero());
+    respond_by(std::move(columns));
+}
+
+void MovingNeedle::respond_by(Eigen::MatrixXf columns) {
+    columns_ = std::move(columns);
+    time_step_ = 0.0; // factors are of what was before
+    const Index places = u_.rows();
     for (auto &matrix : places_)
         matrix.resize(places, places);
     for (Index k = 0; k < places; ++k)

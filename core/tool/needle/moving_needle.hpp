@@ -48,11 +48,12 @@ PlaceWeights place_weights(const Needle &needle, const TetraMesh &mesh);
 /// A says what the body does with an impulse in a step:
 /// - of explicit steps A = M, the masses of nodes. Steps may be as long as without a needle, since 4 M + (h^2 k + 2 h k
 ///   tau) W^T W - h^2 K stays positive where 4 M - h^2 K is.
-/// - of implicit steps A is the matrix of the step, M (1 + alpha h) + h^2 K with K of the body at rest, and forces
-///   last: the body takes its step under those of the step before, nodal_forces(), and the needle changes what comes
-///   out by A^-1 W^T (J - J before). Where nothing moves, the body is in its own equilibrium under the forces, whatever
-///   A is. (free motion and correction: Duriez et al. 2006, Realistic haptic rendering of interacting deformable
-///   objects, IEEE TVCG 12(1), as in SOFA)
+/// - of implicit steps A is the matrix of the step, M (1 + alpha h) + h^2 K with K of the body at rest, or A^-1 W^T is
+///   what the steps do that are taken, and forces last: the body takes its step under those of the step before,
+///   nodal_forces(), and the needle changes what comes out by A^-1 W^T (J - J before). Where nothing moves, the body is
+///   in its own equilibrium under the forces, whatever A is. What forces are wrong by becomes 1 - r times as much from
+///   step to step, r being what the steps do over A^-1: beyond r = 2 it grows. (free motion and correction: Duriez et
+///   al. 2006, Realistic haptic rendering of interacting deformable objects, IEEE TVCG 12(1), as in SOFA)
 class MovingNeedle {
   public:
     /// In explicit steps.
@@ -66,6 +67,10 @@ class MovingNeedle {
     /// @param columns  A^-1 W^T shape (3 N, 3 K) [1/kg], component c of node i in row 3 i + c, of place k in column
     ///                 3 k + c
     MovingNeedle(const Needle &needle, const PlaceWeights &weights, Eigen::MatrixXf columns);
+
+    /// Of implicit steps: others respond from now on.
+    /// @param columns  as above
+    void respond_by(Eigen::MatrixXf columns);
 
     /// Begins outside, the tip at the entry as it is now.
     void begin(const MovingNodes &body);

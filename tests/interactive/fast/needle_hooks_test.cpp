@@ -91,5 +91,20 @@ TEST(PlaceResponse, IsWhatAConvergedStepDoes) {
     EXPECT_LT((found - expected).norm(), 1e-3 * expected.norm());
 }
 
+/// Steps that converge are observed to respond as backward Euler, and those that do not give way farther.
+TEST(PlaceResponse, IsObservedInStepsOfAMethod) {
+    const auto scene = tests::bar_scene(true, 0.45, 5.0);
+    const std::vector<core::InteriorPlace> places{{{0.04, 0.015, 0.015}, 0.012}, {{0.05, 0.012, 0.02}, 0.012}};
+    const auto weights = core::nodal_weights(places, scene.body->mesh);
+    constexpr double force = 6e-6;
+    const auto simulation = find_method("corotational_implicit").prepare(scene);
+    const Eigen::MatrixXf expected = place_response(*simulation, frame_time, weights);
+    const auto observed = [&](const std::string &name, int iterations) {
+        return observed_place_response(*find_method(name).prepare(scene), frame_time, 1, iterations, weights, force);
+    };
+    EXPECT_LT((observed("corotational_implicit", 400) - expected).norm(), 1e-3 * expected.norm());
+    EXPECT_GT(observed("projective_dynamics", 1).norm(), 1.2 * expected.norm());
+}
+
 } // namespace
 } // namespace livermark::interactive
