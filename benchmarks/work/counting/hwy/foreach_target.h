@@ -1,0 +1,2 @@
+#pragma once
+// Stands for Highway's: a kernel that counts is compiled once.
