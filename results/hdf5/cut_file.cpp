@@ -53,7 +53,8 @@ template <class At> void describe_cut(At root, hdf5::Of<At, CutFile> &cut) {
     at.number("toughness", cut.toughness);
     std::string reference = cut.runs.empty() ? "" : cut.runs.front().model;
     at.text("reference", reference);
-    at.text("regime", cut.regime);
+    if (at.has("regime")) // not in files of an older version
+        at.word("regime", cut.regime);
     at.rows("blade", cut.blade, "m");
     at.rows("depth", cut.depth, "m");
     at.check(!cut.depth.empty(), "depth", "is empty");

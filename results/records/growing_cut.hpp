@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/load_case.hpp"
 #include "results/records/result.hpp"
 
 namespace livermark::results {
@@ -66,17 +67,17 @@ struct ErrorBar {
 struct CutFile {
     Provenance provenance;
     std::string body, load_case, title;
-    std::array<core::Vector3, 4> blade{}; ///< its edge goes from 0-1 to 3-2 [m]
-    double toughness = 0.0;               ///< [J/m^2]
-    std::vector<double> depth{};          ///< (K) of the edge along its way [m]
-    std::vector<double> area{};           ///< (K) cut so far [m^2]
-    std::vector<double> cut_seconds{};    ///< (K) that dividing the body took [s]
-    std::vector<int> nodes{};             ///< (K) of the mesh
-    std::vector<CutRun> runs{};           ///< the first is the reference
-    std::string regime = "small";         ///< of deformations, in which models are compared
-    std::vector<CutLevel> levels{};       ///< of each way from coarse to fine; none if nobody asked
-    double frame_interval = 0.0;          ///< of the motions [s]; 0 if there are none
-    int frames_per_step = 0;              ///< of the blade
+    std::array<core::Vector3, 4> blade{};      ///< its edge goes from 0-1 to 3-2 [m]
+    double toughness = 0.0;                    ///< [J/m^2]
+    std::vector<double> depth{};               ///< (K) of the edge along its way [m]
+    std::vector<double> area{};                ///< (K) cut so far [m^2]
+    std::vector<double> cut_seconds{};         ///< (K) that dividing the body took [s]
+    std::vector<int> nodes{};                  ///< (K) of the mesh
+    std::vector<CutRun> runs{};                ///< the first is the reference
+    core::Regime regime = core::Regime::small; ///< of deformations, in which models are compared
+    std::vector<CutLevel> levels{};            ///< of each way from coarse to fine; none if nobody asked
+    double frame_interval = 0.0;               ///< of the motions [s]; 0 if there are none
+    int frames_per_step = 0;                   ///< of the blade
     std::vector<CutMotion> motions{};
 
     std::size_t num_records() const { return depth.size(); }

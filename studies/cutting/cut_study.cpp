@@ -292,7 +292,7 @@ CutResults let_blade_in(const CutStudyOptions &options, const std::string &comma
                              .title = before.load_case.title,
                              .blade = way.corners,
                              .toughness = options.toughness,
-                             .regime = core::to_string(before.load_case.regime)},
+                             .regime = before.load_case.regime},
                     .notes = std::move(set.notes)};
     for (const auto &stage : stages) {
         done.file.depth.push_back(stage.depth);

@@ -202,7 +202,7 @@ TEST(GrowingCuts, AreJudgedInTheLargeRegimeOnTheBodiesOfTheSmallOne) {
                 << traction << ", 0.0, 0.0]\n";
             options.regime = regime;
             const auto done = let_blade_in(options, "test", {});
-            EXPECT_EQ(done.file.regime, regime ? "large" : "small");
+            EXPECT_EQ(done.file.regime, regime.value_or(core::Regime::small));
             EXPECT_EQ(done.file.runs.front().model, regime ? "fem_p2p1_neo_hookean" : "fem_p2p1");
             EXPECT_TRUE(done.file.levels.empty());
             return std::pair{done.file.runs.front().opening.back(), done.file.nodes};
@@ -216,8 +216,8 @@ TEST(GrowingCuts, AreJudgedInTheLargeRegimeOnTheBodiesOfTheSmallOne) {
     EXPECT_NEAR(linear, 1e4 * small_linear, 1e-6 * linear);
     EXPECT_GT(std::abs(nonlinear - linear), 0.02 * linear);
     const auto folder = std::filesystem::path(options.output) / "bar";
-    EXPECT_EQ(results::read_cut_file(folder / "cut.pull.h5").regime, "small");
-    EXPECT_EQ(results::read_cut_file(folder / "cut.pull.large.h5").regime, "large");
+    EXPECT_EQ(results::read_cut_file(folder / "cut.pull.h5").regime, core::Regime::small);
+    EXPECT_EQ(results::read_cut_file(folder / "cut.pull.large.h5").regime, core::Regime::large);
 }
 
 TEST(GrowingCuts, MoveAndAreRefinedInBothRegimes) {

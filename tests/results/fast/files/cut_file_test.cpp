@@ -34,7 +34,7 @@ TEST_F(CutFiles, HoldWhatWasWritten) {
     EXPECT_EQ(read.runs[1].tool_stiffness, written.runs[1].tool_stiffness);
     EXPECT_EQ(read.runs[1].setup_seconds, written.runs[1].setup_seconds);
     EXPECT_EQ(read.runs[1].solve_seconds, written.runs[1].solve_seconds);
-    EXPECT_EQ(read.regime, "large");
+    EXPECT_EQ(read.regime, core::Regime::large);
     EXPECT_EQ(read.levels, written.levels);
     EXPECT_EQ(read.frame_interval, 0.02);
     EXPECT_EQ(read.frames_per_step, 5);
