@@ -94,7 +94,8 @@ bool is_slow(const results::Result &result) {
 /// @param results  of one regime and reference, slow histories all, at least one
 void print_slow_group(Printer &printer, std::span<const results::Result> results) {
     printer.print(slow_title + judged_by(results, printer.is_markdown() ? "- " : ""));
-    printer.print(printer.as_text(results::slow_table(results)) + "\n" + results::slow_legend());
+    printer.print(printer.as_text(results::slow_table(results)) + "\n" + results::slow_legend() +
+                  results::motion_lines(results, printer.is_markdown() ? "- " : ""));
 }
 
 /// @param results  of one regime and reference, at least one

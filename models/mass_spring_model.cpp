@@ -68,7 +68,7 @@ void add_motion(core::Solution &solution, const core::Problem &problem, const ms
     const auto conditions =
         msm::nodal_conditions({problem.body, core::without_tractions(problem.load_case)}, body.node_mass);
     const double planning_seconds = highest.seconds + seconds(Clock::now() - start);
-    solution.history = msm::release(problem, body, conditions, solution.displacement, plan);
+    solution.history = msm::release(problem, body, conditions, solution.displacement, plan, solution.path);
     solution.history->setup_seconds += planning_seconds;
     if (!std::isnan(solution.history->diverged_at)) {
         solution.status = core::SolutionStatus::diverged;

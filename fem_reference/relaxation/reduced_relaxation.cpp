@@ -7,12 +7,6 @@ namespace livermark::fem_reference {
 
 namespace {
 
-/// What goes on from step to step.
-struct ReducedState {
-    ReducedRecord record;
-    std::vector<Eigen::VectorXd> branches; ///< (B) w_k
-};
-
 /// A step length, and what is factored for it.
 class ReducedStep {
   public:
@@ -22,7 +16,7 @@ class ReducedStep {
           matrix_(body.volumetric + core::instant_part(relaxation, branches_) * body.deviatoric),
           factor_(matrix_.bottomRightCorner(num_free_, num_free_)) {}
 
-    void advance(ReducedState &state, double factor) const;
+    void advance(ReducedRecord &record, double factor) const;
 
   private:
     const ReducedBody &body_;
@@ -33,8 +27,8 @@ class ReducedStep {
     Eigen::LDLT<Eigen::MatrixXd> factor_;
 };
 
-void ReducedStep::advance(ReducedState &state, double factor) const {
-    auto &[record, memories] = state;
+void ReducedStep::advance(ReducedRecord &record, double factor) const {
+    auto &memories = record.branches;
     const Eigen::VectorXd before = record.coordinates;
     const Eigen::VectorXd force_before = body_.volumetric * before + body_.deviatoric * record.relaxed;
     Eigen::VectorXd remembered = Eigen::VectorXd::Zero(before.size());
@@ -69,18 +63,16 @@ void ReducedStep::advance(ReducedState &state, double factor) const {
 
 std::vector<ReducedRecord> follow(const ReducedBody &body, const core::SlowHistory &history, int steps_per_record) {
     const Eigen::VectorXd zero = Eigen::VectorXd::Zero(body.load.size());
-    ReducedState state;
-    state.record.coordinates = zero;
-    state.record.relaxed = zero;
-    state.branches.assign(history.relaxation.moduli.size(), zero);
-    std::vector<ReducedRecord> records;
-    records.push_back(state.record);
+    ReducedRecord now{.coordinates = zero,
+                      .relaxed = zero,
+                      .branches = std::vector<Eigen::VectorXd>(history.relaxation.moduli.size(), zero)};
+    std::vector<ReducedRecord> records{now};
     for (int n = 1; n < history.num_records(); ++n) {
         const ReducedStep step(body, history.relaxation, (history.times[n] - history.times[n - 1]) / steps_per_record);
         for (int part = 1; part <= steps_per_record; ++part)
-            step.advance(state, std::lerp(history.factors[n - 1], history.factors[n],
-                                          static_cast<double>(part) / steps_per_record));
-        records.push_back(state.record);
+            step.advance(now, std::lerp(history.factors[n - 1], history.factors[n],
+                                        static_cast<double>(part) / steps_per_record));
+        records.push_back(now);
     }
     return records;
 }

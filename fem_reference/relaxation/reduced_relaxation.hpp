@@ -21,9 +21,10 @@ struct ReducedBody {
 
 /// A time.
 struct ReducedRecord {
-    Eigen::VectorXd coordinates;    ///< (m) c
-    Eigen::VectorXd relaxed;        ///< (m) remaining c + sum_k w_k: what D is multiplied by
-    double stored_energy = 0.0;     ///< [J]
+    Eigen::VectorXd coordinates;           ///< (m) c
+    Eigen::VectorXd relaxed;               ///< (m) remaining c + sum_k w_k: what D is multiplied by
+    std::vector<Eigen::VectorXd> branches; ///< (B) of (m) w_k
+    double stored_energy = 0.0;            ///< [J]
     double work = 0.0;              ///< done so far by all that drives the body, trapezoidal rule over the steps [J]
     double dissipated_energy = 0.0; ///< in all branches so far [J]
 };

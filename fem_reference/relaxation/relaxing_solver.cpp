@@ -13,6 +13,7 @@
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/facet_conditions.hpp"
 #include "fem_reference/relaxation/reduced_relaxation.hpp"
+#include "fem_reference/relaxation/relaxed_motion.hpp"
 
 namespace livermark::fem_reference {
 
@@ -45,6 +46,19 @@ std::vector<core::Vector3> sums(const std::vector<int> &constraint, const std::v
     return result;
 }
 
+/// sum_j c_j b_j
+std::vector<double> combined(const std::vector<Shape> &shapes, const Eigen::VectorXd &coordinates) {
+    std::vector<double> sum(shapes.front().displacement.size(), 0.0);
+    for (std::size_t j = 0; j < shapes.size(); ++j)
+        add_multiple(coordinates[static_cast<Eigen::Index>(j)], shapes[j].displacement, sum);
+    return sum;
+}
+
+/// A part of the shear moduli other than all, of which D and V can be told apart.
+double other_part(double remaining) {
+    return remaining < 1.0 ? remaining : 0.5;
+}
+
 /// Between remaining() and 1, the ends first: what is asked for after that is in the middle of the logarithms of what
 /// was.
 double nth_part(int number, double remaining) {
@@ -73,8 +87,9 @@ struct RelaxingSolver::Impl {
 
     std::optional<ConstrainedSolution> elastic(const DofConditions &conditions, double part);
     void split_forces(Shape &shape, double remaining);
-    void fill(core::Solution &solution, const core::LoadCase &load_case, const DofConditions &conditions,
-              const std::vector<Shape> &shapes, bool is_moved, int steps_per_record) const;
+    RelaxedState fill(core::Solution &solution, const core::LoadCase &load_case, const DofConditions &conditions,
+                      const std::vector<Shape> &shapes, bool is_moved, int steps_per_record) const;
+    core::History motion(const core::LoadCase &load_case, RelaxedState start);
 
     std::shared_ptr<const core::Body> body;
     StaticSolver &elements;
@@ -118,7 +133,7 @@ std::optional<ConstrainedSolution> RelaxingSolver::Impl::elastic(const DofCondit
 
 /// From what holds the body at two ratios of its moduli.
 void RelaxingSolver::Impl::split_forces(Shape &shape, double remaining) {
-    const double other = remaining < 1.0 ? remaining : 0.5;
+    const double other = other_part(remaining);
     shape.deviatoric = at(1.0).force(shape.displacement);
     shape.volumetric = at(other).force(shape.displacement);
     add_multiple(-1.0, shape.deviatoric, shape.volumetric);
@@ -128,9 +143,10 @@ void RelaxingSolver::Impl::split_forces(Shape &shape, double remaining) {
 }
 
 /// Follows the history in the space of the shapes.
-void RelaxingSolver::Impl::fill(core::Solution &solution, const core::LoadCase &load_case,
-                                const DofConditions &conditions, const std::vector<Shape> &shapes, bool is_moved,
-                                int steps_per_record) const {
+/// @return where it ends
+RelaxedState RelaxingSolver::Impl::fill(core::Solution &solution, const core::LoadCase &load_case,
+                                        const DofConditions &conditions, const std::vector<Shape> &shapes,
+                                        bool is_moved, int steps_per_record) const {
     const auto num_shapes = static_cast<Eigen::Index>(shapes.size());
     const bool is_pressed = conditions.press_depth != 0.0;
     ReducedBody reduced;
@@ -190,6 +206,17 @@ void RelaxingSolver::Impl::fill(core::Solution &solution, const core::LoadCase &
                 solution.load_work = reduced.load.dot(record.coordinates);
         }
     }
+    RelaxedState end{.displacement = combined(shapes, records.back().coordinates), .branches = {}};
+    for (const auto &branch : records.back().branches)
+        end.branches.push_back(combined(shapes, branch));
+    return end;
+}
+
+core::History RelaxingSolver::Impl::motion(const core::LoadCase &load_case, RelaxedState start) {
+    const double part = other_part(load_case.slow_history->relaxation.remaining());
+    const auto &system = elements.matrices().system;
+    const SplitStiffness stiffness(system.stiffness, at(part).system().stiffness, part);
+    return release_relaxed(*body, system, stiffness, load_case, std::move(start));
 }
 
 core::Solution RelaxingSolver::solve(const core::LoadCase &load_case, int steps_per_record) {
@@ -244,8 +271,10 @@ core::Solution RelaxingSolver::solve(const core::LoadCase &load_case, int steps_
         if (is_new || shapes.empty())
             shapes.push_back(std::move(shape));
     }
-    impl.fill(solution, load_case, conditions, shapes, is_moved, steps_per_record);
+    auto end = impl.fill(solution, load_case, conditions, shapes, is_moved, steps_per_record);
     solution.solve_seconds = core::seconds_since(start);
+    if (load_case.release && matrices.pressure.num_pressures() == 0)
+        solution.history = impl.motion(load_case, std::move(end));
     solution.solver = fmt::format("Galerkin's method on {} of {} elastic solutions", shapes.size(), num_solutions);
     return solution;
 }

@@ -37,10 +37,11 @@ class RelaxingSolver {
     RelaxingSolver(RelaxingSolver &&) noexcept;
     RelaxingSolver &operator=(RelaxingSolver &&) noexcept;
 
-    /// @param load_case         with a slow history; its release is not looked at
+    /// @param load_case         with a slow history; with a release too, it ends at the whole load
     /// @param steps_per_record  see follow()
     /// @return a PathPoint for each time, with work and dissipated energy; the other fields are those of
-    ///   SlowHistory::whole_load_record(). Status not_converged as of StaticSolver::solve().
+    ///   SlowHistory::whole_load_record(). With a release the motion after it, see release_relaxed(), but not of mixed
+    ///   elements. Status not_converged as of StaticSolver::solve().
     core::Solution solve(const core::LoadCase &load_case, int steps_per_record = 8);
 
   private:

@@ -36,6 +36,9 @@ class ScaledBulk {
     /// @return shape (3 n) [N]
     std::vector<double> force(std::span<const double> displacement);
 
+    /// The displacements of the elements, without pressures.
+    const ElasticSystem &system() const { return *system_; }
+
     /// Lets go of the factor of the matrix, if it has one of its own that no mixed solver works with.
     void forget_factor() {
         if (!mixed_)

@@ -118,6 +118,21 @@ int read_num_cycles(const toml::table &history) {
     return static_cast<int>(number);
 }
 
+/// A motion begins at the whole load.
+void refuse_what_ends_before_a_release(const toml::table &table, const toml::table &history) {
+    for (const auto *key : {"release", "rest", "frequency", "cycles"})
+        if (history.contains(key))
+            throw support::InputError(
+                fmt::format("{}: a [release] lets go of the whole load where the [history] ends; say how long it takes "
+                            "to 'press' and to 'hold' there, and remove '{}' or the [release]",
+                            support::place_of(*history.get(key)), key));
+    if (table["regime"].value<std::string>() == "large")
+        throw support::InputError(
+            fmt::format("{}: the motion of tissue that relaxes has a reference in the regime \"small\" alone; take "
+                        "that, or remove the [release] or the [history]",
+                        support::place_of(*table.get("regime"))));
+}
+
 } // namespace
 
 core::PronySeries read_prony_series(const std::filesystem::path &toml_file) {
@@ -129,12 +144,14 @@ core::PronySeries read_prony_series(const std::filesystem::path &toml_file) {
 core::SlowHistory read_history(const toml::table &table, const std::filesystem::path &file) {
     const auto &read = support::required_table(table, "history");
     support::refuse_unknown_keys(read, {"relaxation", "press", "hold", "release", "rest", "frequency", "cycles"});
-    for (const auto *key : {"release", "probe", "tool", "needle", "path"})
+    for (const auto *key : {"tool", "needle", "path"})
         if (table.contains(key))
             throw support::InputError(fmt::format(
                 "{}: a load case with a [history] is so slow that masses do not matter, and its loads grow with time "
                 "alone; remove '{}' or the [history]",
                 support::place_of(*table.get(key)), key));
+    if (table.contains("release"))
+        refuse_what_ends_before_a_release(table, read);
     core::SlowHistory history{.relaxation = read_relaxation(read, file), .times = {0.0}, .factors = {0.0}};
     const bool has_cycles = read.contains("cycles") || read.contains("frequency");
     const bool has_phases =

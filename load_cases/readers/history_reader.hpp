@@ -21,7 +21,8 @@ core::PronySeries read_prony_series(const std::filesystem::path &toml_file);
 /// @param table  of the load case
 /// @param file   of the load case: a path to a series is relative to its folder
 /// @throws support::InputError with file, line and remedy: a series that is not there or makes no sense, times that
-///   are not positive, keys that do not go together
+///   are not positive, keys that do not go together, a release from elsewhere than the whole load or in the large
+///   regime
 core::SlowHistory read_history(const toml::table &table, const std::filesystem::path &file);
 
 } // namespace livermark::load_cases

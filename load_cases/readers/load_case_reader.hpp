@@ -91,6 +91,9 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///     frequency = 1.0                         # [Hz], in place of these four: the load is (1 - cos(2 pi f t)) / 2
 ///     cycles = 5                              # number of periods
 ///
+/// With a [release] as well, tractions are let go where the history ends, and the body moves and relaxes. Its history
+/// has 'press' and 'hold' then, in the small regime.
+///
 /// A rigid ball may touch a body that is held elsewhere, in the large regime; it does not stick to it:
 ///
 ///     [touch]

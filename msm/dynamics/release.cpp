@@ -6,12 +6,15 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/mesh/bounding_box.hpp"
 #include "msm/dynamics/elastic_motion.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/implicit_integrators.hpp"
+#include "msm/viscoelastic/relaxing_body.hpp"
+#include "msm/viscoelastic/relaxing_stepper.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::msm {
@@ -90,6 +93,22 @@ int steps_until(State state, const Stepper &stepper, const std::function<bool(co
     return num_steps;
 }
 
+/// A body that relaxes where its slow history has ended; nothing of an elastic one.
+std::optional<RelaxingBody> at_end_of(const core::Problem &problem, const ElasticBody &body,
+                                      std::span<const core::PathPoint> path) {
+    if (!problem.load_case.slow_history)
+        return std::nullopt;
+    const auto &[relaxation, times, factors, last_cycle] = *problem.load_case.slow_history;
+    RelaxingBody relaxing(body, relaxation);
+    for (std::size_t k = 1; k < path.size(); ++k) {
+        auto moved = problem.body->mesh.points;
+        for (std::size_t i = 0; i < moved.size(); ++i)
+            moved[i] += path[k].displacement[i].cast<double>();
+        relaxing.go_on(to_unknowns(moved), times[k] - times[k - 1]);
+    }
+    return relaxing;
+}
+
 } // namespace
 
 StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStepping &choice) {
@@ -127,7 +146,8 @@ StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStep
 }
 
 core::History release(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
-                      const std::vector<core::Vector3> &displacement, const StepPlan &plan) {
+                      const std::vector<core::Vector3> &displacement, const StepPlan &plan,
+                      std::span<const core::PathPoint> path) {
     using Clock = std::chrono::steady_clock;
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     const auto start = Clock::now();
@@ -135,7 +155,11 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
     const auto &wanted = problem.load_case.release.value();
     const auto equation = elastic_motion(body, points, conditions, wanted.damping);
     const auto stepper =
-        make_stepper(body, points, conditions, wanted.damping, plan.integrator, plan.time_step, plan.kernel);
+        problem.load_case.slow_history
+            ? make_relaxing_stepper(body, problem, conditions, wanted.damping, plan.integrator, plan.time_step,
+                                    plan.kernel, path)
+            : make_stepper(body, points, conditions, wanted.damping, plan.integrator, plan.time_step, plan.kernel);
+    auto relaxing = at_end_of(problem, body, path);
     const double bound = largest_motion * core::extent(points);
     State state{to_unknowns(displacement), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * points.size()))};
 
@@ -162,7 +186,14 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
         for (std::size_t i = 0; i < moved.size(); ++i)
             moved[i] += points[i];
         history.kinetic_energy.push_back(is_lost ? nan : kinetic_energy(equation, state));
-        history.strain_energy.push_back(is_lost ? nan : elastic_energy(body, moved));
+        if (is_lost || !relaxing) {
+            history.strain_energy.push_back(is_lost ? nan : elastic_energy(body, moved));
+            return;
+        }
+        const auto x = to_unknowns(moved);
+        if (interval > 0)
+            relaxing->go_on(x, wanted.output_interval);
+        history.strain_energy.push_back(relaxing->stored_energy(x));
     };
     record(0);
     const auto load = to_unknowns(conditions.force);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 
 #include "core/problem.hpp"
@@ -45,8 +46,11 @@ StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStep
 /// @param problem       with a release
 /// @param conditions    of the same load case without its tractions
 /// @param displacement  where it starts, shape (N) [m]
+/// @param path          of a body that relaxes, its slow history so far, which ends there: see make_relaxing_stepper().
+///   Its strain energy is RelaxingBody::stored_energy(), with branches that follow the records
 /// @return if the motion leaves all bounds, diverged_at says when, and the records from then on are NaN
 core::History release(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
-                      const std::vector<core::Vector3> &displacement, const StepPlan &plan);
+                      const std::vector<core::Vector3> &displacement, const StepPlan &plan,
+                      std::span<const core::PathPoint> path = {});
 
 } // namespace livermark::msm

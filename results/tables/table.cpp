@@ -141,8 +141,9 @@ std::string motion_lines(std::span<const Result> results, const std::string &bul
                 remarks.push_back(describe(printable(model.name), *model.comparison->history));
             else if (!model.solution.history)
                 remarks.push_back(printable(model.name) + " gives no motion");
-        lines += fmt::format("{}{}, {}: the rows are the static start; motion of the probes, relative L2 in time: {}\n",
-                             bullet, body_label(result, results), printable(result.problem.load_case.name),
+        lines += fmt::format("{}{}, {}: the rows are the {}; motion of the probes, relative L2 in time: {}\n", bullet,
+                             body_label(result, results), printable(result.problem.load_case.name),
+                             result.problem.load_case.slow_history ? "slow history before the release" : "static start",
                              fmt::join(remarks, ", "));
     }
     return lines.empty() ? lines : fmt::format("\n{}", lines);

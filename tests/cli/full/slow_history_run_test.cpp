@@ -15,11 +15,12 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A bar that is held at one end, and pushed in at the other.
-tests::Outcome run_slow_push(const fs::path &folder, const std::string &history, const std::string &options = "") {
+tests::Outcome run_slow_push(const fs::path &folder, const std::string &history, const std::string &options = "",
+                             const std::string &load = "push = 0.001") {
     std::ofstream(folder / "push.toml")
         << "title = \"push\"\n[[condition]]\npatch = \"x_min\"\ndisplacement = [0.0, 0.0, 0.0]\n"
-           "[[condition]]\nname = \"plate\"\npatch = \"x_max\"\npush = 0.001\n[history]\nrelaxation = "
-           "\"liver_perfused\"\n"
+           "[[condition]]\nname = \"plate\"\npatch = \"x_max\"\n"
+        << load << "\n[history]\nrelaxation = \"liver_perfused\"\n"
         << history;
     return tests::livermark(fmt::format("run --body {0}/bar.toml --load-case {0}/push.toml --model fem_p1 --jobs 1 "
                                         "--reference-on-mesh --output {0}/runs {1}",
@@ -60,6 +61,25 @@ TEST(SlowHistoryRun, LosesEnergyInACycle) {
         const double lost = core::lost_energy(result.problem.load_case.slow_history.value(), model.solution);
         EXPECT_GT(lost, 0.01 * model.solution.strain_energy) << model.name;
         EXPECT_LT(lost, model.solution.strain_energy) << model.name;
+    }
+}
+
+TEST(SlowHistoryRun, LetsGoAndComparesTheMotion) {
+    const auto folder = tests::folder_with_bar("slow_release", 0.03);
+    const std::string release = "press = 1.0\nhold = 5.0\n[release]\nduration = 0.3\noutput_interval = 0.004\n"
+                                "alpha = 1.0\nbeta = 0.001\n[[probe]]\nname = \"end\"\npatch = \"x_max\"\n";
+    const auto outcome = run_slow_push(folder, release, "--model nodal_springs fem_p2p1", "traction = [0.0, 0.0, 5.0]");
+    EXPECT_EQ(outcome.status, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("slow history before the release"), std::string::npos) << outcome.output;
+    const auto result = results::read_result(folder / "runs" / "bar" / "push.h5");
+    for (const auto &model : result.models) {
+        const bool moves = model.name != "fem_p2p1";
+        EXPECT_EQ(model.solution.history.has_value(), moves) << model.name;
+        if (!moves || model.name == "fem_p2")
+            continue;
+        ASSERT_TRUE(model.comparison && model.comparison->history) << model.name;
+        EXPECT_EQ(model.comparison->history->reference, "fem_p2");
+        EXPECT_LT(model.comparison->history->relative_l2, 1.0) << model.name;
     }
 }
 

@@ -29,6 +29,9 @@ patch = "x_max"
 
 const std::string inline_series = "relaxation = { moduli = [0.2, 0.3], times = [1.0, 20.0] }\n";
 
+const std::string let_go = "[release]\nduration = 1.0\noutput_interval = 0.1\nalpha = 1.0\nbeta = 0.0\n"
+                           "[[probe]]\nname = \"a\"\npatch = \"x_max\"\n";
+
 void expect_refused(const std::string &history, const std::string &word, const std::string &above = "") {
     try {
         parse_with_history(history, above);
@@ -67,6 +70,13 @@ TEST(SlowHistoryReader, LetsGoAndRests) {
     EXPECT_EQ(history.factors.back(), 0.0);
     EXPECT_EQ(history.factors[history.whole_load_record()], 1.0);
     EXPECT_DOUBLE_EQ(history.times[history.whole_load_record()], 6.0);
+}
+
+TEST(SlowHistoryReader, LetsGoAtOnceWhereTheHistoryEnds) {
+    const auto load_case = parse_with_history(inline_series + "press = 1\nhold = 5\n" + let_go);
+    ASSERT_TRUE(load_case.release && load_case.slow_history);
+    EXPECT_EQ(load_case.slow_history->whole_load_record(), load_case.slow_history->num_records() - 1);
+    EXPECT_EQ(load_case.release->num_steps, 10);
 }
 
 TEST(SlowHistoryReader, CyclesGoFromNothingToTheWholeLoadAndBack) {
@@ -113,9 +123,10 @@ TEST(SlowHistoryReader, RefusesWhatMakesNoSense) {
     expect_refused(inline_series + "cycles = 2\nfrequency = 0\n", "frequency");
     expect_refused(inline_series + "pres = 1\n", "pres");
     expect_refused(inline_series + "press = 1\n", "path", "regime = \"large\"\npath = [0.5, 1.0]\n");
-    expect_refused(inline_series + "press = 1\n[release]\nduration = 1.0\noutput_interval = 0.1\n"
-                                   "alpha = 1.0\nbeta = 0.0\n[[probe]]\nname = \"a\"\npatch = \"x_max\"\n",
-                   "release");
+    for (const auto *end : {"release = 1\n", "release = 1\nrest = 3\n"})
+        expect_refused(inline_series + "press = 1\n" + end + let_go, "whole load");
+    expect_refused(inline_series + "frequency = 1\ncycles = 2\n" + let_go, "whole load");
+    expect_refused(inline_series + "press = 1\n" + let_go, "\"small\"", "regime = \"large\"\n");
 }
 
 TEST(SlowHistoryReader, RefusesAHistoryOfRest) {
