@@ -12,6 +12,7 @@
 #include "fem_reference/distributed/distributed_hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/relaxation/slow_path.hpp"
+#include "models/limits_of_history.hpp"
 #include "models/model_table.hpp"
 #include "models/needle_motion/pushed_model.hpp"
 #include "models/refined_solution.hpp"
@@ -85,11 +86,16 @@ core::BisectedProblem refine(const core::Problem &coarse) {
     return core::refine_near_places(coarse, std::span(&place, 1), around_touch);
 }
 
-/// At rims alone: below round tools as well the third mesh often finds no equilibrium under the whole load, see
+/// Histories on ever finer meshes would take hours: these are solved at their limits alone. At rims alone: below round
+/// tools as well the third mesh often finds no equilibrium under the whole load, see
 /// docs/studies/large_deformations.md.
 core::Solution solve_finer(const core::Problem &problem, const std::string &law, const Discretisation &discretisation) {
-    return solve_locally_refined(problem, refinement, refine,
-                                 [&](const core::Problem &refined) { return solve(refined, law, discretisation); });
+    const auto on_one_mesh = [&](const core::Problem &one) { return solve(one, law, discretisation); };
+    const auto on_finer_meshes = [&](const core::Problem &elastic) {
+        return solve_locally_refined(elastic, refinement, refine, on_one_mesh);
+    };
+    return problem.load_case.slow_history ? solve_between_limits(problem, on_one_mesh, on_finer_meshes)
+                                          : on_finer_meshes(problem);
 }
 
 core::Solution solve_finer_below_tools(const core::Problem &problem, const std::string &law,
@@ -138,7 +144,7 @@ core::Model elements(const std::string &name, const std::string &summary, const 
             .in_motion = roles.in_motion,
             .judges = core::Regime::large,
             .only = core::Regime::large,
-            .relaxes = solve_one == solve, // on ever finer meshes it would take hours
+            .relaxes = solve_one != solve_finer_below_tools,
             .touches = true,
             .is_collective = is_collective(discretisation)};
 }
