@@ -14,7 +14,7 @@ Layout arena_table(const Arena &arena);
 /// What its columns are.
 std::string arena_legend();
 
-/// A row for each method and mesh: the error in contact within each budget, of the better setting, and the least time
+/// A row for each method and mesh: the error in contact within each budget, of the best setting, and the least time
 /// of a frame within which it was 20, 10 and 5 %.
 Layout arena_overview(const Arena &arena);
 

@@ -102,7 +102,7 @@ def _arena(data: ReportData, told: dict) -> Markup:
     command = attributes["command"]
     html = paragraph(f"{attributes['title']}. The last refinement of the reference changed it by {change:.1f} % in contact.")
     html += figure("figure", plots(pictures),
-                   "Error in contact of each method in its better setting, against the processor time of a frame; dotted "
+                   "Error in contact of each method in its best setting, against the processor time of a frame; dotted "
                    "lines are the budgets. Errors above 150 % are outside. Last: the size of the force on the tool, of the "
                    "best within the longest budget.", [command])
     html += figure("table", table(table_of(told["overview"])),

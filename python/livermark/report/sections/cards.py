@@ -94,7 +94,7 @@ def _draw(title: str, x_label: str, y_label: str, lines: list[Line], logarithmic
 
 
 def _series_lines(series: list[dict], value: Callable[[dict], float]) -> list[Line]:
-    """A line for each mesh and setting. With one iteration both settings are one run, and so are steps that are stable and half
+    """A line for each mesh and setting. With one iteration settings are one run, and so are steps that are stable and half
     of them one line."""
     lines = []
     for size in sorted({int(run["tetrahedra"]) for run in series}):
@@ -114,7 +114,7 @@ def _series_lines(series: list[dict], value: Callable[[dict], float]) -> list[Li
 
 
 def _mesh_lines(runs: list[dict], series: list[dict]) -> list[Line]:
-    """Error over the number of tetrahedra: of the better setting within each budget, and with the most iterations."""
+    """Error over the number of tetrahedra: of the best setting within each budget, and with the most iterations."""
     lines = []
     sizes = sorted({int(run["tetrahedra"]) for run in runs + series})
     for budget in sorted({float(run["budget"]) for run in runs if math.isfinite(run["budget"])}):
