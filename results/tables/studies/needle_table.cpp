@@ -12,6 +12,8 @@ namespace {
 using core::millimetres, core::percent;
 
 constexpr double needle_millijoules = 1e3;
+/// Of the work of the hand: what balances, balances to 2 %.
+constexpr double most_energy_error = 0.05;
 
 std::string mark_of(double value, int decimals) {
     return std::isnan(value) ? "-" : fixed(value, decimals);
@@ -51,12 +53,18 @@ Layout needle_table(const NeedleFile &file) {
 std::string needle_note(const NeedleFile &file) {
     std::string note;
     for (const auto &study : file.needles) {
-        for (const auto &run : study.runs)
+        for (const auto &run : study.runs) {
+            if (run.energy_error() > most_energy_error)
+                note +=
+                    fmt::format("{}: energies of {} miss {:.0f} % of the work of the hand, as where springs fold; do "
+                                "not rely on it here\n",
+                                printable(study.needle.name), run.model, percent * run.energy_error());
             if (!std::isnan(run.insertion.stopped_at))
                 note += fmt::format("{}: {} finds no equilibrium with the tip at a depth of {:.1f} mm, on the way {}; "
                                     "take a smaller force of the puncture or a finer mesh\n",
                                     printable(study.needle.name), run.model, millimetres * run.insertion.stopped_at,
                                     std::isnan(run.force_at_plan()) ? "in" : "out");
+        }
         if (std::isnan(study.reference_miss_change)) {
             note += fmt::format("{}: {} is on the mesh itself, and how far it is from finer ones is not known\n",
                                 printable(study.needle.name), study.runs.front().model);

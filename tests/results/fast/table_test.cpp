@@ -204,7 +204,8 @@ TEST(Table, EscapesWhatMarkdownWouldTakeForAColumn) {
 TEST(Table, SaysHowHistoriesCompareAndWhoHasNone) {
     const Result result = tests::sample_result();
     const auto table = text_table({&result, 1});
-    EXPECT_NE(table.find("box, pull_and_hang: the rows are the static start"), std::string::npos) << table;
+    EXPECT_NE(table.find("box, pull_and_hang: the rows are the slow history before the release"), std::string::npos)
+        << table;
     EXPECT_NE(table.find("in time: fem_p2 itself is uncertain by 8.00 %, "), std::string::npos) << table;
     EXPECT_NE(table.find("springs 20.00 % off fem_p2 (amplitude +20.0 %, 0.0 ms late)"), std::string::npos) << table;
     EXPECT_NE(table.find("unfinished gives no motion"), std::string::npos) << table;

@@ -154,7 +154,7 @@ TEST(MotionUnderABlade, RefusesWhatItCannotDo) {
         tests::expect_input_error([&] { check_loads_of_motion(problem); }, parts);
     };
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    refused({nan, nan, 0.0}, {"constrains some directions", "leave --method out"});
+    refused({nan, nan, 0.0}, {"leaves a component of the displacement free", "give all three components"});
     refused({0.0, 0.0, 1e-3}, {"displaces a place", "tractions or forces"});
 }
 

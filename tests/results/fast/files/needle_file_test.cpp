@@ -116,5 +116,12 @@ TEST_F(NeedleFiles, HaveATableOfWhereTheTargetIs) {
         std::string::npos);
 }
 
+TEST_F(NeedleFiles, SayWhoseWorkIsOutOfBalance) {
+    auto file = tests::sample_needles();
+    EXPECT_EQ(needle_note(file).find("miss"), std::string::npos);
+    file.needles.front().runs.front().insertion.stored[2] += 0.02; // of 0.2 J
+    EXPECT_NE(needle_note(file).find("energies of judge miss"), std::string::npos) << needle_note(file);
+}
+
 } // namespace
 } // namespace livermark::results

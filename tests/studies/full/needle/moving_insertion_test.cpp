@@ -96,7 +96,8 @@ TEST(MovingInsertion, MeetsSlowlyWhatTheStaticNeedleDoes) {
     }
 }
 
-/// Where tissue moves by a quarter of the block: springs in steps are as nonlinear as the needle of the large regime.
+/// Where the surface goes in by a tenth of the block and more: springs in steps are as nonlinear as the needle of the
+/// large regime.
 TEST(MovingInsertion, MeetsSlowlyWhatTheLargeNeedleDoes) {
     constexpr int start = 5;
     Block block;
@@ -124,7 +125,7 @@ TEST(MovingInsertion, MeetsSlowlyWhatTheLargeNeedleDoes) {
             EXPECT_LT((found.target[j] - expected.target[j]).norm(), 0.03 * farthest);
         }
         EXPECT_LT((found.target[at_plan] - expected.target[at_plan]).norm(), 0.02 * farthest);
-        EXPECT_GT((small.target[at_plan] - expected.target[at_plan]).norm(), 0.04 * farthest) << "and not linear";
+        EXPECT_GT((small.target[at_plan] - expected.target[at_plan]).norm(), 0.015 * farthest) << "and not linear";
     }
 }
 
