@@ -41,10 +41,12 @@ std::string nearest_word(std::string_view word, const std::vector<std::string> &
 std::string unknown_name(const char *word, const std::string &name, const std::vector<std::string> &known) {
     constexpr std::size_t most_to_name = 30; // more than that nobody reads in a message
     const auto nearest = nearest_word(name, known);
-    const auto remedy = !nearest.empty() ? fmt::format("did you mean '{}'?", nearest)
-                        : known.size() > most_to_name
-                            ? fmt::format("'livermark list {}s' prints the {} that are known", word, known.size())
-                            : fmt::format("known are: {}", fmt::join(known, ", "));
+    const std::string_view what = word, noun = what.substr(0, what.find(" that "));
+    const auto remedy =
+        !nearest.empty()               ? fmt::format("did you mean '{}'?", nearest)
+        : known.size() <= most_to_name ? fmt::format("known are: {}", fmt::join(known, ", "))
+        : noun == what ? fmt::format("'livermark list {}s' prints the {} that are known", noun, known.size())
+                       : fmt::format("'livermark list {}s' prints all {}s, and {} are such", noun, noun, known.size());
     return fmt::format("there is no {} '{}'; {}", word, name, remedy);
 }
 

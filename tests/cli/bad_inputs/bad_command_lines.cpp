@@ -62,7 +62,7 @@ std::vector<BadInput> bad_command_lines() {
         words("MeasuredNeedleOfTheLargeRegime", "needle --measured --regime large", "of the small regime",
               "leave --regime large out"),
         words("LinearReferenceOfALargeNeedle", "needle --regime large --model fem_p2p1_refined",
-              "no model that a needle can be driven into 'fem_p2p1_refined'", "that are known"),
+              "no model that a needle can be driven into 'fem_p2p1_refined'", "'livermark list models'"),
         words("MisspeltPrecision", "arena --precision singel", "--precision", "did you mean 'single'?"),
         words("MisspeltReference", "reference --model fem_p2_neo_hooke", "--model",
               "did you mean 'fem_p2_neo_hookean'?"),

@@ -133,7 +133,7 @@ std::string as_documented(const std::string &line, const fs::path &folder) {
     const auto place = folder.string() + "/";
     for (auto at = text.find(place); at != std::string::npos; at = text.find(place))
         text.erase(at, place.size());
-    static const std::regex number("(cannot write |prints the )[0-9]+( bytes| that are known)");
+    static const std::regex number("(cannot write |prints the |s, and )[0-9]+( bytes| that are known| are such)");
     return std::regex_replace(text, number, "$1N$2");
 }
 
