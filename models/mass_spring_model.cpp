@@ -180,7 +180,7 @@ class PreparedMassSprings : public core::PreparedModel {
         auto positions = points;
         for (std::size_t i = 0; i < positions.size(); ++i)
             positions[i] += solution.displacement[i];
-        solution.strain_energy = msm::elastic_energy(body, positions);
+        solution.strain_energy = msm::elastic_energy(parts_.body, positions); // to the bit what the terms say elsewhere
     }
 
     const msm::RestStiffness &at_rest(const msm::NodalConditions &conditions) {

@@ -167,14 +167,14 @@ struct PressedRod {
 /// Beyond Euler's load the straight rod is a saddle of the energy. The way from there leads along a direction that
 /// bends downwards, where Newton's method without the negative part of the second derivative does not arrive in 60
 /// steps.
-msm::Equilibrium expect_to_buckle(const PressedRod &rod, const msm::ElasticBody &body) {
+msm::Equilibrium expect_to_buckle(const PressedRod &rod, const msm::ElasticBody &body, int max_iterations) {
     const auto &points = rod.body->mesh.points;
     const auto straight = msm::find_equilibrium(body, points, rod.pressed_by(0.5 * PressedRod::euler_pressure));
     EXPECT_EQ(straight.status, core::SolutionStatus::ok) << straight.message;
     EXPECT_LT(rod.sideways_at_top(straight), 0.01);
 
     const auto conditions = rod.pressed_by(2.0 * PressedRod::euler_pressure);
-    auto buckled = msm::find_equilibrium(body, points, conditions);
+    auto buckled = msm::find_equilibrium(body, points, conditions, {.max_iterations = max_iterations});
     EXPECT_EQ(buckled.status, core::SolutionStatus::ok) << buckled.message;
     EXPECT_GT(rod.sideways_at_top(buckled), 0.05);
 
@@ -191,7 +191,7 @@ msm::Equilibrium expect_to_buckle(const PressedRod &rod, const msm::ElasticBody 
 
 TEST(Equilibrium, FollowsARodThatBucklesToItsRest) {
     const PressedRod rod;
-    EXPECT_LT(expect_to_buckle(rod, rod.springs).num_factors, 30);
+    EXPECT_LT(expect_to_buckle(rod, rod.springs, msm::EquilibriumOptions{}.max_iterations).num_factors, 30);
 }
 
 TEST(Equilibrium, FollowsARodThatBucklesWithThePreconditionerAlone) {
@@ -200,7 +200,8 @@ TEST(Equilibrium, FollowsARodThatBucklesWithThePreconditionerAlone) {
         SCOPED_TRACE(name);
         const auto body = msm::coupled_springs_with_volume(*rod.body, msm::find_coupled_springs(name));
         EXPECT_TRUE(body.preconditioner);
-        EXPECT_EQ(expect_to_buckle(rod, body).num_factors, 0);
+        // Edges take about 300 steps, a few more or less with the rounding of a machine's factors.
+        EXPECT_EQ(expect_to_buckle(rod, body, 2 * msm::EquilibriumOptions{}.max_iterations).num_factors, 0);
     }
 }
 
