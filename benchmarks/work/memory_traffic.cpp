@@ -90,7 +90,6 @@ void count_operations(int number) {
 } // namespace livermark::benchmarks
 
 // What GCC and Clang call for ThreadSanitizer.
-// NOLINTBEGIN(bugprone-reserved-identifier)
 using livermark::benchmarks::report;
 #define LIVERMARK_ACCESSES(size)                                                                                       \
     void __tsan_read##size(void *at) {                                                                                 \
@@ -111,26 +110,26 @@ LIVERMARK_ACCESSES(2)
 LIVERMARK_ACCESSES(4)
 LIVERMARK_ACCESSES(8)
 LIVERMARK_ACCESSES(16)
-void __tsan_read_range(void *at, std::size_t size) {
+void __tsan_read_range(void *at, std::size_t size) { // NOLINT(bugprone-reserved-identifier)
     report(at, size, false);
 }
-void __tsan_write_range(void *at, std::size_t size) {
+void __tsan_write_range(void *at, std::size_t size) { // NOLINT(bugprone-reserved-identifier)
     report(at, size, true);
 }
-void __tsan_vptr_read(void *at) {
+void __tsan_vptr_read(void *at) { // NOLINT(bugprone-reserved-identifier)
     report(at, sizeof(void *), false);
 }
-void __tsan_vptr_update(void *at, void * /*value*/) {
+void __tsan_vptr_update(void *at, void * /*value*/) { // NOLINT(bugprone-reserved-identifier)
     report(at, sizeof(void *), true);
 }
-void __tsan_init() {}
-void __tsan_func_entry(void * /*caller*/) {}
-void __tsan_func_exit() {}
+void __tsan_init() {}                        // NOLINT(bugprone-reserved-identifier)
+void __tsan_func_entry(void * /*caller*/) {} // NOLINT(bugprone-reserved-identifier)
+void __tsan_func_exit() {}                   // NOLINT(bugprone-reserved-identifier)
+// NOLINTNEXTLINE(bugprone-reserved-identifier)
 unsigned int __tsan_atomic32_fetch_add(volatile void *at, unsigned int value, int /*order*/) {
     return __atomic_fetch_add(static_cast<volatile unsigned int *>(at), value, __ATOMIC_SEQ_CST);
 }
-unsigned char __tsan_atomic8_load(const volatile void *at, int /*order*/) {
+unsigned char __tsan_atomic8_load(const volatile void *at, int /*order*/) { // NOLINT(bugprone-reserved-identifier)
     return __atomic_load_n(static_cast<const volatile unsigned char *>(at), __ATOMIC_SEQ_CST);
 }
 }
-// NOLINTEND(bugprone-reserved-identifier)

@@ -175,8 +175,8 @@ class ChildrenOfEdges {
                 (is_in_order[a] && is_in_order[b] ? all : others).push_back({first_[parent], static_cast<int>(parent)});
         const auto by_nodes = [](const Child &a, const Child &b) { return a.nodes < b.nodes; };
         std::ranges::sort(others, by_nodes);
-        const auto repeated = std::ranges::unique(others, {}, &Child::nodes);
-        others.erase(repeated.begin(), repeated.end());
+        const auto are_same = [](const Child &a, const Child &b) { return a.nodes == b.nodes; };
+        others.erase(std::unique(others.begin(), others.end(), are_same), others.end());
         const auto middle = std::ssize(all);
         all.insert(all.end(), others.begin(), others.end());
         std::inplace_merge(all.begin(), all.begin() + middle, all.end(), by_nodes);
