@@ -128,4 +128,8 @@ std::vector<double> sorted_once(std::vector<double> values) {
     return values;
 }
 
+CLI::Validator a_regime() {
+    return one_of(std::map<std::string, core::Regime>{{"small", core::Regime::small}, {"large", core::Regime::large}});
+}
+
 } // namespace livermark::cli

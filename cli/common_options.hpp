@@ -34,4 +34,7 @@ void add_run_choices(CLI::App &command, const std::shared_ptr<studies::RunOption
 /// In ascending order, each once.
 std::vector<double> sorted_once(std::vector<double> values);
 
+/// Lets an option be a regime.
+CLI::Validator a_regime();
+
 } // namespace livermark::cli

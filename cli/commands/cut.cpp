@@ -1,12 +1,10 @@
 #include <fmt/format.h>
-#include <map>
 #include <memory>
 
 #include "cli/commands/commands.hpp"
 #include "cli/common_options.hpp"
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
-#include "cli/usage.hpp"
 #include "results/tables/studies/cut_table.hpp"
 #include "studies/cutting/cut_study.hpp"
 #include "support/root_folder.hpp"
@@ -69,8 +67,7 @@ Command add_cut(CLI::App &parent, const std::string &command_line) {
             "--regime", options->regime,
             "Which models are compared: small (reference: linear elasticity) or large (reference: hyperelasticity on "
             "each cut body; minutes); by default that of the load case")
-        ->transform(one_of(
-            std::map<std::string, core::Regime>{{"small", core::Regime::small}, {"large", core::Regime::large}}));
+        ->transform(a_regime());
     command
         ->add_option("--refine", options->num_refined,
                      "How often the reference is refined at the rim of the wound in the end, for its error bar; 0 for "

@@ -4,7 +4,6 @@
 #include "cli/commands/commands.hpp"
 #include "cli/common_options.hpp"
 #include "cli/progress.hpp"
-#include "cli/usage.hpp"
 #include "core/units.hpp"
 #include "results/tables/studies/needle_table.hpp"
 #include "results/tables/table_layout.hpp"
@@ -69,14 +68,11 @@ Command add_needle(CLI::App &parent, const std::string &command_line) {
             ->capture_default_str();
     command->add_option("--model", options->models, "Names as in 'livermark list models'; by default those of a run");
     command
-        ->add_option_function<std::string>(
-            "--regime",
-            [options](const std::string &word) {
-                options->regime = CLI::detail::to_lower(word) == "large" ? core::Regime::large : core::Regime::small;
-            },
+        ->add_option(
+            "--regime", options->regime,
             "small (linear in the forces; reference: linear elasticity) or large (springs and hyperelastic elements "
             "come to rest under the forces; reference: hyperelasticity; hours with a refined reference)")
-        ->check(one_of(std::vector<std::string>{"small", "large"}))
+        ->transform(a_regime())
         ->default_str("small");
     command
         ->add_option("--step", options->step,
