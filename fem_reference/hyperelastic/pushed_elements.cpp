@@ -19,9 +19,6 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// Parts that forces go in where all at once finds no equilibrium.
-constexpr int most_parts = 32;
-
 LoadPath path_of_pushes() {
     LoadPath path;
     path.tolerance = 1e-5; // of forces out of balance: places move by less than a micrometre for them
@@ -59,23 +56,23 @@ class PushedElements : public core::PushedBody {
 
     std::optional<core::PushedPlaces> push(const VectorXd &force) override {
         auto there = at_;
-        for (int parts = 1; parts <= most_parts; parts *= 2) {
+        const auto begin = [&] {
             there = at_;
-            bool is_there = true;
-            for (int part = 1; is_there && part <= parts; ++part) {
-                load(force_ + (force - force_) * part / parts);
-                LoadStep step;
-                is_there = search_.settle(there, step);
-            }
             steps_ = {};
-            if (is_there) {
-                at_ = std::move(there);
-                force_ = force;
-                return found();
-            }
-            search_.distrust_factor();
-        }
-        return std::nullopt;
+        };
+        const auto go_to = [&](const VectorXd &part) {
+            load(part);
+            LoadStep step;
+            const bool is_there = search_.settle(there, step);
+            if (!is_there)
+                search_.distrust_factor();
+            return is_there;
+        };
+        if (!core::push_in_parts(force_, force, begin, go_to))
+            return std::nullopt;
+        at_ = std::move(there);
+        force_ = force;
+        return found();
     }
 
   private:

@@ -17,8 +17,6 @@ using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 /// Of forces out of balance: places move by less than a micrometre for them.
 constexpr double push_tolerance = 1e-8;
-/// Parts that forces go in where all at once finds no equilibrium.
-constexpr int most_parts_of_push = 32;
 
 NodalConditions conditions_at_rest(const core::Problem &problem, const std::vector<double> &node_mass) {
     auto conditions = nodal_conditions(problem, node_mass);
@@ -41,24 +39,21 @@ class PushedSprings : public core::PushedBody {
     const Eigen::MatrixXd &compliance() const override { return compliance_; }
 
     std::optional<core::PushedPlaces> push(const Eigen::VectorXd &force) override {
-        for (int parts = 1; parts <= most_parts_of_push; parts *= 2) {
-            auto there = displacement_;
-            bool is_there = true;
-            for (int part = 1; is_there && part <= parts; ++part) {
-                load(force_ + (force - force_) * part / parts);
-                auto found = find_equilibrium(body_, points_, conditions_, rest_,
-                                              {.tolerance = push_tolerance, .memory = &memory_, .bears_rounding = true},
-                                              std::move(there));
-                is_there = found.status == core::SolutionStatus::ok;
-                there = std::move(found.displacement);
-            }
-            if (is_there) {
-                displacement_ = std::move(there);
-                force_ = force;
-                return found();
-            }
-        }
-        return std::nullopt;
+        Field there;
+        const auto go_to = [&](const Eigen::VectorXd &part) {
+            load(part);
+            auto found = find_equilibrium(body_, points_, conditions_, rest_,
+                                          {.tolerance = push_tolerance, .memory = &memory_, .bears_rounding = true},
+                                          std::move(there));
+            there = std::move(found.displacement);
+            return found.status == core::SolutionStatus::ok;
+        };
+        if (!core::push_in_parts(
+                force_, force, [&] { there = displacement_; }, go_to))
+            return std::nullopt;
+        displacement_ = std::move(there);
+        force_ = force;
+        return found();
     }
 
   private:

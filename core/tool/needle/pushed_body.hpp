@@ -50,4 +50,22 @@ class LinearPushedBody : public PushedBody {
     Eigen::MatrixXd compliance_;
 };
 
+/// Goes from one force to another at once, or else in 2, 4, ... 32 equal parts, until an equilibrium is found.
+/// @param begin  called before each attempt: goes back to where the body was under the first force
+/// @param go_to  finds the equilibrium under a force (3 K) [N], from the last one; whether it did
+/// @return whether it arrived
+template <class Begin, class GoTo>
+bool push_in_parts(const Eigen::VectorXd &from, const Eigen::VectorXd &to, const Begin &begin, const GoTo &go_to) {
+    constexpr int most_parts = 32;
+    for (int parts = 1; parts <= most_parts; parts *= 2) {
+        begin();
+        bool is_there = true;
+        for (int part = 1; is_there && part <= parts; ++part)
+            is_there = go_to(from + (to - from) * part / parts);
+        if (is_there)
+            return true;
+    }
+    return false;
+}
+
 } // namespace livermark::core
