@@ -21,6 +21,7 @@ int print_cut(studies::CutStudyOptions options, bool markdown, const std::string
     fmt::print("{}: {}\n{} step by step:\n\n", file.body, results::printable(file.title), file.runs.front().model);
     for (const auto &table : {results::cut_table(file), results::cut_models_table(file)})
         fmt::print("{}\n", markdown ? results::to_markdown(table) : results::to_text(table));
+    fmt::print("{}\n", results::cut_judge_note(file));
     if (!file.levels.empty()) {
         const auto table = results::cut_levels_table(file);
         fmt::print("{} in the end, on meshes that are finer and finer at the rim of the wound:\n\n{}\n{}\n",

@@ -39,4 +39,12 @@ std::optional<ErrorBar> CutFile::in_the_end(const std::string &way, double CutLe
     return ErrorBar{values.back(), core::observed_error(values)};
 }
 
+CutJudge CutFile::judge_in_the_end() const {
+    const auto opening = in_the_end("facets", &CutLevel::opening);
+    const auto tool = in_the_end("facets", &CutLevel::tool_stiffness);
+    if (opening && tool)
+        return {*opening, *tool, true};
+    return {{runs.front().opening.back()}, {runs.front().tool_stiffness.back()}, false};
+}
+
 } // namespace livermark::results

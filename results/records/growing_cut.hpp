@@ -63,6 +63,12 @@ struct ErrorBar {
     double value = 0.0, error = 0.0;
 };
 
+/// What models are compared with in the end.
+struct CutJudge {
+    ErrorBar opening, tool_stiffness; ///< [m], [N/m]
+    bool is_refined = false;          ///< or the reference on the mesh of the models, whose errors are not known (0)
+};
+
 /// A blade that goes into a body under load: the content of one cut file.
 struct CutFile {
     Provenance provenance;
@@ -84,6 +90,8 @@ struct CutFile {
     /// The finest of a way, with what it still lacks; nothing where there are fewer than three.
     /// @param number  CutLevel::opening or CutLevel::tool_stiffness
     std::optional<ErrorBar> in_the_end(const std::string &way, double CutLevel::*number) const;
+    /// The finest mesh of the cut along facets, which is that of the models, where there are three.
+    CutJudge judge_in_the_end() const;
     /// From the blade to the next step's loads: dividing the body and setting a model up for it, a time for each step
     /// that has parted something [s].
     std::vector<double> ready_seconds(const CutRun &run) const;

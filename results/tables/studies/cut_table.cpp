@@ -20,6 +20,10 @@ double difference_in_percent(double value, double reference) {
     return core::percent * (value / reference - 1.0);
 }
 
+std::string percent_of(const ErrorBar &number) {
+    return fixed(core::percent * number.error / number.value, 1);
+}
+
 double middle_of(std::vector<double> values) {
     if (values.empty())
         return std::numeric_limits<double>::quiet_NaN();
@@ -54,11 +58,11 @@ struct RankedMotion {
 
 /// The best setting of each method within each budget, budget by budget.
 std::vector<RankedMotion> ranked_motions(const CutFile &file) {
-    const auto &judge = file.runs.front();
+    const auto judge = file.judge_in_the_end();
     std::vector<RankedMotion> ranked;
     for (const auto &motion : file.motions) {
-        const RankedMotion here{&motion, difference_in_percent(motion.opening.back(), judge.opening.back()),
-                                difference_in_percent(motion.tool_stiffness.back(), judge.tool_stiffness.back()),
+        const RankedMotion here{&motion, difference_in_percent(motion.opening.back(), judge.opening.value),
+                                difference_in_percent(motion.tool_stiffness.back(), judge.tool_stiffness.value),
                                 motion.frame_seconds > motion.budget};
         const auto same = std::ranges::find_if(ranked, [&](const RankedMotion &other) {
             return other.motion->method == motion.method && other.motion->budget == motion.budget;
@@ -115,22 +119,41 @@ Layout cut_models_table(const CutFile &file) {
                   {"equilibrium [ms]", true}},
                  {}};
     const auto last = file.num_records() - 1;
-    const auto &judge = file.runs.front();
+    const auto judge = file.judge_in_the_end();
+    const auto &on_mesh = file.runs.front();
+    const auto bar = [](const ErrorBar &number) { return std::isnan(number.value) ? "-" : "+- " + percent_of(number); };
+    if (judge.is_refined)
+        table.rows.push_back({on_mesh.model + ", refined (reference)",
+                              fixed(core::millimetres * judge.opening.value, 3), bar(judge.opening), "-", "-", "-",
+                              fixed(judge.tool_stiffness.value, 2), bar(judge.tool_stiffness), "-", "-", "-"});
     for (const auto &run : file.runs) {
-        const bool judges = &run == &judge;
+        const bool judges = !judge.is_refined && &run == &on_mesh;
         const auto off = [&](double value, double reference) {
             return judges ? "-" : fixed(difference_in_percent(value, reference), 1);
         };
         const auto ready = file.ready_seconds(run);
+        // The finer meshes have no energy of the body before the cut, and two references are never in one table.
         table.rows.push_back(
             {judges ? run.model + " (reference)" : run.model, fixed(core::millimetres * run.opening[last], 3),
-             off(run.opening[last], judge.opening[last]), fixed(millijoules * run.released(last), 3),
-             off(run.released(last), judge.released(last)), fixed(run.released(last) / file.area[last], 3),
-             fixed(run.tool_stiffness[last], 2), off(run.tool_stiffness[last], judge.tool_stiffness[last]),
-             fixed(core::milliseconds * middle_of(ready), 0), fixed(core::milliseconds * longest_of(ready), 0),
+             off(run.opening[last], judge.opening.value), fixed(millijoules * run.released(last), 3),
+             judge.is_refined ? "-" : off(run.released(last), on_mesh.released(last)),
+             fixed(run.released(last) / file.area[last], 3), fixed(run.tool_stiffness[last], 2),
+             off(run.tool_stiffness[last], judge.tool_stiffness.value), fixed(core::milliseconds * middle_of(ready), 0),
+             fixed(core::milliseconds * longest_of(ready), 0),
              fixed(core::milliseconds * middle_of(file.equilibrium_seconds(run)), 0)});
     }
     return table;
+}
+
+std::string cut_judge_note(const CutFile &file) {
+    const auto judge = file.judge_in_the_end();
+    const auto &name = file.runs.front().model;
+    if (!judge.is_refined)
+        return fmt::format("Errors are against {} on the mesh of the models, which has no error bar.\n", name);
+    const bool has_tool = !std::isnan(judge.tool_stiffness.value);
+    return fmt::format("Errors are against {} on the finest mesh, which is uncertain by {} % in the opening{}.\n", name,
+                       percent_of(judge.opening),
+                       has_tool ? fmt::format(" and {} % at the tool", percent_of(judge.tool_stiffness)) : "");
 }
 
 Layout cut_levels_table(const CutFile &file) {

@@ -14,8 +14,12 @@ Layout cut_table(const CutFile &file);
 
 /// A row for each model: opening at the end [mm], energy released in all [mJ], over the whole area [J/m^2], stiffness
 /// at the tool at the end [N/m], all beside the reference [%]; the median and the longest time from the blade until the
-/// model is set up for the body that it leaves, and the median of the equilibrium that follows [ms].
+/// model is set up for the body that it leaves, and the median of the equilibrium that follows [ms]. The reference is
+/// CutFile::judge_in_the_end(); a refined one has no released energy, and a row of its own with its error bars [%].
 Layout cut_models_table(const CutFile &file);
+
+/// A sentence: which reference errors of models and methods are against, and how exact it is.
+std::string cut_judge_note(const CutFile &file);
 
 /// A row for each mesh on which the reference was solved in the end: how the body was cut, tetrahedra, area cut [cm^2],
 /// mean depth of the rim [mm], opening [mm], stiffness at the tool [N/m], time of the equilibrium with the set-up [s].

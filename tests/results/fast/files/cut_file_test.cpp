@@ -51,7 +51,9 @@ TEST_F(CutFiles, MayHoldNoMotionsAndNoFinerMeshes) {
 }
 
 TEST_F(CutFiles, TellHowMotionsEndedBesideTheReference) {
-    const auto table = cut_motions_table(tests::sample_cut());
+    auto file = tests::sample_cut();
+    file.levels.clear();
+    const auto table = cut_motions_table(file);
     ASSERT_EQ(table.rows.size(), 2U);
     EXPECT_EQ(table.rows[0][0], "elements"); // of the smaller budget
     EXPECT_EQ(table.rows[0][2], "too slow");
@@ -73,6 +75,7 @@ TEST_F(CutFiles, RankMotionsOfABudgetByTheLargerError) {
         file.motions.push_back(std::move(motion));
     };
     file.motions.clear();
+    file.levels.clear();
     const double lost = std::nan("");
     add("lost", lost, lost, 0.001);
     add("slow", 0.002, 30.0, 0.02);              // exact, but too late
@@ -109,6 +112,27 @@ TEST_F(CutFiles, TellTheErrorOfTheReferenceFromThreeMeshes) {
                                      "these meshes judge is off by -23.1 % and 5.3 %.\n");
 }
 
+TEST_F(CutFiles, CompareWithTheFinestMeshOfTheReference) {
+    auto file = tests::sample_cut();
+    const auto models = cut_models_table(file);
+    ASSERT_EQ(models.rows.size(), 3U);
+    EXPECT_EQ(models.rows[0], (std::vector<std::string>{"judge, refined (reference)", "2.600", "+- 7.7", "-", "-", "-",
+                                                        "28.50", "+- 1.8", "-", "-", "-"}));
+    EXPECT_EQ(models.rows[1][0], "judge"); // on the mesh of the models, which is off as well
+    EXPECT_EQ(models.rows[1][2], "-23.1");
+    EXPECT_EQ(models.rows[1][7], "5.3");
+    EXPECT_EQ(models.rows[2][2], "15.4");
+    EXPECT_EQ(models.rows[2][4], "-"); // finer meshes do not say what was released
+    EXPECT_EQ(models.rows[2][7], "26.3");
+    EXPECT_EQ(cut_motions_table(file).rows[1][5], "15.4");
+    EXPECT_EQ(cut_judge_note(file), "Errors are against judge on the finest mesh, which is uncertain by 7.7 % in the "
+                                    "opening and 1.8 % at the tool.\n");
+    file.levels.erase(file.levels.begin()); // two meshes are not enough
+    EXPECT_FALSE(file.judge_in_the_end().is_refined);
+    EXPECT_EQ(cut_models_table(file).rows[0][0], "judge (reference)");
+    EXPECT_EQ(cut_judge_note(file), "Errors are against judge on the mesh of the models, which has no error bar.\n");
+}
+
 TEST_F(CutFiles, AreRefusedWhereTheyCannotBe) {
     EXPECT_THROW(read_cut_file(directory_ / "none.h5"), support::InputError);
     auto wrong = tests::sample_cut();
@@ -132,7 +156,9 @@ TEST_F(CutFiles, SayWhatACutSetsFree) {
     EXPECT_EQ(steps.rows[1], (std::vector<std::string>{"10.0", "2.00", "2.000", "15.000", "5.000", "25.000", "15.00",
                                                        "30.00", "250"}));
     EXPECT_EQ(steps.rows[2][5], "-");
-    const auto models = cut_models_table(file);
+    auto on_mesh = file;
+    on_mesh.levels.clear();
+    const auto models = cut_models_table(on_mesh);
     ASSERT_EQ(models.rows.size(), 2U);
     EXPECT_EQ(models.rows[0][0], "judge (reference)");
     EXPECT_EQ(models.rows[1], (std::vector<std::string>{"springs", "3.000", "50.0", "6.000", "20.0", "30.000", "36.00",
