@@ -17,15 +17,12 @@ core::Vector3 ImplicitContact::linearise_at(Point &point, const core::Vector3 &x
         return size * normal;
     const auto across = [&](const core::Vector3 &v) { return core::Vector3(v - normal.dot(v) * normal); };
     const core::Vector3 of_ball = step_.to - step_.from;
-    core::Vector3 along = across(point.before) - across(x - point.start - of_ball) / point.compliance;
-    if (const double length = along.norm(); length > step_.friction * size) {
-        along *= step_.friction * size / length;
-        point.force += along;
-    } else {
-        point.stiffness = Matrix3::Identity() / point.compliance;
-        point.force += across(point.before) + across(of_ball) / point.compliance;
-    }
-    return size * normal + along;
+    const core::Vector3 sticking = across(point.before) - across(x - point.start - of_ball) / point.compliance;
+    const double length = sticking.norm(), limit = step_.friction * size;
+    const double share = length > limit ? limit / length : 1.0;
+    point.stiffness += share / point.compliance * (Matrix3::Identity() - normal * normal.transpose());
+    point.force += share * (across(point.before) + across(of_ball) / point.compliance);
+    return size * normal + share * sticking;
 }
 
 } // namespace livermark::interactive

@@ -9,10 +9,12 @@
 namespace livermark::interactive {
 
 /// A ball that touches, as springs of the points of its facets that are solved for with all else in a linearised step:
-/// the penalty 1 / c of core::BallContact along the normal, the same across it where a point sticks, and a constant
-/// force where it slips. Which points touch, and which of these slip, is what the solution before has shown: solutions
-/// follow one another until forces are what these were found with. (active sets, P. Wriggers, Computational Contact
-/// Mechanics, 2006, chapters 6 and 10; implicit penalty forces as in SOFA's PenalityContactForceField)
+/// the penalty 1 / c of core::BallContact along the normal, the same across it where a point sticks, and as much less
+/// where it slips as the force of sticking is above the cone. Which points touch, and how much less that is, is what
+/// the solution before has shown: solutions follow one another until forces are what these were found with. A slipping
+/// point with a constant force in place of the secant sticks and slips in turn where steps are long. (active sets, P.
+/// Wriggers, Computational Contact Mechanics, 2006, chapters 6 and 10; implicit penalty forces as in SOFA's
+/// PenalityContactForceField)
 class ImplicitContact {
   public:
     /// F(x) = force - stiffness (x - x_n) at x = sum of shape_k x_k, with x_n where the step begins.
