@@ -220,6 +220,34 @@ std::function<void(const Effort &)> frames_on_the_way_in(MovingBody &body, const
     };
 }
 
+namespace {
+
+/// Where a step has to be solved several times if it is long, the time is no straight line over the number of steps,
+/// and a guess on that line may be ten times too many.
+MeasuredEffort until_it_fits(const std::function<void(const Effort &)> &frame, models::Setting setting, double budget,
+                             MeasuredEffort guess, int number) {
+    constexpr int most_corrections = 4;
+    constexpr double near = 0.1; // of the budget: times are no more exact on a busy machine
+    const int least = setting == models::Setting::ten_iterations ? 2 : 1;
+    for (int c = 0;; ++c) {
+        const auto time = time_of_frame(frame, guess.effort);
+        guess.spread = std::max(guess.spread, time.spread);
+        const int better = std::clamp(static_cast<int>(number * budget / time.seconds), least, most_effort);
+        if (std::abs(time.seconds / budget - 1.0) <= near || better == number)
+            break;
+        if (c == most_corrections) {
+            guess.seconds = time.seconds;
+            break;
+        }
+        guess.seconds = time.seconds * better / number;
+        number = better;
+        guess.effort = effort_of(setting, number);
+    }
+    return guess;
+}
+
+} // namespace
+
 std::optional<MeasuredEffort> largest_effort(const std::function<void(const Effort &)> &frame, models::Setting setting,
                                              double budget) {
     const auto of_one = time_of_frame(frame, effort_of(setting, 1));
@@ -227,14 +255,18 @@ std::optional<MeasuredEffort> largest_effort(const std::function<void(const Effo
     if (of_one.seconds > budget)
         return needs_two ? std::nullopt
                          : std::optional(MeasuredEffort{effort_of(setting, 1), of_one.seconds, of_one.spread});
+    constexpr int most_times_trial = 8; // a frame of many times the budget is nothing to measure
     const int trial = std::clamp(static_cast<int>(0.5 * budget / of_one.seconds), 2, most_effort);
     const auto of_trial = time_of_frame(frame, effort_of(setting, trial));
     const double of_each = std::max((of_trial.seconds - of_one.seconds) / (trial - 1), 1e-9);
-    const int number = std::clamp(1 + static_cast<int>((budget - of_one.seconds) / of_each), 1, most_effort);
+    const int number = std::clamp(1 + static_cast<int>((budget - of_one.seconds) / of_each), 1,
+                                  std::min(most_effort, most_times_trial * trial));
     if (needs_two && number == 1)
         return std::nullopt;
-    return MeasuredEffort{effort_of(setting, number), of_one.seconds + (number - 1) * of_each,
-                          std::max(of_one.spread, of_trial.spread)};
+    return until_it_fits(
+        frame, setting, budget,
+        {effort_of(setting, number), of_one.seconds + (number - 1) * of_each, std::max(of_one.spread, of_trial.spread)},
+        number);
 }
 
 results::ArenaRun run_method(const models::MovingMethod &method, const ArenaScene &scene, const Effort &effort) {
