@@ -126,6 +126,31 @@ TEST_P(SettlingMethod, ComesToTheEquilibriumOfItsEnergyByItsOwnSteps) {
 
 INSTANTIATE_TEST_SUITE_P(All, SettlingMethod, testing::Values("vertex_block_descent"));
 
+/// Those that begin a step where inertia and loads lead: with few iterations they rest in a softer shape.
+struct PrefactoredMethod : testing::TestWithParam<const char *> {
+    const interactive::Method &method = interactive::find_method(GetParam());
+
+    /// Over the displacement at rest, from where Newton's method rests.
+    double drift(int iterations) const {
+        const auto simulation = method.prepare(bar_scene(true));
+        simulation->set_external_forces(core::Vector3(1e-3, 0.0, -3e-3).replicate(1, simulation->positions().cols()));
+        const auto expected = interactive::equilibrium(*simulation);
+        EXPECT_TRUE(expected.converged);
+        simulation->set_state(expected.positions, Field::Zero(3, expected.positions.cols()));
+        for (int k = 0; k < 20; ++k)
+            simulation->step(0.01, iterations);
+        const double size = (expected.positions - interactive::rest_positions(simulation->scene())).norm();
+        return (simulation->positions() - expected.positions).norm() / size;
+    }
+};
+
+TEST_P(PrefactoredMethod, StaysInTheEquilibriumOfItsEnergyOnceItsIterationsConverge) {
+    EXPECT_LT(drift(400), 1e-5);
+    EXPECT_GT(drift(1), 1e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PrefactoredMethod, testing::Values("projective_dynamics", "fast_mass_spring"));
+
 TEST(Projections, FindTheNearestPointOfUnitProduct) {
     const core::Vector3 s(1.3, 0.9, 0.8);
     const auto p = interactive::densities::nearest_of_unit_product(s);
