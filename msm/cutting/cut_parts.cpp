@@ -2,6 +2,7 @@
 
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "msm/springs/springs_with_volume.hpp"
@@ -9,39 +10,26 @@
 
 namespace livermark::msm {
 
+/// What some tetrahedra have numbers of, each ascending and once.
 template <std::size_t n>
-CutParts::Around CutParts::around(const std::vector<std::array<int, n>> &numbers, std::size_t count) {
-    Around result;
-    result.start.assign(count + 1, 0);
-    for (const auto &of_tetrahedron : numbers)
-        for (const int number : of_tetrahedron)
-            ++result.start[number + 1];
-    for (std::size_t i = 1; i < result.start.size(); ++i)
-        result.start[i] += result.start[i - 1];
-    result.tetrahedra.resize(n * numbers.size());
-    auto next = result.start;
-    for (std::size_t t = 0; t < numbers.size(); ++t)
-        for (const int number : numbers[t])
-            result.tetrahedra[next[number]++] = static_cast<int>(t);
-    return result;
-}
-
-/// What the tetrahedra that a cut takes away have numbers of, each ascending and once.
-template <std::size_t n> std::vector<int> CutParts::of_removed(const std::vector<std::array<int, n>> &numbers) {
-    std::vector<int> once;
+std::vector<int> CutParts::once(const std::vector<std::array<int, n>> &numbers, std::span<const int> tetrahedra) {
+    std::vector<int> found;
     if (numbers.empty())
-        return once;
-    for (const int t : changes_.tetrahedra)
+        return found;
+    for (const int t : tetrahedra)
         for (const int number : numbers[t])
             if (is_seen_[number] == 0) {
                 is_seen_[number] = 1;
-                once.push_back(number);
+                found.push_back(number);
             }
-    for (const int number : once)
+    for (const int number : found)
         is_seen_[number] = 0;
-    std::ranges::sort(once);
-    return once;
+    std::ranges::sort(found);
+    return found;
 }
+
+template std::vector<int> CutParts::once(const std::vector<std::array<int, 4>> &, std::span<const int>);
+template std::vector<int> CutParts::once(const std::vector<std::array<int, 6>> &, std::span<const int>);
 
 std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticBody &elastic,
                                           std::optional<SpringSource> springs) {
@@ -55,13 +43,15 @@ std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticB
     result.node_mass_ = elastic.node_mass;
     result.source_ = std::move(springs);
     result.tetrahedra_ = mesh.tetrahedra;
-    result.of_node_ = around(mesh.tetrahedra, mesh.points.size());
+    result.of_node_ = NumberLists(mesh.tetrahedra, mesh.points.size());
     const auto volumes = core::tetrahedron_volumes(mesh);
     for (std::size_t t = 0; t < volumes.size(); ++t)
         result.mass_share_.push_back(body.materials[mesh.region[t]].density * volumes[t] / 4.0);
     if (!result.parts_.edges.empty()) {
         result.edges_ = core::edge_table(mesh.tetrahedra);
-        result.of_spring_ = around(result.edges_.tetrahedron_edge, result.edges_.edges.size());
+        result.of_spring_ = NumberLists(result.edges_.tetrahedron_edge, result.edges_.edges.size());
+        result.spring_order_.resize(result.edges_.edges.size());
+        std::iota(result.spring_order_.begin(), result.spring_order_.end(), 0);
         if (result.source_ && result.source_->law.of_tetrahedron)
             for (std::size_t t = 0; t < volumes.size(); ++t)
                 result.of_edges_.push_back(result.source_->law.of_tetrahedron(result.source_->body, t));
@@ -72,7 +62,7 @@ std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticB
     for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
         result.volume_[static_cast<Eigen::Index>(t)] = volume_gradient(x, mesh.tetrahedra[t]).volume;
     if (!parts.centre.empty()) {
-        result.of_volume_ = around(parts.corner_volume, parts.centre.size());
+        result.of_volume_ = NumberLists(parts.corner_volume, parts.centre.size());
         for (int c = 0; c < static_cast<int>(parts.centre.size()); ++c)
             result.volume_modulus_.push_back(
                 modulus_beside_springs(body.materials[mesh.region[result.of_volume_.of(c).front()]]));
@@ -93,7 +83,7 @@ void CutParts::set_spring(int spring) {
 }
 
 /// Of the body without what is gone; nodes keep their numbers.
-void CutParts::ask_law_again() {
+std::vector<int> CutParts::ask_law_again() {
     auto body = source_->body;
     auto &mesh = body.mesh;
     core::EdgeTable table;
@@ -107,7 +97,7 @@ void CutParts::ask_law_again() {
             for (const int edge : table.tetrahedron_edge.emplace_back(edges_.tetrahedron_edge[t]))
                 number[edge] = 0;
         }
-    for (std::size_t s = 0; s < number.size(); ++s)
+    for (const int s : spring_order_)
         if (number[s] == 0) {
             number[s] = static_cast<int>(table.edges.size());
             table.edges.push_back(edges_.edges[s]);
@@ -116,11 +106,18 @@ void CutParts::ask_law_again() {
         for (int &edge : edges)
             edge = number[edge];
     const auto stiffness = source_->law.stiffness(body, table);
-    changes_.springs.clear();
-    for (std::size_t s = 0; s < number.size(); ++s) {
+    for (std::size_t s = 0; s < number.size(); ++s)
         parts_.stiffness[s] = number[s] < 0 ? 0.0 : source_->factor * stiffness[number[s]];
-        changes_.springs.push_back(static_cast<int>(s));
-    }
+    std::vector<int> all(number.size());
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+}
+
+void CutParts::set_mass(int node) {
+    node_mass_[node] = 0.0;
+    for (const int t : of_node_.of(node))
+        if (parts_.is_there(t))
+            node_mass_[node] += mass_share_[t];
 }
 
 /// As VolumePenalty does, a product with few rows.
@@ -148,22 +145,18 @@ const CutChanges &CutParts::remove(std::span<const int> tetrahedra) {
     std::ranges::sort(changes_.tetrahedra);
     for (const int t : changes_.tetrahedra)
         parts_.is_removed[t] = 1;
-    changes_.nodes = of_removed(tetrahedra_);
-    changes_.springs = of_removed(edges_.tetrahedron_edge);
+    changes_.nodes = once(tetrahedra_, changes_.tetrahedra);
+    changes_.springs = once(edges_.tetrahedron_edge, changes_.tetrahedra);
     if (!parts_.centre.empty())
-        changes_.volumes = of_removed(parts_.corner_volume);
-    changes_.edge_parts = of_removed(parts_.edge_part);
-    for (const int node : changes_.nodes) {
-        node_mass_[node] = 0.0;
-        for (const int t : of_node_.of(node))
-            if (parts_.is_there(t))
-                node_mass_[node] += mass_share_[t];
-    }
+        changes_.volumes = once(parts_.corner_volume, changes_.tetrahedra);
+    changes_.edge_parts = once(parts_.edge_part, changes_.tetrahedra);
+    for (const int node : changes_.nodes)
+        set_mass(node);
     if (!of_edges_.empty())
         for (const int s : changes_.springs)
             set_spring(s);
     else if (source_)
-        ask_law_again();
+        changes_.springs = ask_law_again();
     if (!parts_.volume_stiffness.empty())
         set_volumes(changes_.volumes);
     return changes_;

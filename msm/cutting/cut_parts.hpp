@@ -9,6 +9,7 @@
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "msm/cutting/cut_changes.hpp"
+#include "msm/cutting/number_lists.hpp"
 #include "msm/dynamics/step_parts.hpp"
 #include "msm/spring_law.hpp"
 
@@ -21,11 +22,11 @@ struct SpringSource {
     double factor = 1.0; ///< of all springs
 };
 
-/// What fast kernels know of a body from which tetrahedra are taken away, one cut after the other. Nodes, springs and
-/// tetrahedra keep their numbers. What a cut changes is found around it alone: the stiffness of springs as sums over
-/// the tetrahedra that are left around an edge, masses and volumes of nodes likewise, in the order in which a set-up
-/// from nothing sums, so the numbers are those of the cut body set up anew, to the bit. Laws that look at the whole
-/// body (uniform, patch) are asked again.
+/// What fast kernels know of a body from which tetrahedra are taken away, or that is parted, one cut after the other.
+/// Nodes, springs and tetrahedra keep their numbers; new ones are numbered behind them. What a cut changes is found
+/// around it alone: the stiffness of springs as sums over the tetrahedra that are left around an edge, masses and
+/// volumes of nodes likewise, in the order in which a set-up from nothing sums, so the numbers are those of the cut
+/// body set up anew, to the bit. Laws that look at the whole body (uniform, patch) are asked again.
 class CutParts {
   public:
     /// @param body     at rest, with the materials that its terms have; the tetrahedra of the elastic body are its own
@@ -41,37 +42,44 @@ class CutParts {
     /// @return what has changed, until the next call
     const CutChanges &remove(std::span<const int> tetrahedra);
 
+    /// Parts the body: some tetrahedra get other nodes. Which faces may part is the caller's to know: see
+    /// meshes::cut().
+    /// @param parting  of tetrahedra that are there; each new node has some of those of its parent
+    /// @return what has changed, until the next call
+    const PartingChanges &part(const Parting &parting);
+
     const StepParts &parts() const { return parts_; }
     const std::vector<double> &node_mass() const { return node_mass_; } ///< (N) [kg]; 0 of nodes that are gone
 
   private:
     CutParts() = default;
     void set_spring(int spring);
-    void ask_law_again();
+    /// @return springs whose stiffness may have changed: all
+    std::vector<int> ask_law_again();
     void set_volumes(std::span<const int> volumes);
-    template <std::size_t n> std::vector<int> of_removed(const std::vector<std::array<int, n>> &numbers);
+    void set_mass(int node);
+    template <std::size_t n>
+    std::vector<int> once(const std::vector<std::array<int, n>> &numbers, std::span<const int> tetrahedra);
 
-    /// Lists of tetrahedra, ascending, behind each other.
-    struct Around {
-        std::vector<int> start, tetrahedra;
-        std::span<const int> of(int number) const {
-            return std::span(tetrahedra).subspan(start[number], start[number + 1] - start[number]);
-        }
-    };
-    template <std::size_t n> static Around around(const std::vector<std::array<int, n>> &numbers, std::size_t count);
+    void part_nodes(const Parting &parting);
+    void part_springs(const Parting &parting);
+    void part_volumes(const Parting &parting);
+    void part_edges(const Parting &parting);
 
     StepParts parts_;
     std::vector<double> node_mass_;
     std::optional<SpringSource> source_;
     core::EdgeTable edges_;
     std::vector<std::array<int, 4>> tetrahedra_;
-    Around of_node_, of_spring_, of_volume_;
+    std::vector<int> spring_order_;               // (S) as edges follow each other in lexicographic order
+    NumberLists of_node_, of_spring_, of_volume_; // tetrahedra of each, ascending
     std::vector<double> mass_share_;              // (M) of each corner [kg]
     std::vector<std::array<double, 6>> of_edges_; // (M) what each adds to its springs [N/m]
     Eigen::VectorXd volume_;                      // (M) as VolumePenalty has it [m^3]
     std::vector<double> volume_modulus_;          // (C) [Pa]
-    std::vector<char> is_seen_;                   // room for marks, 0 but in of_removed()
+    std::vector<char> is_seen_;                   // room for marks, 0 but in once()
     CutChanges changes_;
+    PartingChanges parted_;
 };
 
 } // namespace livermark::msm

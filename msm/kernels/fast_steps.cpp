@@ -83,6 +83,9 @@ void FastSteps::set_mass(int node, double mass) {
 bool FastSteps::cut(const StepParts &parts, const std::vector<double> &node_mass, const CutChanges &changes) {
     return implementation_->cut(parts, node_mass, changes);
 }
+bool FastSteps::part(const StepParts &parts, const std::vector<double> &node_mass, const PartingChanges &changes) {
+    return implementation_->part(parts, node_mass, changes);
+}
 bool FastSteps::set_scaling(const MassScaling &scaling) {
     return implementation_->set_scaling(scaling);
 }

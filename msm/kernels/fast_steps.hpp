@@ -113,6 +113,15 @@ class FastSteps {
     ///   set_scaling()
     bool cut(const StepParts &parts, const std::vector<double> &node_mass, const CutChanges &changes);
 
+    /// Goes on with nodes parted: tetrahedra have new nodes in the places of those before. New nodes are where their
+    /// parents are and as fast, so momentum stays; they are constrained where these are, and the load of a node is
+    /// shared by mass with what was parted from it. The motion is that of steps that are prepared for the parts as they
+    /// are now, but for the order of sums. Steps take a little longer than these.
+    /// @param parts      as they are now; FastStepOptions::may_be_cut was set
+    /// @param node_mass  shape (N) [kg], new nodes included
+    /// @return false if masses of a stiff part were scaled of which a node is parted; see cut()
+    bool part(const StepParts &parts, const std::vector<double> &node_mass, const PartingChanges &changes);
+
     /// Scales the masses of these parts from now on, and those of no others; what set_mass() gave their nodes is
     /// forgotten there.
     /// @param scaling  as for prepare(), of the nodes that are left: see scale_masses_of_rest()

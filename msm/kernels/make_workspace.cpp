@@ -15,6 +15,20 @@ template <class V> std::size_t bytes(const V &values) {
     return values.size() * sizeof(typename V::value_type);
 }
 
+template <class T> std::size_t num_deficits(const SlicedBody<T> &body) {
+    return body.fan_start.size() - 1 + body.volume_row.size() / slice_size + body.star_modulus.size() / slice_size;
+}
+
+template <class T> Aligned<T> moved_rows(const RowMap &map, const Aligned<T> &rows) {
+    Aligned<T> moved(4 * (static_cast<std::size_t>(map.num_rows) + 1), T(0));
+    std::copy_n(rows.begin(), 4 * static_cast<std::ptrdiff_t>(map.first_copy_before), moved.begin());
+    for (std::size_t c = 0; c < map.copy.size(); ++c)
+        std::copy_n(rows.begin() + 4 * (map.first_copy_before + static_cast<std::ptrdiff_t>(c)), 4,
+                    moved.begin() + 4 * (map.first_copy + std::ptrdiff_t{map.copy[c]}));
+    std::copy(rows.end() - 4, rows.end(), moved.end() - 4); // the far one
+    return moved;
+}
+
 /// For what volumes and strains are around nodes, and for the forces of tetrahedra.
 template <class T> void make_room_for_means(StepWorkspace<T> &at, int num_threads) {
     const auto &body = at.body;
@@ -70,9 +84,7 @@ StepWorkspace<T> make_workspace(const StepParts &parts, const std::vector<core::
     at.beta = damping.beta;
     at.least_stretch = options.least_stretch;
     if (!at.body.watched_volume.empty())
-        at.deficit.assign(at.body.fan_start.size() - 1 + at.body.volume_row.size() / slice_size +
-                              at.body.star_modulus.size() / slice_size,
-                          T(0));
+        at.deficit.assign(num_deficits(at.body), T(0));
     at.nodes.resize(at.body.num_slices);
     if (scheme.kind == StepScheme::Kind::runge_kutta_chebyshev)
         at.chebyshev_stages.resize(at.body.num_slices);
@@ -87,6 +99,29 @@ StepWorkspace<T> make_workspace(const StepParts &parts, const std::vector<core::
     make_room_for_means(at, num_threads);
     partition_work(at, num_threads);
     return at;
+}
+
+template <class T> void make_room_after_parting(const RowMap &map, int num_threads, StepWorkspace<T> &at) {
+    at.nodes.resize(static_cast<std::size_t>(at.body.num_slices));
+    if (!at.loads.empty())
+        at.loads.resize(at.nodes.size(), {});
+    if (!at.stages.empty())
+        at.stages.resize(at.nodes.size());
+    if (!at.chebyshev_stages.empty())
+        at.chebyshev_stages.resize(at.nodes.size());
+    if (!map.is_identity())
+        for (auto *both : {&at.rows, &at.velocity_rows})
+            for (auto &rows : *both)
+                if (!rows.empty())
+                    rows = moved_rows(map, rows);
+    if (!at.deficit.empty()) {
+        const bool is_pressed = std::ranges::any_of(at.deficit, [](T deficit) { return deficit > T(0); });
+        at.deficit.assign(num_deficits(at.body), T(0));
+        at.deficit.front() = is_pressed ? T(1) : T(0);
+    }
+    make_room_for_means(at, num_threads);
+    at.pairs.clear();
+    partition_work(at, num_threads);
 }
 
 template <class T> void make_room_for_stars(StepWorkspace<T> &at, int num_threads) {
@@ -112,6 +147,8 @@ template <class T> std::size_t working_set(const StepWorkspace<T> &at) {
            bytes(at.relaxation.tetrahedra.faded);
 }
 
+template void make_room_after_parting(const RowMap &, int, StepWorkspace<float> &);
+template void make_room_after_parting(const RowMap &, int, StepWorkspace<double> &);
 template void make_room_for_stars(StepWorkspace<float> &, int);
 template void make_room_for_stars(StepWorkspace<double> &, int);
 template std::size_t working_set(const StepWorkspace<float> &);

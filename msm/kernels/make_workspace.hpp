@@ -5,6 +5,7 @@
 
 #include "core/load_case.hpp"
 #include "msm/kernels/fast_steps.hpp"
+#include "msm/kernels/layout/parting/parting.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
 #include "msm/kernels/step_workspace.hpp"
 
@@ -20,6 +21,10 @@ StepWorkspace<T> make_workspace(const StepParts &parts, const std::vector<core::
                                 const StepScheme &scheme, const core::RayleighDamping &damping, double time_step,
                                 const FastStepOptions &options, std::size_t num_branches, int num_threads,
                                 SlicedPlan &plan);
+
+/// For what part_sliced_body() has added to the body. Nodes keep their places, and new ones stand at zero as yet, with
+/// no mass.
+template <class T> void make_room_after_parting(const RowMap &map, int num_threads, StepWorkspace<T> &at);
 
 /// For each thread, for the longest star of a body that is there now.
 template <class T> void make_room_for_stars(StepWorkspace<T> &at, int num_threads);

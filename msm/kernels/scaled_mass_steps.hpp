@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "msm/dynamics/mass_scaling.hpp"
+#include "msm/kernels/layout/parting/parting.hpp"
 #include "msm/kernels/layout/slicing.hpp"
 #include "msm/kernels/scaled_mass_arrays.hpp"
 #include "msm/kernels/step_workspace.hpp"
@@ -42,7 +43,7 @@ template <class T> class ScaledMassSteps {
 
     /// Gives a node another mass from now on; nothing happens where it belongs to no part.
     void set_mass(std::size_t row, double mass) {
-        if (place_of_row_.empty() || place_of_row_[row].first == nowhere)
+        if (row >= place_of_row_.size() || place_of_row_[row].first == nowhere)
             return;
         const auto [number, i] = place_of_row_[row];
         auto &part = parts_[number];
@@ -56,7 +57,7 @@ template <class T> class ScaledMassSteps {
     /// Scales the part of a node no more.
     /// @return rows of its nodes, none if the node belongs to no part
     std::vector<std::size_t> leave(std::size_t row) {
-        if (place_of_row_.empty() || place_of_row_[row].first == nowhere)
+        if (row >= place_of_row_.size() || place_of_row_[row].first == nowhere)
             return {};
         const auto number = place_of_row_[row].first;
         auto rows = std::move(parts_[number].row);
@@ -67,6 +68,13 @@ template <class T> class ScaledMassSteps {
             else if (place.first != nowhere && place.first > number)
                 --place.first;
         return rows;
+    }
+
+    /// Where copies of rows are now.
+    void move_copies(const RowMap &map) {
+        for (auto &part : parts_)
+            for (auto &[i, copy] : part.copies)
+                copy = static_cast<std::size_t>(map.of(static_cast<int>(copy)));
     }
 
     /// Before a step.

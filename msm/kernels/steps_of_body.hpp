@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <vector>
 
 #include "msm/kernels/fast_steps.hpp"
@@ -29,6 +30,7 @@ class FastSteps::Implementation {
     virtual void set_time_step(double time_step) = 0;
     virtual void set_mass(int node, double mass) = 0;
     virtual bool cut(const StepParts &parts, const std::vector<double> &node_mass, const CutChanges &changes) = 0;
+    virtual bool part(const StepParts &parts, const std::vector<double> &node_mass, const PartingChanges &changes) = 0;
     virtual bool set_scaling(const MassScaling &scaling) = 0;
     virtual bool is_pressed() const = 0;
     virtual void take(int num_steps) = 0;
@@ -204,20 +206,27 @@ template <class T> class StepsOfBody : public FastSteps::Implementation {
 
     bool cut(const StepParts &parts, const std::vector<double> &node_mass, const CutChanges &changes) override {
         update_sliced_body(parts, changes, plan_, at_.body);
-        std::vector<std::size_t> left_parts; // rows of these
-        for (const int node : changes.nodes) {
-            const auto rows = scaled_mass_.leave(static_cast<std::size_t>(at_.body.row_of_node[node]));
-            left_parts.insert(left_parts.end(), rows.begin(), rows.end());
-            set_mass(node, node_mass[node]);
-            if (node_mass[node] == 0.0)
-                stop(static_cast<std::size_t>(node));
-        }
         if (at_.body.is_around_edges())
             make_room_for_stars(at_, pool_.size());
-        return std::ranges::all_of(left_parts, [&](std::size_t row) {
-            const auto &per_mass = at_.nodes[row / slice_size].free_per_mass;
-            return per_mass[0][row % slice_size] == T(0); // gone
-        });
+        return change_masses(changes.nodes, node_mass);
+    }
+
+    bool part(const StepParts &parts, const std::vector<double> &node_mass, const PartingChanges &changes) override {
+        const auto map = part_sliced_body(parts, changes, plan_, at_.body);
+        make_room_after_parting(map, pool_.size(), at_);
+        rest_.resize(at_.nodes.size());
+        copies_.clear();
+        scaled_mass_.move_copies(map);
+        const std::size_t first_new = num_nodes() - changes.parent_node.size();
+        for (std::size_t k = 0; k < changes.parent_node.size(); ++k)
+            put_beside(static_cast<std::size_t>(changes.parent_node[k]), first_new + k);
+        for (std::size_t c = 0; c < at_.body.copied_row.size(); ++c)
+            for (auto *rows : {&at_.rows[at_.now], &at_.velocity_rows[at_.now]})
+                if (!rows->empty())
+                    std::copy_n(rows->begin() + 4 * std::ptrdiff_t{at_.body.copied_row[c]}, 4,
+                                rows->begin() + 4 * (at_.body.first_copy + static_cast<std::ptrdiff_t>(c)));
+        share_loads(changes.parent_node, node_mass);
+        return change_masses(changes.nodes, node_mass);
     }
 
     bool set_scaling(const MassScaling &scaling) override {
@@ -254,6 +263,70 @@ template <class T> class StepsOfBody : public FastSteps::Implementation {
 
   private:
     static T per_mass(double mass) { return mass > 0.0 ? static_cast<T>(1.0 / mass) : T(0); }
+
+    /// @return false if scaled parts are left behind without their scaling
+    bool change_masses(const std::vector<int> &nodes, const std::vector<double> &node_mass) {
+        std::vector<std::size_t> left_parts; // rows of these
+        for (const int node : nodes) {
+            const auto rows = scaled_mass_.leave(static_cast<std::size_t>(at_.body.row_of_node[node]));
+            left_parts.insert(left_parts.end(), rows.begin(), rows.end());
+            set_mass(node, node_mass[node]);
+            if (node_mass[node] == 0.0)
+                stop(static_cast<std::size_t>(node));
+        }
+        return std::ranges::all_of(left_parts, [&](std::size_t row) {
+            const auto &per_mass = at_.nodes[row / slice_size].free_per_mass;
+            return per_mass[0][row % slice_size] == T(0); // gone
+        });
+    }
+
+    /// A new node, as free as the one from which it is parted, in its place and as fast.
+    void put_beside(std::size_t parent, std::size_t node) {
+        const auto [from_slice, from] = slot(parent);
+        const auto [slice, lane] = slot(node);
+        const auto copy = [&, from = from, lane = lane](const auto &field, auto &to) {
+            for (std::size_t c = 0; c < 3; ++c)
+                to[c][lane] = field[c][from];
+        };
+        const auto copy_fine = [&](const FineField<T> &field, FineField<T> &to) {
+            copy(field.high, to.high);
+            if constexpr (requires { field.low; })
+                copy(field.low, to.low);
+        };
+        auto &to = at_.nodes[slice];
+        const auto &of_parent = at_.nodes[from_slice];
+        copy_fine(of_parent.position, to.position);
+        copy_fine(of_parent.velocity, to.velocity);
+        copy(of_parent.free_per_mass, to.free_per_mass);
+        copy_fine(rest_[from_slice], rest_[slice]);
+        if (!at_.loads.empty())
+            copy(at_.loads[from_slice], at_.loads[slice]);
+        for (auto *rows : {&at_.rows[at_.now], &at_.velocity_rows[at_.now]})
+            if (!rows->empty())
+                std::copy_n(rows->begin() + 4 * std::ptrdiff_t{at_.body.row_of_node[parent]}, 4,
+                            rows->begin() + 4 * std::ptrdiff_t{at_.body.row_of_node[node]});
+    }
+
+    /// The load of a node is that of it and of what was parted from it, in proportion to their masses.
+    void share_loads(const std::vector<int> &parent_node, const std::vector<double> &node_mass) {
+        if (at_.loads.empty())
+            return;
+        std::map<int, std::vector<std::size_t>> nodes; // by parent
+        const std::size_t first_new = num_nodes() - parent_node.size();
+        for (std::size_t k = 0; k < parent_node.size(); ++k)
+            nodes[parent_node[k]].push_back(first_new + k);
+        for (auto &[parent, parts] : nodes) {
+            parts.push_back(static_cast<std::size_t>(parent));
+            double mass = 0.0;
+            for (const std::size_t node : parts)
+                mass += node_mass[node];
+            for (const std::size_t node : parts) {
+                const auto [slice, lane] = slot(node);
+                for (auto &component : at_.loads[slice])
+                    component[lane] = static_cast<T>(double{component[lane]} * node_mass[node] / mass);
+            }
+        }
+    }
 
     /// What has no mass stays where it is.
     void stop(std::size_t node) {

@@ -10,11 +10,14 @@
 
 namespace livermark::msm {
 
-core::SpringNetwork springs_beside_volume(const core::Body &body, const SpringLaw &law) {
-    auto spring_part = body;
-    for (auto &material : spring_part.materials)
+core::Body for_springs_beside_volume(core::Body body) {
+    for (auto &material : body.materials)
         material = {material.density, 2.5 * material.shear_modulus(), 0.25};
-    return spring_network(spring_part, law);
+    return body;
+}
+
+core::SpringNetwork springs_beside_volume(const core::Body &body, const SpringLaw &law) {
+    return spring_network(for_springs_beside_volume(body), law);
 }
 
 double modulus_beside_springs(const core::Material &material) {

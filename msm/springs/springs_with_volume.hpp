@@ -19,6 +19,9 @@ struct MassSprings {
     ElasticBody body;            ///< what moves: the springs, and what else resists
 };
 
+/// The same body for the law of springs beside a volume term: with the body's shear modulus and lambda = mu.
+core::Body for_springs_beside_volume(core::Body body);
+
 /// The springs of a law for a material with the body's shear modulus and lambda = mu: Young's modulus 5 mu / 2 and
 /// Poisson's ratio 1/4.
 core::SpringNetwork springs_beside_volume(const core::Body &body, const SpringLaw &law);

@@ -1,10 +1,15 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <map>
 #include <random>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "core/problem.hpp"
+#include "msm/cutting/cut_changes.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 /// Bodies from which tetrahedra are taken away.
@@ -67,6 +72,78 @@ inline Rest without(const core::Body &body, const std::set<int> &removed) {
         for (int &node : nodes)
             node = rest.number[node];
     return rest;
+}
+
+/// Parts a body by the numbers that its nodes and tetrahedra keep: around each node, tetrahedra that faces join which
+/// stay together have a node of their own.
+/// @param is_across  whether the face between two tetrahedra may part
+/// @return what has changed in the body
+template <class IsAcross>
+msm::Parting part_where(core::Body &body, const std::set<int> &removed, const IsAcross &is_across) {
+    auto &mesh = body.mesh;
+    std::map<std::array<int, 3>, std::vector<int>> at_face;
+    std::vector<std::vector<int>> at_node(mesh.points.size());
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+        if (!removed.contains(t)) {
+            for (const auto &[a, b, c] : core::tetrahedron_faces) {
+                const auto &nodes = mesh.tetrahedra[t];
+                std::array face{nodes[a], nodes[b], nodes[c]};
+                std::ranges::sort(face);
+                at_face[face].push_back(t);
+            }
+            for (const int node : mesh.tetrahedra[t])
+                at_node[node].push_back(t);
+        }
+    std::map<int, std::vector<std::pair<int, std::array<int, 3>>>> joined; // of each tetrahedron, over which face
+    for (const auto &[face, both] : at_face)
+        if (both.size() == 2 && !is_across(both[0], both[1])) {
+            joined[both[0]].emplace_back(both[1], face);
+            joined[both[1]].emplace_back(both[0], face);
+        }
+    const auto before = mesh.tetrahedra;
+    msm::Parting parting;
+    for (int node = 0; node < static_cast<int>(at_node.size()); ++node) {
+        std::set<int> left(at_node[node].begin(), at_node[node].end());
+        for (bool is_first = true; !left.empty(); is_first = false) {
+            if (!is_first) {
+                parting.parent_node.push_back(node);
+                mesh.points.push_back(core::Vector3(mesh.points[node]));
+            }
+            for (std::vector<int> next{*left.begin()}; !next.empty();) {
+                const int t = next.back();
+                next.pop_back();
+                if (left.erase(t) == 0)
+                    continue;
+                if (!is_first)
+                    std::ranges::replace(mesh.tetrahedra[t], node, mesh.num_nodes() - 1);
+                for (const auto &[other, face] : joined[t])
+                    if (std::ranges::find(face, node) != face.end())
+                        next.push_back(other);
+            }
+        }
+    }
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+        if (mesh.tetrahedra[t] != before[t]) {
+            parting.tetrahedra.push_back(t);
+            parting.nodes.push_back(mesh.tetrahedra[t]);
+        }
+    return parting;
+}
+
+/// A blade in the plane of a point and a normal, down to a depth along z: part_where() of what it parts.
+inline msm::Parting part_by_blade(core::Body &body, const std::set<int> &removed, const core::Vector3 &point,
+                                  const core::Vector3 &normal, double least_z) {
+    const auto middle = [&](int t) {
+        core::Vector3 sum = core::Vector3::Zero();
+        for (const int node : body.mesh.tetrahedra[t])
+            sum += 0.25 * body.mesh.points[node];
+        return sum;
+    };
+    return part_where(body, removed, [&](int t, int u) {
+        const core::Vector3 one = middle(t), other = middle(u);
+        return ((one - point).dot(normal) > 0.0) != ((other - point).dot(normal) > 0.0) &&
+               0.5 * (one.z() + other.z()) > least_z;
+    });
 }
 
 } // namespace livermark::tests

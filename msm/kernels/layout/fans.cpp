@@ -9,7 +9,7 @@ namespace livermark::msm {
 
 namespace {
 
-/// Even permutations of the corners that begin with each of the six edges.
+/// Even permutations of the corners that begin with each of the edges, in the order of core::tetrahedron_edges.
 constexpr std::array<std::array<int, 4>, 6> even{
     {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 2, 0, 3}, {1, 3, 2, 0}, {2, 3, 0, 1}}};
 
@@ -90,18 +90,20 @@ class Cutter {
 
 } // namespace
 
+EdgeLink edge_link(const std::array<int, 4> &nodes, int tetrahedron, std::size_t edge) {
+    const auto &[i, j, a, b] = even[edge];
+    // The other direction of the edge goes around the other way.
+    if (nodes[i] < nodes[j])
+        return {{nodes[i], nodes[j]}, {tetrahedron, nodes[a], nodes[b]}};
+    return {{nodes[j], nodes[i]}, {tetrahedron, nodes[b], nodes[a]}};
+}
+
 std::vector<EdgeLink> edge_links(const std::vector<std::array<int, 4>> &tetrahedra) {
     std::vector<EdgeLink> links;
     links.reserve(6 * tetrahedra.size());
     for (std::size_t t = 0; t < tetrahedra.size(); ++t)
-        for (const auto &[i, j, a, b] : even) {
-            const auto &nodes = tetrahedra[t];
-            // The other direction of the edge goes around the other way.
-            if (nodes[i] < nodes[j])
-                links.push_back({{nodes[i], nodes[j]}, {static_cast<int>(t), nodes[a], nodes[b]}});
-            else
-                links.push_back({{nodes[j], nodes[i]}, {static_cast<int>(t), nodes[b], nodes[a]}});
-        }
+        for (std::size_t edge = 0; edge < even.size(); ++edge)
+            links.push_back(edge_link(tetrahedra[t], static_cast<int>(t), edge));
     std::ranges::stable_sort(links, {}, &EdgeLink::edge);
     return links;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <vector>
 
 namespace livermark::msm {
@@ -21,6 +22,10 @@ struct EdgeLink {
     std::array<int, 2> edge; ///< lower node number first
     Link link;
 };
+
+/// A tetrahedron as one around one of its edges.
+/// @param edge  as in core::tetrahedron_edges
+EdgeLink edge_link(const std::array<int, 4> &nodes, int tetrahedron, std::size_t edge);
 
 /// The tetrahedra around all edges, those of one edge behind each other.
 std::vector<EdgeLink> edge_links(const std::vector<std::array<int, 4>> &tetrahedra);

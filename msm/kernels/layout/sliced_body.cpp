@@ -44,6 +44,12 @@ SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector
     body.num_slices = body.first_copy / slice_size;
     slice_tetrahedra(parts, positions, body, plan); // finds out how many rows there are
     slice_springs(parts, lanes, body, plan);
+    if (told) {
+        plan.node_of_row.assign(static_cast<std::size_t>(body.first_copy), padding);
+        for (int node = 0; node < num_nodes; ++node)
+            plan.node_of_row[body.row_of_node[node]] = node;
+        plan.springs_of_node = NumberLists(parts.edges, positions.size());
+    }
     if (told)
         *told = std::move(plan);
     return body;

@@ -142,17 +142,24 @@ template <class T> struct SlicedBody {
     Aligned<T> volume_stiffness;
 };
 
-/// What has to be known of a sliced body to change it where tetrahedra are taken away.
+/// Where a spring is that is on no lines.
+inline constexpr std::size_t no_place = static_cast<std::size_t>(-1);
+
+/// What has to be known of a sliced body to change it where tetrahedra are taken away or parted.
 struct SlicedPlan {
-    Eigen::VectorXd rest, rounded_rest;              ///< (3N) [m], and in the precision of the kernels
-    std::vector<double> rest_volume;                 ///< (M) of tetrahedra, from rest [m^3]
-    std::vector<int> tetrahedron_place;              ///< (M) on the lines
-    std::vector<std::array<std::size_t, 2>> springs; ///< (S) places in SlicedBody::spring, the same twice for one
-    std::vector<int> number_of_volume;               ///< (C) which control volume of the sliced body it is
-    VolumeMembers members;                           ///< of the control volumes
-    std::vector<Star> stars;                         ///< of each lane, as before anything was removed
-    std::vector<int> rim_size;                       ///< of each lane, as it is now
-    std::vector<int> star_of_part;                   ///< (E) lane
+    Eigen::VectorXd rest, rounded_rest; ///< (3N) [m], and in the precision of the kernels
+    std::vector<double> rest_volume;    ///< (M) of tetrahedra, from rest [m^3]
+    std::vector<int> tetrahedron_place; ///< (M) on the lines
+    std::vector<int> fan_slice;         ///< (lines) of fans that each line is in
+    std::vector<int> node_of_row;       ///< (first_copy) -1 where nobody is
+    /// (S) places in SlicedBody::spring, the same twice for one, no_place for a spring that is gone
+    std::vector<std::array<std::size_t, 2>> springs;
+    NumberLists springs_of_node;       ///< (N) that are not gone
+    std::vector<int> number_of_volume; ///< (C) which control volume of the sliced body it is
+    NumberLists members;               ///< of the control volumes
+    std::vector<Star> stars;           ///< of each lane, as before anything was removed
+    std::vector<int> rim_size;         ///< of each lane, as it is now
+    std::vector<int> star_of_part;     ///< (E) lane
 };
 
 /// @param positions  shape (N) [m], at rest

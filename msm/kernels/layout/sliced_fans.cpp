@@ -38,61 +38,6 @@ template <class T> std::vector<int> volume_rows(const StepParts &parts, SlicedBo
     return row;
 }
 
-/// The fans near each other, cut into chunks, and by falling length in each, so that those of a slice are alike.
-/// @return whole slices, filled up with fans of nothing at the end of each chunk
-template <class T> std::vector<Fan> fan_order(std::vector<Fan> fans, SlicedBody<T> &body) {
-    const auto rows = [&](const Fan &fan) -> std::pair<int, int> {
-        return std::minmax({body.row_of_node[fan.axis[0]], body.row_of_node[fan.axis[1]]});
-    };
-    std::ranges::stable_sort(fans, {}, rows);
-    std::vector<Fan> ordered;
-    body.chunk_fans.assign(1, 0);
-    for (std::size_t first = 0; first < fans.size(); first += chunk_size) {
-        const auto begin = fans.begin() + static_cast<std::ptrdiff_t>(first);
-        const auto end = fans.begin() + static_cast<std::ptrdiff_t>(std::min(first + chunk_size, fans.size()));
-        std::stable_sort(begin, end,
-                         [](const Fan &a, const Fan &b) { return a.tetrahedra.size() > b.tetrahedra.size(); });
-        std::move(begin, end, std::back_inserter(ordered));
-        ordered.resize(padded(static_cast<int>(ordered.size())));
-        body.chunk_fans.push_back(static_cast<int>(ordered.size()) / slice_size);
-    }
-    return ordered;
-}
-
-template <class T> Lines lines_of(const std::vector<Fan> &fans, SlicedBody<T> &body) {
-    Lines lines;
-    body.fan_start.assign(1, 0);
-    for (std::size_t first = 0; first < fans.size(); first += slice_size) {
-        const std::size_t length = fans[first].tetrahedra.size(); // the longest of the slice comes first
-        const std::size_t first_tetrahedron = lines.tetrahedron.size(), first_node = lines.node.size();
-        lines.tetrahedron.resize(first_tetrahedron + length * slice_size, padding);
-        lines.node.resize(first_node + (length + 3) * slice_size, padding);
-        lines.owner.resize(lines.node.size(), padding);
-        body.fan_start.push_back(body.fan_start.back() + static_cast<int>(length));
-        for (std::size_t lane = 0; lane < slice_size; ++lane) {
-            const auto &[axis, rim, tetrahedra] = fans[first + lane];
-            if (tetrahedra.empty())
-                continue;
-            for (std::size_t k = 0; k < tetrahedra.size(); ++k)
-                lines.tetrahedron[first_tetrahedron + k * slice_size + lane] = tetrahedra[k];
-            for (std::size_t k = 0; k < length + 3; ++k) {
-                const std::size_t at = first_node + k * slice_size + lane;
-                lines.node[at] = k < 2 ? axis[k] : rim[std::min(k - 2, rim.size() - 1)];
-                lines.owner[at] = k < 3 ? tetrahedra.front() : tetrahedra[std::min(k - 3, tetrahedra.size() - 1)];
-            }
-        }
-    }
-    return lines;
-}
-
-/// Where the corners of a slice of fans begin, and those of a slice of stars.
-template <class T> std::size_t first_corner(const SlicedBody<T> &body, std::size_t fan_slice) {
-    return (static_cast<std::size_t>(body.fan_start[fan_slice]) + 3 * fan_slice) * slice_size;
-}
-template <class T> std::size_t first_star_corner(const SlicedBody<T> &body, std::size_t star_slice) {
-    return (static_cast<std::size_t>(body.star_start[star_slice]) + 2 * star_slice) * slice_size;
-}
-
 /// Tetrahedra in the control volume of each row.
 std::vector<std::vector<int>> tetrahedra_of_rows(const StepParts &parts, const std::vector<int> &row_of_volume,
                                                  const Lines &lines, int num_rows) {
@@ -153,7 +98,61 @@ std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &r
     return number; // springs that are coupled put other numbers down, see put_volume()
 }
 
-/// Gives each node that a chunk touches a place to add forces to. @return the places of each row, four times each
+/// Of things that each control volume has some of.
+template <class Lists> std::vector<std::size_t> sizes(const Lists &lists) {
+    std::vector<std::size_t> size;
+    for (const auto &list : lists)
+        size.push_back(list.size());
+    return size;
+}
+
+} // namespace
+
+template <class T> std::vector<Fan> fan_order(std::vector<Fan> fans, SlicedBody<T> &body) {
+    const auto rows = [&](const Fan &fan) -> std::pair<int, int> {
+        return std::minmax({body.row_of_node[fan.axis[0]], body.row_of_node[fan.axis[1]]});
+    };
+    std::ranges::stable_sort(fans, {}, rows);
+    std::vector<Fan> ordered;
+    body.chunk_fans.assign(1, 0);
+    for (std::size_t first = 0; first < fans.size(); first += chunk_size) {
+        const auto begin = fans.begin() + static_cast<std::ptrdiff_t>(first);
+        const auto end = fans.begin() + static_cast<std::ptrdiff_t>(std::min(first + chunk_size, fans.size()));
+        std::stable_sort(begin, end,
+                         [](const Fan &a, const Fan &b) { return a.tetrahedra.size() > b.tetrahedra.size(); });
+        std::move(begin, end, std::back_inserter(ordered));
+        ordered.resize(padded(static_cast<int>(ordered.size())));
+        body.chunk_fans.push_back(static_cast<int>(ordered.size()) / slice_size);
+    }
+    return ordered;
+}
+
+template <class T> Lines lines_of(const std::vector<Fan> &fans, SlicedBody<T> &body) {
+    Lines lines;
+    body.fan_start.assign(1, 0);
+    for (std::size_t first = 0; first < fans.size(); first += slice_size) {
+        const std::size_t length = fans[first].tetrahedra.size(); // the longest of the slice comes first
+        const std::size_t first_tetrahedron = lines.tetrahedron.size(), first_node = lines.node.size();
+        lines.tetrahedron.resize(first_tetrahedron + length * slice_size, padding);
+        lines.node.resize(first_node + (length + 3) * slice_size, padding);
+        lines.owner.resize(lines.node.size(), padding);
+        body.fan_start.push_back(body.fan_start.back() + static_cast<int>(length));
+        for (std::size_t lane = 0; lane < slice_size; ++lane) {
+            const auto &[axis, rim, tetrahedra] = fans[first + lane];
+            if (tetrahedra.empty())
+                continue;
+            for (std::size_t k = 0; k < tetrahedra.size(); ++k)
+                lines.tetrahedron[first_tetrahedron + k * slice_size + lane] = tetrahedra[k];
+            for (std::size_t k = 0; k < length + 3; ++k) {
+                const std::size_t at = first_node + k * slice_size + lane;
+                lines.node[at] = k < 2 ? axis[k] : rim[std::min(k - 2, rim.size() - 1)];
+                lines.owner[at] = k < 3 ? tetrahedra.front() : tetrahedra[std::min(k - 3, tetrahedra.size() - 1)];
+            }
+        }
+    }
+    return lines;
+}
+
 template <class T>
 std::vector<std::vector<int>> force_places(const Lines &lines, const StarLines &stars, SlicedBody<T> &body) {
     std::vector<std::vector<int>> places(body.first_copy);
@@ -185,16 +184,6 @@ std::vector<std::vector<int>> force_places(const Lines &lines, const StarLines &
     }
     return places;
 }
-
-/// Of things that each control volume has some of.
-template <class Lists> std::vector<std::size_t> sizes(const Lists &lists) {
-    std::vector<std::size_t> size;
-    for (const auto &list : lists)
-        size.push_back(list.size());
-    return size;
-}
-
-} // namespace
 
 template <class T> void take_out(std::size_t place, SlicedBody<T> &body) {
     for (auto *values : {&body.rest_volume, &body.volume_share, &body.tetrahedron_stiffness, &body.least_volume,
@@ -233,7 +222,7 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
     auto stars = star_lines(parts, lines, body);
     auto places = force_places(lines, stars, body);
     slice_stars(parts, positions, std::move(stars), body, plan);
-    slice_shapes(parts, positions, lines, body);
+    slice_shapes(parts, plan.rest, lines, body);
     if (!parts.centre.empty()) {
         const auto gradients = mean_gradients(parts, positions);
         const auto means = volume_means(parts, positions);
@@ -245,6 +234,8 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
         plan.members = volume_members(parts);
     }
     plan.tetrahedron_place.resize(parts.tetrahedra.size());
+    for (std::size_t slice = 0; slice + 1 < body.fan_start.size(); ++slice)
+        plan.fan_slice.resize(static_cast<std::size_t>(body.fan_start[slice + 1]), static_cast<int>(slice));
     for (std::size_t at = 0; at < lines.tetrahedron.size(); ++at)
         if (const int t = lines.tetrahedron[at]; t != padding) {
             plan.tetrahedron_place[t] = static_cast<int>(at);
@@ -255,6 +246,12 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
     append_lists(std::move(places), 4 * body.chunk_start.back(), body.sum_start, body.sum);
 }
 
+template std::vector<Fan> fan_order(std::vector<Fan>, SlicedBody<float> &);
+template Lines lines_of(const std::vector<Fan> &, SlicedBody<float> &);
+template std::vector<std::vector<int>> force_places(const Lines &, const StarLines &, SlicedBody<float> &);
+template std::vector<Fan> fan_order(std::vector<Fan>, SlicedBody<double> &);
+template Lines lines_of(const std::vector<Fan> &, SlicedBody<double> &);
+template std::vector<std::vector<int>> force_places(const Lines &, const StarLines &, SlicedBody<double> &);
 template void take_out(std::size_t, SlicedBody<float> &);
 template void take_out(std::size_t, SlicedBody<double> &);
 template void slice_tetrahedra(const StepParts &, const std::vector<core::Vector3> &, SlicedBody<float> &,

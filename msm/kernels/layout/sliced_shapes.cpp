@@ -52,12 +52,10 @@ Aligned<T> values_on_lines(const Lines &lines, const SlicedBody<T> &body, const 
 } // namespace
 
 template <class T>
-void slice_shapes(const StepParts &parts, const std::vector<core::Vector3> &positions, const Lines &lines,
-                  SlicedBody<T> &body) {
+void slice_shapes(const StepParts &parts, const Eigen::VectorXd &x, const Lines &lines, SlicedBody<T> &body) {
     const bool are_around_nodes = !parts.coupled_modulus.empty();
     if (!are_around_nodes && parts.edge_modulus.empty())
         return;
-    const auto x = to_unknowns(positions);
     body.rest_gradient =
         values_on_lines<T>(lines, body, [&](const std::array<int, 4> &nodes) { return gradients(x, nodes); });
     if (are_around_nodes && parts.coupled_energy == CoupledEnergy::elongations)
@@ -65,7 +63,7 @@ void slice_shapes(const StepParts &parts, const std::vector<core::Vector3> &posi
             values_on_lines<T>(lines, body, [&](const std::array<int, 4> &nodes) { return lengths(x, nodes); });
 }
 
-template void slice_shapes(const StepParts &, const std::vector<core::Vector3> &, const Lines &, SlicedBody<float> &);
-template void slice_shapes(const StepParts &, const std::vector<core::Vector3> &, const Lines &, SlicedBody<double> &);
+template void slice_shapes(const StepParts &, const Eigen::VectorXd &, const Lines &, SlicedBody<float> &);
+template void slice_shapes(const StepParts &, const Eigen::VectorXd &, const Lines &, SlicedBody<double> &);
 
 } // namespace livermark::msm

@@ -35,9 +35,15 @@ int chunk_of_star(const Star &star, const std::vector<int> &chunk_of_tetrahedron
     return std::ranges::max_element(count, fewer)->first;
 }
 
-/// Those with as many nodes behind each other, long ones first, and in each such group those that are next to each
-/// other in the same lane: sixteen side by side would all add forces to one node, and each has to wait for the one
-/// before.
+std::vector<Rim> all_rims(const std::vector<Star> &stars, std::size_t first) {
+    std::vector<Rim> rims;
+    for (std::size_t lane = 0; lane < slice_size; ++lane)
+        rims.push_back(stars[first + lane].rim);
+    return rims;
+}
+
+} // namespace
+
 template <class T> std::vector<Star> in_lanes(std::vector<Star> stars, const SlicedBody<T> &body) {
     std::ranges::sort(stars, {}, [&](const Star &star) {
         const auto [low, high] = std::minmax({body.row_of_node[star.axis[0]], body.row_of_node[star.axis[1]]});
@@ -57,17 +63,6 @@ template <class T> std::vector<Star> in_lanes(std::vector<Star> stars, const Sli
     return ordered;
 }
 
-using Rim = std::vector<Star::Corner>;
-
-std::vector<Rim> all_rims(const std::vector<Star> &stars, std::size_t first) {
-    std::vector<Rim> rims;
-    for (std::size_t lane = 0; lane < slice_size; ++lane)
-        rims.push_back(stars[first + lane].rim);
-    return rims;
-}
-
-/// Puts the nodes of a slice of stars behind those that are there.
-/// @param length  of the longest rim
 void append_nodes(std::span<const Star> stars, std::size_t length, std::span<const Rim> rims, std::vector<int> &nodes) {
     const std::size_t at = nodes.size();
     nodes.resize(at + (length + 2) * slice_size, padding);
@@ -80,8 +75,6 @@ void append_nodes(std::span<const Star> stars, std::size_t length, std::span<con
             nodes[at + (2 + k) * slice_size + lane] = corner_of(rims[lane], length, k).node;
     }
 }
-
-} // namespace
 
 template <class T> StarLines star_lines(const StepParts &parts, const Lines &lines, SlicedBody<T> &body) {
     StarLines result;
@@ -175,6 +168,8 @@ void slice_stars(const StepParts &parts, const std::vector<core::Vector3> &posit
     plan.stars = std::move(lines.stars);
 }
 
+template std::vector<Star> in_lanes(std::vector<Star>, const SlicedBody<float> &);
+template std::vector<Star> in_lanes(std::vector<Star>, const SlicedBody<double> &);
 template void put_star(const StepParts &, const Eigen::VectorXd &, const Star &, const std::vector<Star::Corner> &,
                        std::size_t, SlicedBody<float> &);
 template void put_star(const StepParts &, const Eigen::VectorXd &, const Star &, const std::vector<Star::Corner> &,

@@ -160,7 +160,8 @@ void update_sliced_body(const StepParts &parts, const CutChanges &changes, Slice
     for (const int s : changes.springs)
         if (!plan.springs.empty())
             for (const auto place : plan.springs[s])
-                put_spring(parts, s, place, body);
+                if (place != no_place)
+                    put_spring(parts, s, place, body);
     for (const int c : changes.volumes) {
         const int number = plan.number_of_volume[c];
         const auto members = plan.members.of(c);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "msm/kernels/layout/fans.hpp"
 #include "msm/kernels/layout/mean_gradients.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
 #include "msm/kernels/layout/stars.hpp"
@@ -72,15 +73,30 @@ template <class T>
 void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &positions, SlicedBody<T> &body,
                       SlicedPlan &plan);
 
+/// The fans near each other, cut into chunks, and by falling length in each, so that those of a slice are alike.
+/// @param body  with rows of nodes; told where chunks begin
+/// @return whole slices, filled up with fans of nothing at the end of each chunk
+template <class T> std::vector<Fan> fan_order(std::vector<Fan> fans, SlicedBody<T> &body);
+
+/// @param body  told where fans begin
+template <class T> Lines lines_of(const std::vector<Fan> &fans, SlicedBody<T> &body);
+
+/// Where the corners of a slice of fans begin, and those of a slice of stars.
+template <class T> std::size_t first_corner(const SlicedBody<T> &body, std::size_t fan_slice) {
+    return (static_cast<std::size_t>(body.fan_start[fan_slice]) + 3 * fan_slice) * slice_size;
+}
+template <class T> std::size_t first_star_corner(const SlicedBody<T> &body, std::size_t star_slice) {
+    return (static_cast<std::size_t>(body.star_start[star_slice]) + 2 * star_slice) * slice_size;
+}
+
 /// Makes of a tetrahedron on the lines one without volume.
 /// @param place  on the lines
 template <class T> void take_out(std::size_t place, SlicedBody<T> &body);
 
 /// What springs that are coupled have to know of each tetrahedron at rest.
-/// @param positions  shape (N) [m], at rest
+/// @param x  shape (3N) [m], at rest
 template <class T>
-void slice_shapes(const StepParts &parts, const std::vector<core::Vector3> &positions, const Lines &lines,
-                  SlicedBody<T> &body);
+void slice_shapes(const StepParts &parts, const Eigen::VectorXd &x, const Lines &lines, SlicedBody<T> &body);
 
 /// The stars of springs around edges, in slices, and those of each chunk of fans behind each other.
 struct StarLines {
@@ -93,11 +109,28 @@ struct StarLines {
     std::vector<int> node_before, chunk_before;
 };
 
+/// Gives each node that a chunk touches a place to add forces to.
+/// @param body  with fans and stars; told where places are
+/// @return shape (nodes and what fills up their slices), four times the places of each row
+template <class T>
+std::vector<std::vector<int>> force_places(const Lines &lines, const StarLines &stars, SlicedBody<T> &body);
+
 /// Of a polygon as one that is longer, its first node again and again with no volume between.
 inline Star::Corner corner_of(const std::vector<Star::Corner> &rim, std::size_t length, std::size_t k) {
     const std::size_t more = length - rim.size();
     return k < more ? Star::Corner{rim.front().node, -1} : rim[k - more];
 }
+
+using Rim = std::vector<Star::Corner>;
+
+/// Those with as many nodes behind each other, long ones first, and in each such group those that are next to each
+/// other in the same lane: sixteen side by side would all add forces to one node, and each has to wait for the one
+/// before.
+template <class T> std::vector<Star> in_lanes(std::vector<Star> stars, const SlicedBody<T> &body);
+
+/// Puts the nodes of a slice of stars behind those that are there.
+/// @param length  of the longest rim
+void append_nodes(std::span<const Star> stars, std::size_t length, std::span<const Rim> rims, std::vector<int> &nodes);
 
 /// What the tetrahedra of a star are at rest, on lines that are there.
 /// @param x     shape (3N) [m], at rest, in the precision of the kernels

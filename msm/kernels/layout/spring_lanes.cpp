@@ -13,10 +13,6 @@ namespace {
 /// Lanes, 256 nodes as elsewhere: large enough to find some that are alike, small enough to stay near.
 constexpr std::size_t lane_window = 128;
 
-struct SpringEnd {
-    int neighbour, spring;
-};
-
 /// Springs at each node, by rising neighbour.
 std::vector<std::vector<SpringEnd>> spring_ends(const std::vector<std::array<int, 2>> &edges, int num_nodes) {
     std::vector<std::vector<SpringEnd>> ends(num_nodes);
@@ -68,19 +64,7 @@ std::vector<int> mates(const std::vector<std::array<int, 2>> &edges, const std::
 
 SpringLane lane_of(int first, int second, const std::vector<std::vector<SpringEnd>> &ends) {
     static const std::vector<SpringEnd> nobody;
-    SpringLane lane;
-    lane.node = {first, second};
-    const auto between = std::ranges::find(ends[first], second, &SpringEnd::neighbour);
-    if (between != ends[first].end())
-        lane.between = between->spring;
-    visit_both(ends[first], second < 0 ? nobody : ends[second], [&](const LaneNeighbour &n) {
-        if (lane.between >= 0 && std::ranges::count(n.spring, lane.between) > 0)
-            return; // seen from either end
-        if (n.is_shared())
-            lane.shared.push_back(n);
-        else
-            lane.alone[n.spring[0] >= 0 ? 0 : 1].push_back(n);
-    });
+    auto lane = lane_around({first, second}, ends[first], second < 0 ? nobody : ends[second]);
     if (lane.alone[0].size() < lane.alone[1].size()) {
         std::swap(lane.node[0], lane.node[1]);
         std::swap(lane.alone[0], lane.alone[1]);
@@ -92,6 +76,24 @@ SpringLane lane_of(int first, int second, const std::vector<std::vector<SpringEn
 }
 
 } // namespace
+
+SpringLane lane_around(const std::array<int, 2> &nodes, const std::vector<SpringEnd> &at_first,
+                       const std::vector<SpringEnd> &at_second) {
+    SpringLane lane;
+    lane.node = nodes;
+    const auto between = std::ranges::find(at_first, nodes[1], &SpringEnd::neighbour);
+    if (between != at_first.end())
+        lane.between = between->spring;
+    visit_both(at_first, at_second, [&](const LaneNeighbour &n) {
+        if (lane.between >= 0 && std::ranges::count(n.spring, lane.between) > 0)
+            return; // seen from either end
+        if (n.is_shared())
+            lane.shared.push_back(n);
+        else
+            lane.alone[n.spring[0] >= 0 ? 0 : 1].push_back(n);
+    });
+    return lane;
+}
 
 std::vector<SpringLane> spring_lanes(const StepParts &parts, int num_nodes) {
     const auto order = reverse_cuthill_mckee(parts.edges, num_nodes);

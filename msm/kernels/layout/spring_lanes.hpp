@@ -26,6 +26,17 @@ struct SpringLane {
     std::size_t num_neighbours() const { return shared.size() + alone[0].size() + alone[1].size(); }
 };
 
+/// A spring from a node to another one.
+struct SpringEnd {
+    int neighbour, spring;
+};
+
+/// Two nodes in one lane, in this order whichever has more neighbours.
+/// @param nodes      -1 where there is none
+/// @param at_first   springs at the first node, by rising neighbour
+SpringLane lane_around(const std::array<int, 2> &nodes, const std::vector<SpringEnd> &at_first,
+                       const std::vector<SpringEnd> &at_second);
+
 /// Pairs all nodes, those first that share most neighbours, and the rest as they come. The lanes are in reverse
 /// Cuthill-McKee order, and sorted by falling number of neighbours within windows of 128.
 /// @param parts  with springs, between node numbers below num_nodes

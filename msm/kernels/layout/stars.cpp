@@ -51,6 +51,10 @@ std::vector<Star::Corner> polygon(std::vector<Link> links, int start_of_axis) {
 
 } // namespace
 
+Star star_of(int part, const std::array<int, 2> &axis, std::vector<Link> links) {
+    return {axis, part, polygon(std::move(links), axis[0])};
+}
+
 std::vector<Star::Corner> rim_without(const Star &star, const std::vector<char> &is_removed, bool is_polygon) {
     const auto &rim = star.rim;
     const auto is_there = [&](std::size_t k) {
@@ -95,10 +99,8 @@ std::vector<Star> stars_around_edges(const StepParts &parts) {
         stars[part].axis = edge;
         links[part].push_back(link);
     }
-    for (std::size_t part = 0; part < stars.size(); ++part) {
-        stars[part].part = static_cast<int>(part);
-        stars[part].rim = polygon(std::move(links[part]), stars[part].axis[0]);
-    }
+    for (std::size_t part = 0; part < stars.size(); ++part)
+        stars[part] = star_of(static_cast<int>(part), std::array(stars[part].axis), std::move(links[part]));
     return stars;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "msm/dynamics/step_parts.hpp"
+#include "msm/kernels/layout/fans.hpp"
 
 namespace livermark::msm {
 
@@ -19,6 +20,9 @@ struct Star {
     int part = -1; ///< see StepParts::edge_part
     std::vector<Corner> rim;
 };
+
+/// @param links  of the tetrahedra of one part around an edge, at least one
+Star star_of(int part, const std::array<int, 2> &axis, std::vector<Link> links);
 
 /// The polygon without tetrahedra that are removed. As one of those that make it, it goes over the start of the axis
 /// where some are missing. Otherwise all of its nodes stay, with no volume between.

@@ -6,22 +6,6 @@
 
 namespace livermark::msm {
 
-VolumeMembers volume_members(const StepParts &parts) {
-    VolumeMembers members;
-    members.start.assign(parts.centre.size() + 1, 0);
-    for (const auto &corners : parts.corner_volume)
-        for (const int c : corners)
-            ++members.start[c + 1];
-    for (std::size_t c = 1; c < members.start.size(); ++c)
-        members.start[c] += members.start[c - 1];
-    members.tetrahedra.resize(4 * parts.corner_volume.size());
-    auto next = members.start;
-    for (std::size_t t = 0; t < parts.corner_volume.size(); ++t)
-        for (const int c : parts.corner_volume[t])
-            members.tetrahedra[next[c]++] = static_cast<int>(t);
-    return members;
-}
-
 std::vector<double> rest_volumes(const StepParts &parts, const Eigen::VectorXd &x) {
     std::vector<double> volumes;
     volumes.reserve(parts.tetrahedra.size());

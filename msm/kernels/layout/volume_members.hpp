@@ -4,21 +4,15 @@
 #include <span>
 #include <vector>
 
+#include "msm/cutting/number_lists.hpp"
 #include "msm/dynamics/step_parts.hpp"
 
 namespace livermark::msm {
 
-/// The tetrahedra that give a quarter of themselves to each control volume, removed ones included.
-struct VolumeMembers {
-    std::vector<int> start;      ///< (C + 1) where those of each begin
-    std::vector<int> tetrahedra; ///< ascending for each
-
-    std::span<const int> of(int volume) const {
-        return std::span(tetrahedra).subspan(start[volume], start[volume + 1] - start[volume]);
-    }
-};
-
-VolumeMembers volume_members(const StepParts &parts);
+/// The tetrahedra that give a quarter of themselves to each control volume, ascending, removed ones included.
+inline NumberLists volume_members(const StepParts &parts) {
+    return NumberLists(parts.corner_volume, parts.centre.size());
+}
 
 /// Of each tetrahedron at rest, removed ones included [m^3].
 /// @param x  shape (3N) [m], at rest

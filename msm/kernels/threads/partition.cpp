@@ -62,12 +62,11 @@ template <class T> PairPartition partition_of_pairs(const SlicedBody<T> &body, c
 /// tetrahedra.
 template <class T> std::vector<int> running_cost_of_pairs(const SlicedBody<T> &body) {
     std::vector<int> cost;
+    if (!body.spring_lines.empty())
+        cost.push_back(0);
     for (const auto &lines : body.spring_lines)
-        cost.push_back(lines.first_neighbour + lines.first_spring);
-    if (!cost.empty())
-        cost.push_back(cost.back() + body.spring_lines.back().count.total() +
-                       body.spring_lines.back().count.num_springs());
-    else
+        cost.push_back(cost.back() + lines.count.total() + lines.count.num_springs());
+    if (cost.empty())
         for (int slice = 0; slice <= body.num_slices; slice += 2)
             cost.push_back(body.sum_start[slice]);
     return cost;

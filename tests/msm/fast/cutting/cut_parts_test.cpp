@@ -3,59 +3,20 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <functional>
-#include <map>
-#include <memory>
 #include <random>
 #include <set>
 
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/springs_with_volume.hpp"
-#include "tests/samples/cut_bodies.hpp"
 #include "tests/samples/moving_samples.hpp"
+#include "tests/samples/springs_to_cut.hpp"
 
 namespace livermark {
 namespace {
 
 using core::Vector3;
 
-/// Springs that a body may have.
-struct Springs {
-    std::string name;
-    std::function<msm::ElasticBody(const core::Body &)> make;
-    std::function<std::optional<msm::SpringSource>(const core::Body &)> source;
-};
-
-std::vector<Springs> all_springs() {
-    std::vector<Springs> all;
-    const auto add = [&](const msm::SpringLaw &law, const std::string &volume) {
-        all.push_back({law.name + " with " + volume,
-                       [=](const core::Body &body) {
-                           return msm::springs_with_volume(body, msm::springs_beside_volume(body, law),
-                                                           msm::find_volume_term(volume))
-                               .body;
-                       },
-                       [=](const core::Body &body) {
-                           msm::SpringSource source{law, body};
-                           for (auto &material : source.body.materials)
-                               material = {material.density, 2.5 * material.shear_modulus(), 0.25};
-                           return source;
-                       }});
-    };
-    for (const auto &law : msm::all_spring_laws())
-        add(law, "nodal_volume");
-    add(msm::all_spring_laws().front(), "tetrahedral_volume");
-    for (const auto &coupled : msm::all_coupled_springs())
-        if (msm::are_in_kernels(coupled))
-            all.push_back({coupled.name,
-                           [=](const core::Body &body) { return msm::coupled_springs_with_volume(body, coupled); },
-                           [](const core::Body &) { return std::nullopt; }});
-    return all;
-}
-
-class CutParts : public testing::TestWithParam<Springs> {
+class CutParts : public testing::TestWithParam<tests::SpringsToCut> {
   protected:
     core::Body body = tests::crooked_box({0.07, 0.06, 0.05}, {6, 5, 4});
     msm::ElasticBody elastic = GetParam().make(body);
@@ -74,42 +35,7 @@ TEST_P(CutParts, HaveTheNumbersOfTheCutBodySetUpAnew) {
     parts.remove(next_cut(0.03, 0.018));
     parts.remove(next_cut(0.045, 0.02));
     ASSERT_GT(removed.size(), 60U);
-    const auto [rest, number] = tests::without(body, removed);
-    const auto elastic_of_rest = GetParam().make(rest);
-    const auto anew = msm::step_parts(elastic_of_rest).value();
-    const auto &now = parts.parts();
-    for (std::size_t i = 0; i < number.size(); ++i)
-        EXPECT_EQ(parts.node_mass()[i], number[i] < 0 ? 0.0 : elastic_of_rest.node_mass[number[i]]) << i;
-    std::map<std::array<int, 2>, std::size_t> spring;
-    for (std::size_t s = 0; s < anew.edges.size(); ++s)
-        spring[anew.edges[s]] = s;
-    std::size_t num_springs = 0;
-    for (std::size_t s = 0; s < now.edges.size(); ++s) {
-        const auto [i, j] = now.edges[s];
-        const auto found = spring.find({number[i], number[j]});
-        EXPECT_EQ(now.stiffness[s], found == spring.end() ? 0.0 : anew.stiffness[found->second]) << s;
-        num_springs += found != spring.end();
-    }
-    EXPECT_EQ(num_springs, anew.edges.size());
-    std::size_t t_anew = 0;
-    for (int t = 0; t < body.mesh.num_tetrahedra(); ++t) {
-        EXPECT_EQ(now.is_there(t), !removed.contains(t)) << t;
-        if (removed.contains(t))
-            continue;
-        for (std::size_t k = 0; k < 4 && !anew.corner_volume.empty(); ++k) {
-            const int c = now.corner_volume[t][k], d = anew.corner_volume[t_anew][k];
-            if (!anew.volume_stiffness.empty()) {
-                EXPECT_EQ(now.volume_stiffness[c], anew.volume_stiffness[d]) << c;
-            }
-            if (!anew.coupled_modulus.empty()) {
-                EXPECT_EQ(now.coupled_modulus[c], anew.coupled_modulus[d]) << c;
-            }
-        }
-        for (std::size_t e = 0; e < 6 && !anew.edge_part.empty(); ++e)
-            EXPECT_EQ(now.edge_modulus[now.edge_part[t][e]], anew.edge_modulus[anew.edge_part[t_anew][e]]) << t;
-        ++t_anew;
-    }
-    EXPECT_EQ(t_anew, anew.tetrahedra.size());
+    tests::expect_numbers_of_set_up(parts, GetParam(), body, removed);
 }
 
 template <class T> void expect_equal(const msm::SlicedBody<T> &is, const msm::SlicedBody<T> &should) {
@@ -223,13 +149,8 @@ TEST_P(CutParts, MoveAsTheCutBodySetUpAnew) {
     }
 }
 
-std::string name_of_springs(const testing::TestParamInfo<Springs> &info) {
-    std::string name = info.param.name;
-    std::ranges::replace(name, ' ', '_');
-    return name;
-}
-
-INSTANTIATE_TEST_SUITE_P(AllSprings, CutParts, testing::ValuesIn(all_springs()), name_of_springs);
+INSTANTIATE_TEST_SUITE_P(AllSprings, CutParts, testing::ValuesIn(tests::all_springs_to_cut()),
+                         tests::name_of_springs_to_cut);
 
 } // namespace
 } // namespace livermark

@@ -45,6 +45,7 @@ class ScaledCuts : public testing::Test {
             conditions.constraint.push_back({-1, -1, -1});
         }
         scaling = msm::scale_masses(body, elastic, conditions);
+        now = body;
         parts = msm::CutParts::prepare(body, elastic, std::nullopt);
     }
 
@@ -73,6 +74,17 @@ class ScaledCuts : public testing::Test {
         return steps.cut(parts->parts(), parts->node_mass(), changes);
     }
 
+    bool part(msm::FastSteps &steps, double x) {
+        const auto &changes = parts->part(tests::part_by_blade(now, removed, {x, 0.0, 0.0}, Vector3::UnitX(), 0.015));
+        EXPECT_GT(changes.parent_node.size(), 2U);
+        for (const int parent : changes.parent_node) {
+            conditions.displacement.push_back(Vector3(conditions.displacement[parent]));
+            conditions.force.emplace_back(Vector3::Zero());
+            conditions.constraint.push_back({-1, -1, -1});
+        }
+        return steps.part(parts->parts(), parts->node_mass(), changes);
+    }
+
     /// What is left as a body that was set up anew.
     struct Anew {
         tests::Rest rest;
@@ -80,7 +92,7 @@ class ScaledCuts : public testing::Test {
         msm::NodalConditions conditions;
     };
     Anew anew() const {
-        auto rest = tests::without(body, removed);
+        auto rest = tests::without(now, removed);
         Anew result{rest, coupled_around_nodes(rest.body), {}};
         for (std::size_t i = 0; i < rest.number.size(); ++i)
             if (rest.number[i] >= 0) {
@@ -141,6 +153,7 @@ class ScaledCuts : public testing::Test {
     msm::NodalConditions conditions;
     msm::MassScaling scaling;
     std::optional<msm::CutParts> parts;
+    core::Body now; ///< by the numbers that are kept
     std::set<int> removed;
 };
 
@@ -195,6 +208,32 @@ TEST_F(ScaledCuts, ThroughTheStiffPartMoveUnscaledAndThenWithTheScalingOfWhatIsL
     EXPECT_TRUE(steps.set_scaling(again));
     steps.set_time_step(step);
     expect_to_move_as(rest, expected, step, steps);
+}
+
+TEST_F(ScaledCuts, ThatPartBesideTheStiffPartMoveAsThePartedBodySetUpAnewWithTheSameScaling) {
+    ASSERT_EQ(scaling.parts.size(), 1U);
+    const double step = 1e-4;
+    auto steps = in_motion(step);
+    EXPECT_TRUE(part(steps, 0.1));
+    const auto rest = anew();
+    expect_to_move_as(rest, renumbered(scaling, rest.rest.number), step, steps);
+}
+
+TEST_F(ScaledCuts, ThatPartTheStiffPartMoveUnscaledUntilTheyAreScaledAgain) {
+    auto steps = in_motion(1e-4);
+    EXPECT_FALSE(part(steps, 0.06));
+    const auto rest = anew();
+    const double unscaled = highest(rest, {});
+    steps.set_time_step(1.0 / unscaled);
+    expect_to_move_as(rest, {}, 1.0 / unscaled, steps);
+
+    auto again = msm::scale_masses_of_rest(now, parts->parts().is_removed, coupled_around_nodes, conditions);
+    ASSERT_FALSE(again.parts.empty());
+    const double scaled = highest(rest, renumbered(again, rest.rest.number));
+    EXPECT_LT(scaled, 0.5 * unscaled);
+    EXPECT_TRUE(steps.set_scaling(again));
+    steps.set_time_step(1.0 / scaled);
+    expect_to_move_as(rest, renumbered(again, rest.rest.number), 1.0 / scaled, steps);
 }
 
 TEST_F(ScaledCuts, AreStableUpToTheCriticalStepOfTheCutBodySetUpAnewAndNotBeyond) {
