@@ -6,6 +6,8 @@
 #include "interactive/cutting/cut_motion.hpp"
 #include "models/tool_motion/frame_steps.hpp"
 #include "models/tool_motion/moving_methods.hpp"
+#include "msm/cutting/cut_parts.hpp"
+#include "msm/cutting/kept_numbers.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
@@ -87,28 +89,28 @@ class InteractiveUnderBlade : public BodyUnderBlade {
     double step_ = 0.0;   ///< that is prepared [s]
 };
 
-/// Steps of symplectic Euler on vector units. Their layout knows no nodes that are parted, so it is made anew.
+/// Steps of symplectic Euler on vector units. Nodes and tetrahedra keep their numbers, and what a cut changes is made
+/// again around it.
 class SpringsUnderBlade : public BodyUnderBlade {
   public:
     SpringsUnderBlade(const MovingSpringModel &model, const ProblemOnNodes &problem, const FramesUnderBlade &frames)
-        : make_(model.make), frames_(frames), body_(problem.body) {
-        const auto springs = make_(*body_);
+        : frames_(frames), body_(problem.body), numbers_(problem.body->mesh) {
+        const auto springs = model.make(*body_);
         const double highest =
             livermark::msm::largest_angular_frequency(springs, body_->mesh.points, problem.conditions);
         least_steps_ =
             static_cast<int>(std::ceil(frames.interval * highest / (2.0 * livermark::msm::default_safety_factor)));
         num_steps_ = least_steps_;
-        set_up(springs, problem);
-        conditions_ = problem.conditions;
+        steps_ = frame_steps(springs, *body_, problem.conditions, frames_.mass_damping, frames_.interval / num_steps_,
+                             {.may_be_cut = true});
+        parts_ = livermark::msm::CutParts::prepare(*body_, springs, model.spring_source(*body_));
     }
 
     void prepare_for(const Effort &effort) override {
         if (effort.steps == num_steps_)
             return;
         num_steps_ = effort.steps;
-        const auto state = steps_->state();
-        set_up(make_(*body_), {body_, {}, conditions_});
-        steps_->set_state(state);
+        steps_->set_time_step(frames_.interval / num_steps_);
     }
 
     void advance(double /*start*/, const Effort &effort) override {
@@ -117,21 +119,24 @@ class SpringsUnderBlade : public BodyUnderBlade {
     }
 
     void cut(const ProblemOnNodes &after, const std::vector<int> &parent_tetrahedron) override {
-        const auto parents = livermark::interactive::parents_of(body_->mesh, after.body->mesh, parent_tetrahedron).node;
-        const auto before = steps_->state();
-        livermark::msm::State state{Eigen::VectorXd(3 * std::ssize(parents)), Eigen::VectorXd(3 * std::ssize(parents))};
-        for (Eigen::Index i = 0; i < std::ssize(parents); ++i) {
-            state.displacement.segment<3>(3 * i) = before.displacement.segment<3>(3 * Eigen::Index{parents[i]});
-            state.velocity.segment<3>(3 * i) = before.velocity.segment<3>(3 * Eigen::Index{parents[i]});
+        const auto cut = numbers_.follow(after.body->mesh, parent_tetrahedron);
+        if (!cut.removed.empty()) {
+            const auto &changes = parts_->remove(cut.removed);
+            steps_->cut(parts_->parts(), parts_->node_mass(), changes);
+        }
+        if (!cut.parting.tetrahedra.empty()) {
+            const auto &changes = parts_->part(cut.parting);
+            steps_->part(parts_->parts(), parts_->node_mass(), changes);
         }
         body_ = after.body;
-        conditions_ = after.conditions;
-        set_up(make_(*body_), after);
-        steps_->set_state(state);
+        for (std::size_t i = 0; i < numbers_.nodes().size(); ++i)
+            steps_->set_load(numbers_.nodes()[i], after.conditions.force[i]);
     }
 
     std::vector<core::Vector3> displacement() const override {
-        return livermark::msm::to_field(steps_->state().displacement);
+        std::vector<core::Vector3> result(numbers_.nodes().size());
+        steps_->displacements(numbers_.nodes(), result);
+        return result;
     }
 
     FrameCost cost(const Effort &effort) const override { return frame_cost(*steps_, *body_, effort); }
@@ -139,17 +144,12 @@ class SpringsUnderBlade : public BodyUnderBlade {
     std::optional<Effort> least_effort() const override { return Effort{.steps = least_steps_}; }
 
   private:
-    void set_up(const livermark::msm::ElasticBody &springs, const ProblemOnNodes &problem) {
-        steps_ = frame_steps(springs, *problem.body, problem.conditions, frames_.mass_damping,
-                             frames_.interval / num_steps_);
-    }
-
-    livermark::msm::ElasticBody (*make_)(const core::Body &body);
     FramesUnderBlade frames_;
     std::shared_ptr<const core::Body> body_;
-    livermark::msm::NodalConditions conditions_;
+    livermark::msm::KeptNumbers numbers_;
     int least_steps_ = 1, num_steps_ = 1; ///< in a frame: at least, and those that are taken
     std::optional<livermark::msm::FastSteps> steps_;
+    std::optional<livermark::msm::CutParts> parts_;
 };
 
 } // namespace

@@ -45,7 +45,7 @@ struct MethodUnderBlade {
         prepare;
 };
 
-/// Springs, whose vector layout is made anew for a parted body, and interactive methods, which keep their orders.
+/// Springs, whose vector layout is changed around a cut alone, and interactive methods, which keep their orders.
 /// Those with scaled masses are not among them.
 std::vector<MethodUnderBlade> methods_under_blade();
 

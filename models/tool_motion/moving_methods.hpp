@@ -1,8 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "models/tool_motion/moving_method.hpp"
+#include "msm/cutting/cut_parts.hpp"
 #include "msm/elastic_body.hpp"
 
 /// Where methods come from.
@@ -14,6 +18,8 @@ struct MovingSpringModel {
     std::string source;    ///< literature reference
     std::string objection; ///< as of MovingMethod
     livermark::msm::ElasticBody (*make)(const core::Body &body);
+    /// Where their stiffness comes from; nothing of coupled springs
+    std::optional<livermark::msm::SpringSource> (*spring_source)(const core::Body &body);
     bool is_scaled = false; ///< there is a method with masses scaled in stiff parts as well
     bool only_when_named = false;
 };

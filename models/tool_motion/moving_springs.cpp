@@ -191,6 +191,18 @@ ElasticBody patch_with_volume(const core::Body &body) {
         .body;
 }
 
+std::optional<livermark::msm::SpringSource> source_of_lloyd(const core::Body &body) {
+    return livermark::msm::SpringSource{spring_law("lloyd"), body};
+}
+
+std::optional<livermark::msm::SpringSource> source_of_patch(const core::Body &body) {
+    return livermark::msm::SpringSource{spring_law("patch"), livermark::msm::for_springs_beside_volume(body)};
+}
+
+std::optional<livermark::msm::SpringSource> no_source(const core::Body & /*body*/) {
+    return std::nullopt;
+}
+
 ElasticBody coupled_springs(const core::Body &body, const char *name) {
     return livermark::msm::coupled_springs_with_volume(body, livermark::msm::find_coupled_springs(name));
 }
@@ -223,31 +235,31 @@ std::span<const MovingSpringModel> moving_spring_models() {
          "Springs alone have Poisson's ratio 1/4, so they cannot be nearly incompressible tissue (Golec et al. 2020, "
          "Hybrid 3D mass-spring system, The Visual Computer 36): 'livermark run --load-case pneumoperitoneum --model "
          "lloyd fem_p2 --poisson 0.25 0.45' shows it.",
-         lloyd},
+         lloyd, source_of_lloyd},
         {"patch_nodal_volume", "Livermark",
          "Those who calibrate springs fit each body and load anew; here one fit to affine strains serves all loads, "
          "and hard parts need short steps.",
-         patch_with_volume, true},
+         patch_with_volume, source_of_patch, true},
         {"nodal_springs", "Livermark",
          "Forces act between springs around a node, so it is no network of two-node springs; nothing keeps tetrahedra "
          "from turning inside out.",
-         nodal_springs, true},
+         nodal_springs, no_source, true},
         {"nodal_neo_hookean", "Livermark",
          "It is a nodally averaged finite element (Puso, Solberg 2006, IJNME 67) with another name, and its constant a "
          "was chosen on the livers that ship.",
-         nodal_neo_hookean, true},
+         nodal_neo_hookean, no_source, true},
         {"nodal_neo_hookean_f", "Livermark",
          "It is a nodally averaged finite element (Puso, Solberg 2006, IJNME 67) with another name, and its constant a "
          "was chosen on the livers that ship.",
-         nodal_neo_hookean_f, true},
+         nodal_neo_hookean_f, no_source, true},
         {"edge_neo_hookean", "Livermark",
          "It is an edge-based smoothed finite element with another name, and was not tuned for speed as those around "
          "nodes were.",
-         edge_neo_hookean, false, true},
+         edge_neo_hookean, no_source, false, true},
         {"edge_neo_hookean_f", "Livermark",
          "It is an edge-based smoothed finite element with another name, and was not tuned for speed as those around "
          "nodes were.",
-         edge_neo_hookean_f, false, true}};
+         edge_neo_hookean_f, no_source, false, true}};
     return models;
 }
 
