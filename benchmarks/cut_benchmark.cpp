@@ -1,5 +1,5 @@
-// Tetrahedra are taken away from a body that moves: how long it is until the next step, and until a factor serves
-// again.
+// Tetrahedra are taken away from a body that moves, and a blade without thickness parts it: how long it is until the
+// next step, and until a factor serves again.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -12,9 +12,11 @@
 #include <vector>
 
 #include "benchmarks/bodies.hpp"
+#include "benchmarks/cutting/blade.hpp"
 #include "core/processor_time.hpp"
 #include "msm/cutting/cut_parts.hpp"
 #include "msm/cutting/frequency_around.hpp"
+#include "msm/cutting/kept_numbers.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/springs/coupled_springs.hpp"
@@ -31,7 +33,7 @@ struct Options {
     std::string body = "liver_healthy";
     std::vector<std::string> springs; ///< all if none
     int tetrahedra = 500, cuts = 40;
-    bool has_frequencies = false, has_factors = false;
+    bool has_frequencies = false, has_factors = false, has_partings = false;
 };
 
 /// What moves, and where the stiffness of its springs comes from.
@@ -44,9 +46,7 @@ struct Springs {
 std::vector<Springs> all_springs(const core::Body &body) {
     std::vector<Springs> all;
     for (const auto &law : msm::all_spring_laws()) {
-        msm::SpringSource source{law, body};
-        for (auto &material : source.body.materials)
-            material = {material.density, 2.5 * material.shear_modulus(), 0.25};
+        msm::SpringSource source{law, msm::for_springs_beside_volume(body)};
         all.push_back({law.name,
                        [law](const core::Body &of) {
                            return msm::springs_with_volume(of, msm::springs_beside_volume(of, law),
@@ -188,6 +188,81 @@ void time_updates(const core::Body &body, const Springs &springs, const Options 
     fmt::print("\n");
 }
 
+/// A blade parts a body that moves, beside a set-up of the parted body.
+void time_partings(const core::Body &body, const Springs &springs, const Options &options) {
+    const auto cut_body = benchmarks::parted_by_blade(body);
+    const auto &after = cut_body.body;
+    const auto conditions = held_where(body, held_nodes(body)), conditions_after = held_where(after, held_nodes(after));
+    constexpr core::RayleighDamping damping{.alpha = 7.0, .beta = 0.0};
+    const auto elastic = springs.make(body);
+    const auto parts_before = msm::CutParts::prepare(body, elastic, springs.source).value();
+    const auto time_steps = [](msm::FastSteps &steps) {
+        constexpr int num_steps = 20;
+        steps.take(1);
+        const double start = core::processor_seconds();
+        steps.take(num_steps);
+        return (core::processor_seconds() - start) / num_steps;
+    };
+    std::vector<double> whole, numbers_times, parts_times, steps_times, ready, step_of_parted, step_of_anew;
+    double difference = 0.0;
+    for (int done = 0; done < options.cuts; ++done) {
+        auto steps = msm::FastSteps::prepare(elastic, body.mesh.points, conditions, damping, "symplectic_euler", step,
+                                             {.may_be_cut = true})
+                         .value();
+        auto parts = parts_before;
+        msm::KeptNumbers numbers(body.mesh);
+        auto state = steps.state();
+        for (std::size_t i = 0; i < body.mesh.points.size(); ++i)
+            if (std::isnan(conditions.displacement[i].x()))
+                msm::of_node(state.velocity, static_cast<int>(i)) =
+                    core::Vector3(0.0, 0.1 * std::sin(100.0 * body.mesh.points[i].x()), 0.0);
+        steps.set_state(state);
+        steps.take(10);
+        double start = core::processor_seconds();
+        const auto cut = numbers.follow(after.mesh, cut_body.parents.front());
+        const double with_numbers = core::processor_seconds();
+        if (!cut.removed.empty()) // crumbs
+            steps.cut(parts.parts(), parts.node_mass(), parts.remove(cut.removed));
+        const auto &changes = parts.part(cut.parting);
+        const double between = core::processor_seconds();
+        steps.part(parts.parts(), parts.node_mass(), changes);
+        const double end = core::processor_seconds();
+        numbers_times.push_back(with_numbers - start);
+        parts_times.push_back(between - with_numbers);
+        steps_times.push_back(end - between);
+        ready.push_back(end - start);
+        start = core::processor_seconds();
+        auto anew = msm::FastSteps::prepare(springs.make(after), after.mesh.points, conditions_after, damping,
+                                            "symplectic_euler", step)
+                        .value();
+        whole.push_back(core::processor_seconds() - start);
+        const auto before = steps.state();
+        auto of_anew = anew.state();
+        for (int i = 0; i < after.mesh.num_nodes(); ++i) {
+            msm::of_node(of_anew.displacement, i) = msm::of_node(before.displacement, numbers.nodes()[i]);
+            msm::of_node(of_anew.velocity, i) = msm::of_node(before.velocity, numbers.nodes()[i]);
+        }
+        anew.set_state(of_anew);
+        steps.take(1);
+        anew.take(1);
+        const auto is = steps.state(), should = anew.state();
+        double largest = 0.0, miss = 0.0;
+        for (int i = 0; i < after.mesh.num_nodes(); ++i) {
+            const core::Vector3 expected = msm::of_node(should.velocity, i);
+            largest = std::max(largest, (expected - msm::of_node(of_anew.velocity, i)).norm());
+            miss = std::max(miss, (expected - msm::of_node(is.velocity, numbers.nodes()[i])).norm());
+        }
+        difference = std::max(difference, miss / largest);
+        step_of_parted.push_back(time_steps(steps));
+        step_of_anew.push_back(time_steps(anew));
+    }
+    fmt::print("| `{}` | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.0e} | {:.0f} |\n", springs.name,
+               milliseconds * percentile(whole, 0.5), milliseconds * percentile(numbers_times, 0.5),
+               milliseconds * percentile(parts_times, 0.5), milliseconds * percentile(steps_times, 0.5),
+               milliseconds * percentile(ready, 0.5), milliseconds * percentile(ready, 0.95), difference,
+               100.0 * (percentile(step_of_parted, 0.5) / percentile(step_of_anew, 0.5) - 1.0));
+}
+
 /// The stiffness of springs at rest as columns: of spring s, k^1/2 (n at one end, -n at the other).
 Eigen::SparseMatrix<double> columns_of(const core::Body &body, const core::SpringNetwork &springs,
                                        const std::vector<double> &stiffness, const std::vector<int> &unknown) {
@@ -276,11 +351,23 @@ int run(const Options &options) {
                options.body, body->mesh.num_tetrahedra(), options.tetrahedra,
                options.has_frequencies ? " frequency around [ms] | of all [ms] | off by [%] |" : "",
                options.has_frequencies ? " ---: | ---: | ---: |" : "");
-    for (const auto &springs : all_springs(*body))
+    std::vector<Springs> chosen;
+    for (auto &springs : all_springs(*body))
         if (options.springs.empty() || std::ranges::find(options.springs, springs.name) != options.springs.end())
-            time_updates(*body, springs, options);
+            chosen.push_back(std::move(springs));
+    for (const auto &springs : chosen)
+        time_updates(*body, springs, options);
     if (options.has_factors)
         time_factors(*body);
+    if (!options.has_partings)
+        return 0;
+    const auto parted = benchmarks::parted_by_blade(*body);
+    fmt::print("\n{}: a blade parts {} nodes\n\n| springs | set-up [ms] | numbers [ms] | parts [ms] | layout [ms] | "
+               "ready [ms] | 95 % of cuts [ms] | differ by | a step takes longer by [%] |\n"
+               "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
+               options.body, parted.body.mesh.num_nodes() - body->mesh.num_nodes());
+    for (const auto &springs : chosen)
+        time_partings(*body, springs, options);
     return 0;
 }
 
@@ -296,6 +383,7 @@ int main(int argc, char **argv) {
     app.add_option("--cuts", options.cuts, "Of each springs")->capture_default_str();
     app.add_flag("--frequencies", options.has_frequencies, "Find the highest frequency after every fourth cut as well");
     app.add_flag("--factors", options.has_factors, "Time factors of springs as well");
+    app.add_flag("--parted", options.has_partings, "Part the body by a blade as well");
     CLI11_PARSE(app, argc, argv);
     try {
         return livermark::run(options);

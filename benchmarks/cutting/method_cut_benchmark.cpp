@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "benchmarks/bodies.hpp"
+#include "benchmarks/cutting/blade.hpp"
 #include "core/processor_time.hpp"
 #include "interactive/cutting/cut_motion.hpp"
-#include "meshes/cutting/cut.hpp"
 #include "msm/mass_lumping.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
@@ -34,8 +34,6 @@ struct Options {
 constexpr double milliseconds = 1e3;
 /// Cuts after which the body is made whole again.
 constexpr int cuts_in_turn = 4;
-/// Through the left lobe of a liver, from the front: its edge, and how far it goes [m].
-constexpr double blade_x = 0.08, blade_from = -0.048, blade_to = -0.008, blade_low = -0.06, blade_high = 0.08;
 
 /// What is left without the tetrahedra that are nearest to a node.
 SceneCut without_ball(const core::Body &body, int count, std::mt19937 &random) {
@@ -80,10 +78,7 @@ SceneCut without_ball(const core::Body &body, int count, std::mt19937 &random) {
 }
 
 SceneCut parted(const core::Body &body) {
-    auto found = meshes::cut(body, {.tool = meshes::BladeCut{{core::Vector3(blade_x, blade_from, blade_low),
-                                                              {blade_x, blade_from, blade_high},
-                                                              {blade_x, blade_to, blade_high},
-                                                              {blade_x, blade_to, blade_low}}}});
+    auto found = benchmarks::parted_by_blade(body);
     return {.body = std::make_shared<const core::Body>(std::move(found.body)),
             .node_mass = {},
             .parent_tetrahedron = std::move(found.parents.front())};
