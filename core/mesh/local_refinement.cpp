@@ -20,10 +20,13 @@ Edge edge_of(int a, int b) {
 /// The nodes on the edges that are split.
 class NewNodes {
   public:
-    NewNodes(std::vector<Vector3> &points, const std::map<Edge, Vector3> &on_edges) : points_(points) {
+    NewNodes(std::vector<Vector3> &points, const std::map<Edge, Vector3> &on_edges)
+        : points_(points), is_end_(points.size() + on_edges.size(), false) {
         for (const auto &[edge, point] : on_edges) {
             node_[edge] = static_cast<int>(points_.size());
             points_.push_back(point);
+            for (const int end : edge)
+                is_end_[end] = true;
         }
     }
 
@@ -35,7 +38,7 @@ class NewNodes {
         std::array<std::size_t, 2> ends{};
         for (std::size_t i = 0; i < corners; ++i)
             for (std::size_t j = i + 1; j < corners; ++j)
-                if (const auto edge = edge_of(nodes[i], nodes[j]); node_.contains(edge)) {
+                if (const auto edge = edge_of(nodes[i], nodes[j]); is_split(edge)) {
                     const std::pair candidate{(points_[edge[0]] - points_[edge[1]]).squaredNorm(), edge};
                     if (candidate > longest) {
                         longest = candidate;
@@ -52,8 +55,13 @@ class NewNodes {
     }
 
   private:
+    bool is_split(const Edge &edge) const {
+        return is_end_[edge[0]] && is_end_[edge[1]] && node_.contains(edge); // few edges of a large mesh are
+    }
+
     std::vector<Vector3> &points_;
     std::map<Edge, int> node_;
+    std::vector<bool> is_end_; ///< of an edge that is split
 };
 
 /// What holds on a boundary triangle, free ones are all alike.

@@ -1,7 +1,6 @@
 #include "core/mesh/overlaps.hpp"
 
 #include <algorithm>
-#include <map>
 #include <numeric>
 #include <vector>
 
@@ -29,14 +28,21 @@ std::optional<std::pair<int, int>> nodes_in_one_place(std::span<const Vector3> p
 }
 
 std::optional<std::pair<int, int>> tetrahedra_of_same_nodes(std::span<const std::array<int, 4>> tetrahedra) {
-    std::map<std::array<int, 4>, int> first;
+    std::vector<std::pair<std::array<int, 4>, int>> sorted; // nodes ascending, and the tetrahedron
+    sorted.reserve(tetrahedra.size());
     for (std::size_t t = 0; t < tetrahedra.size(); ++t) {
-        auto nodes = tetrahedra[t];
-        std::ranges::sort(nodes);
-        if (const auto [other, is_new] = first.emplace(nodes, static_cast<int>(t)); !is_new)
-            return std::pair(other->second, static_cast<int>(t));
+        sorted.emplace_back(tetrahedra[t], static_cast<int>(t));
+        std::ranges::sort(sorted.back().first);
     }
-    return std::nullopt;
+    std::ranges::sort(sorted);
+    std::optional<std::pair<int, int>> two;
+    for (std::size_t k = 1; k < sorted.size(); ++k) {
+        const bool is_second =
+            sorted[k].first == sorted[k - 1].first && (k == 1 || sorted[k].first != sorted[k - 2].first);
+        if (is_second && (!two || sorted[k].second < two->second))
+            two.emplace(sorted[k - 1].second, sorted[k].second);
+    }
+    return two;
 }
 
 std::vector<std::array<int, 3>> sorted_faces(std::span<const std::array<int, 4>> tetrahedra) {

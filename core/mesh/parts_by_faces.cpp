@@ -1,8 +1,8 @@
 #include "core/mesh/parts_by_faces.hpp"
 
 #include <algorithm>
-#include <map>
 #include <numeric>
+#include <utility>
 
 #include "core/mesh/tetra_mesh.hpp"
 
@@ -17,15 +17,19 @@ std::vector<int> parts_by_faces(std::span<const std::array<int, 4>> tetrahedra,
             t = parent[t] = parent[parent[t]];
         return t;
     };
-    std::map<std::array<int, 3>, int> owner;
+    std::vector<std::pair<std::array<int, 3>, int>> faces; // nodes ascending, and the tetrahedron
+    faces.reserve(4 * tetrahedra.size());
     for (int t = 0; t < static_cast<int>(tetrahedra.size()); ++t)
         for (const auto &[a, b, c] : tetrahedron_faces) {
-            std::array face{tetrahedra[t][a], tetrahedra[t][b], tetrahedra[t][c]};
-            std::ranges::sort(face);
-            const auto [first, is_new] = owner.emplace(face, t);
-            if (!is_new && (!are_joined || are_joined(first->second, t)))
-                parent[root_of(first->second)] = root_of(t);
+            faces.push_back({{tetrahedra[t][a], tetrahedra[t][b], tetrahedra[t][c]}, t});
+            std::ranges::sort(faces.back().first);
         }
+    std::ranges::sort(faces);
+    for (std::size_t first = 0, other = 1; other < faces.size(); ++other)
+        if (faces[other].first != faces[first].first)
+            first = other;
+        else if (!are_joined || are_joined(faces[first].second, faces[other].second))
+            parent[root_of(faces[first].second)] = root_of(faces[other].second);
     std::vector<int> part(tetrahedra.size()), number(tetrahedra.size(), -1);
     int num_parts = 0;
     for (int t = 0; t < static_cast<int>(tetrahedra.size()); ++t) {

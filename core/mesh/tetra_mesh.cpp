@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <map>
+#include <utility>
 
 namespace livermark::core {
 
@@ -28,17 +28,27 @@ std::vector<double> nodal_volumes(const TetraMesh &mesh) {
 }
 
 std::vector<std::array<int, 3>> outer_faces(std::span<const std::array<int, 4>> tetrahedra) {
-    const auto key_of = [](std::array<int, 3> face) {
-        std::ranges::sort(face);
-        return face;
-    };
-    std::map<std::array<int, 3>, int> num_owners;
     std::vector<std::array<int, 3>> faces;
     faces.reserve(4 * tetrahedra.size());
     for (const auto &nodes : tetrahedra)
         for (const auto &[a, b, c] : tetrahedron_faces)
-            ++num_owners[key_of(faces.emplace_back(std::array{nodes[a], nodes[b], nodes[c]}))];
-    std::erase_if(faces, [&](const auto &face) { return num_owners.at(key_of(face)) > 1; });
+            faces.push_back({nodes[a], nodes[b], nodes[c]});
+    std::vector<std::pair<std::array<int, 3>, std::size_t>> sorted; // nodes ascending, and the number of the face
+    sorted.reserve(faces.size());
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        sorted.emplace_back(faces[f], f);
+        std::ranges::sort(sorted.back().first);
+    }
+    std::ranges::sort(sorted);
+    std::vector<bool> is_outer(faces.size(), true);
+    for (std::size_t k = 1; k < sorted.size(); ++k)
+        if (sorted[k].first == sorted[k - 1].first)
+            is_outer[sorted[k].second] = is_outer[sorted[k - 1].second] = false;
+    std::size_t num_outer = 0;
+    for (std::size_t f = 0; f < faces.size(); ++f)
+        if (is_outer[f])
+            faces[num_outer++] = faces[f];
+    faces.resize(num_outer);
     return faces;
 }
 

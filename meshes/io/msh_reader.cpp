@@ -37,10 +37,20 @@ int nodes_to_skip(int type) {
 /// Physical groups that an element is in.
 using Groups = std::vector<int>;
 
+/// Whether two elements have the same nodes.
+template <class Element> bool has_repeated(std::vector<Element> elements) {
+    for (auto &nodes : elements)
+        std::ranges::sort(nodes);
+    std::ranges::sort(elements);
+    return std::ranges::adjacent_find(elements) != elements.end();
+}
+
 /// Elements that are there once for each of their groups become one in all of them. The same element twice in one group
 /// stays, to be refused.
 template <class Element>
 void merge_repeated(std::vector<Element> &elements, std::vector<Groups> &groups, std::vector<std::int64_t> *tags) {
+    if (!has_repeated(elements))
+        return; // as in most files, and the search below takes a while on a large one
     std::map<Element, std::size_t> seen;
     std::size_t num_kept = 0;
     for (std::size_t e = 0; e < elements.size(); ++e) {

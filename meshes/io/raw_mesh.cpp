@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "core/mesh/overlaps.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "support/input_error.hpp"
 
@@ -59,14 +60,11 @@ std::vector<int> boundary_tags(const RawMesh &raw, const core::TetraMesh &mesh, 
 } // namespace
 
 void leave_out_stray_triangles(RawMesh &raw) {
-    std::set<std::array<int, 3>> faces;
-    for (const auto &nodes : raw.tetrahedra)
-        for (const auto &[a, b, c] : core::tetrahedron_faces)
-            faces.insert(sorted_face({nodes[a], nodes[b], nodes[c]}));
+    const auto faces = core::sorted_faces(raw.tetrahedra);
     RawMesh kept;
     std::size_t first = raw.triangles.size(), num_stray = 0;
     for (std::size_t t = 0; t < raw.triangles.size(); ++t)
-        if (faces.contains(sorted_face(raw.triangles[t]))) {
+        if (std::ranges::binary_search(faces, sorted_face(raw.triangles[t]))) {
             kept.triangles.push_back(raw.triangles[t]);
             kept.patch_tag.push_back(raw.patch_tag[t]);
         } else {
