@@ -21,14 +21,15 @@ Discretisation::Discretisation(const core::Body &body, int degree, Formulation f
     pressure = assemble_pressure(body, mesh, system);
 }
 
-Corners::Corners(const core::Body &body, SolverChoice choice, const Discretisation &matrices) {
+Corners::Corners(const core::Body &body, SolverChoice choice, const Discretisation &matrices, int largest_factor) {
     const bool is_mixed = matrices.pressure.num_pressures() > 0;
     const bool is_large =
         matrices.system.nodes_per_cell > 4 && matrices.system.stiffness.num_rows() > largest_direct_quadratic_system;
     if (choice != SolverChoice::automatic || !(is_mixed || is_large))
         return;
     system = std::make_unique<ElasticSystem>(assemble(is_mixed ? without_pressure(body) : body, 1));
-    solver = std::make_unique<ChosenSolver>(*system, SolverChoice::automatic);
+    const bool is_factored = system->stiffness.num_rows() <= largest_factor;
+    solver = std::make_unique<ChosenSolver>(*system, is_factored ? SolverChoice::direct : SolverChoice::iterative);
 }
 
 } // namespace livermark::fem_reference

@@ -21,10 +21,13 @@ struct Discretisation {
 
 /// Linear elements on the same body, whose solver is the coarse one of iterations on quadratic elements: of the mixed
 /// formulation, which needs only an approximate inverse of K, and of large bodies in displacements alone. The factor of
-/// quadratic elements fills most of the memory and takes most of the time. Empty where the user chose a solver.
+/// quadratic elements fills most of the memory and takes most of the time, and so would that of the linear ones of a
+/// very large body, which multigrid solves. Empty where the user chose a solver.
 struct Corners {
     Corners() = default;
-    Corners(const core::Body &body, SolverChoice choice, const Discretisation &matrices);
+    /// @param largest_factor  unknowns of linear elements beyond which there is multigrid
+    Corners(const core::Body &body, SolverChoice choice, const Discretisation &matrices,
+            int largest_factor = largest_direct_coarse_system);
 
     std::unique_ptr<ElasticSystem> system;
     std::unique_ptr<ChosenSolver> solver;

@@ -48,9 +48,10 @@ double press_to_depth(DofConditions &conditions, ConstrainedSolution &found) {
 } // namespace
 
 struct StaticSolver::Impl {
-    Impl(std::shared_ptr<const core::Body> of, int degree, SolverChoice choice, Formulation form)
+    Impl(std::shared_ptr<const core::Body> of, int degree, SolverChoice choice, Formulation form,
+         int largest_coarse_factor)
         : body(std::move(of)), formulation(form), start(Clock::now()), matrices(*body, degree, form),
-          corners(*body, choice, matrices), solver(make_solver(choice)) {
+          corners(*body, choice, matrices, largest_coarse_factor), solver(make_solver(choice)) {
         if (matrices.pressure.num_pressures() > 0)
             mixed.emplace(matrices.system, solver, matrices.pressure);
         assembly_seconds = seconds_since(start);
@@ -96,8 +97,8 @@ struct StaticSolver::Impl {
 };
 
 StaticSolver::StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice,
-                           Formulation formulation)
-    : impl_(std::make_unique<Impl>(std::move(body), degree, choice, formulation)) {}
+                           Formulation formulation, int largest_coarse_factor)
+    : impl_(std::make_unique<Impl>(std::move(body), degree, choice, formulation, largest_coarse_factor)) {}
 StaticSolver::StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse, double tolerance,
                            std::span<const int> parent)
     : impl_(std::make_unique<Impl>(std::move(refined_body), *coarse.impl_, tolerance, parent)) {}

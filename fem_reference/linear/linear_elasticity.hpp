@@ -31,9 +31,11 @@ class StaticSolver {
     /// @param degree  1 or 2
     /// @param choice  how the linear systems are solved
     /// @param formulation  mixed for degree 2 only
+    /// @param largest_coarse_factor  see Corners
     /// @throws std::invalid_argument for another degree, or if a boundary triangle is not an outer face
     StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice = SolverChoice::automatic,
-                 Formulation formulation = Formulation::displacement);
+                 Formulation formulation = Formulation::displacement,
+                 int largest_coarse_factor = largest_direct_coarse_system);
 
     /// Quadratic elements on a refined body in the formulation of the coarse solver, by iterations that correct
     /// themselves with the solver of the body before refinement.

@@ -11,5 +11,8 @@ enum class SolverChoice { automatic, direct, iterative };
 inline constexpr int largest_direct_system = 250'000;
 /// On 220,000 unknowns the factor takes 52 s of a core, two levels and a solution by them a few.
 inline constexpr int largest_direct_quadratic_system = 100'000;
+/// Of the linear elements that are the coarse level of quadratic ones, see Corners: an approximate inverse is enough
+/// there. Beyond it multigrid, whose memory and time grow with the unknowns.
+inline constexpr int largest_direct_coarse_system = 100'000;
 
 } // namespace livermark::fem_reference

@@ -154,6 +154,43 @@ TEST(FemMixed, SolversAgree) {
     expect_agreement(in_haste.solve(fine.load_case), exact, tolerance);
 }
 
+/// As on a very large body. There are more corners than ML solves for exactly.
+TEST(FemMixed, MultigridOnTheCornersIsAsGoodAsAFactor) {
+    constexpr int no_factor = 0;
+    const auto problem = rod(0.45, 0.499, {12, 8, 7});
+    ASSERT_GT(3 * problem.body->mesh.num_nodes(), 2000);
+    fem_reference::StaticSolver factored(problem.body, 2, SolverChoice::automatic, Formulation::mixed);
+    fem_reference::StaticSolver approximate(problem.body, 2, SolverChoice::automatic, Formulation::mixed, no_factor);
+    const auto found = approximate.solve(problem.load_case);
+    EXPECT_NE(found.solver.find("two levels over ML"), std::string::npos) << found.solver;
+    expect_agreement(found, factored.solve(problem.load_case), 1e-7);
+}
+
+TEST(FemMixed, MultigridOnTheCornersServesTheRefinedMesh) {
+    constexpr int no_factor = 0;
+    const auto problem = rod(0.45, 0.499, {3, 2, 2});
+    const auto fine = core::refine(problem);
+    fem_reference::StaticSolver coarse(problem.body, 2, SolverChoice::automatic, Formulation::mixed, no_factor);
+    fem_reference::StaticSolver solver(fine.body, coarse);
+    const auto found = solver.solve(fine.load_case);
+    EXPECT_NE(found.solver.find("two levels over two levels over ML"), std::string::npos) << found.solver;
+    expect_agreement(found, fem_reference::solve_static(fine, 2, SolverChoice::direct, Formulation::mixed), 1e-7);
+}
+
+/// It has to notice when other components are constrained.
+TEST(FemMixed, MultigridOnTheCornersTakesOneLoadCaseAfterTheOther) {
+    constexpr int no_factor = 0;
+    const auto problem = rod(0.45, 0.49, {12, 8, 7});
+    auto other = tests::empty_load_case(problem.body->mesh);
+    tests::prescribe(other, problem.body->mesh, "z_min", Vector3::Zero());
+    tests::pull(other, problem.body->mesh, "x_max", {0.0, 3.0, 1.0});
+    fem_reference::StaticSolver solver(problem.body, 2, SolverChoice::automatic, Formulation::mixed, no_factor);
+    fem_reference::StaticSolver factored(problem.body, 2, SolverChoice::automatic, Formulation::mixed);
+    EXPECT_EQ(solver.max_columns(), 1u);
+    for (const auto &load_case : {problem.load_case, other, problem.load_case})
+        expect_agreement(solver.solve(load_case), factored.solve(load_case), 1e-7);
+}
+
 /// load cases that constrain different components, and one that leaves the body free to move.
 class FemTogether : public testing::Test {
   protected:
