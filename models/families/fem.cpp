@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -79,16 +80,44 @@ bool has_slow_history(const core::LoadCase &load_case) {
     return load_case.slow_history.has_value();
 }
 
+/// The mixed solver of a body, and the load cases that it solved last: fem_p2p1_refined begins with the solutions that
+/// fem_p2p1 has just found.
+class MixedSolverWithLast {
+  public:
+    MixedSolverWithLast(const std::shared_ptr<const core::Body> &body, SolverChoice choice)
+        : solver(body, 2, choice, Formulation::mixed) {}
+
+    std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) {
+        if (!std::ranges::equal(load_cases, last_, core::are_statically_equal)) {
+            last_.clear(); // what follows may throw
+            solutions_ = solver.solve(load_cases);
+            last_.assign(load_cases.begin(), load_cases.end());
+        }
+        return solutions_;
+    }
+
+    StaticSolver solver;
+
+  private:
+    std::vector<core::LoadCase> last_;
+    std::vector<core::Solution> solutions_; ///< of last_; the same whatever a load case releases, since none moves
+};
+
+using SolveAll = std::function<std::vector<core::Solution>(std::span<const core::LoadCase>)>;
+
 /// Solves with a solver that others may use as well.
 class PreparedElements : public core::PreparedModel {
   public:
-    PreparedElements(std::shared_ptr<const core::Body> body, std::shared_ptr<StaticSolver> solver, SolverChoice choice)
-        : body_(std::move(body)), choice_(choice), solver_(std::move(solver)) {}
+    /// @param solver     for what takes one load case after the other
+    /// @param solve_all  by the same solver
+    PreparedElements(std::shared_ptr<const core::Body> body, std::shared_ptr<StaticSolver> solver, SolverChoice choice,
+                     SolveAll solve_all)
+        : body_(std::move(body)), choice_(choice), solver_(std::move(solver)), solve_all_(std::move(solve_all)) {}
 
     std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
         if (std::ranges::any_of(load_cases, has_slow_history))
             return solve_in_turn(load_cases);
-        auto solutions = solver_->solve(load_cases);
+        auto solutions = solve_all_(load_cases);
         for (std::size_t i = 0; i < solutions.size(); ++i)
             add_path(solutions[i], load_cases[i]);
         return solutions;
@@ -112,6 +141,7 @@ class PreparedElements : public core::PreparedModel {
     std::shared_ptr<const core::Body> body_;
     SolverChoice choice_;
     std::shared_ptr<StaticSolver> solver_;
+    SolveAll solve_all_;
     std::optional<RelaxingSolver> relaxing_; ///< when the first history comes
 };
 
@@ -123,10 +153,10 @@ class MixedSolvers {
 
     SolverChoice choice() const { return choice_; }
 
-    std::shared_ptr<StaticSolver> on(const std::shared_ptr<const core::Body> &body) {
+    std::shared_ptr<MixedSolverWithLast> on(const std::shared_ptr<const core::Body> &body) {
         if (auto solver = solver_.lock(); solver && body_.lock() == body)
             return solver;
-        auto solver = std::make_shared<StaticSolver>(body, 2, choice_, Formulation::mixed);
+        auto solver = std::make_shared<MixedSolverWithLast>(body, choice_);
         body_ = body;
         solver_ = solver;
         return solver;
@@ -135,8 +165,16 @@ class MixedSolvers {
   private:
     SolverChoice choice_;
     std::weak_ptr<const core::Body> body_; ///< of the solver
-    std::weak_ptr<StaticSolver> solver_;
+    std::weak_ptr<MixedSolverWithLast> solver_;
 };
+
+std::unique_ptr<core::PreparedModel> mixed_elements(const std::shared_ptr<const core::Body> &body,
+                                                    MixedSolvers &solvers) {
+    const auto shared = solvers.on(body);
+    const std::shared_ptr<StaticSolver> solver(shared, &shared->solver);
+    return std::make_unique<PreparedElements>(body, solver, solvers.choice(),
+                                              [shared](auto load_cases) { return shared->solve(load_cases); });
+}
 
 /// Half a percent, where four meshes give it.
 constexpr Refinement refinement{.goal = 0.005, .finest_level = 3};
@@ -147,7 +185,7 @@ constexpr Refinement refinement{.goal = 0.005, .finest_level = 3};
 class PreparedRefinedElements : public core::PreparedModel {
   public:
     PreparedRefinedElements(std::shared_ptr<const core::Body> body, MixedSolvers &solvers)
-        : body_(std::move(body)), choice_(solvers.choice()), solver_(solvers.on(body_)) {}
+        : body_(std::move(body)), choice_(solvers.choice()), shared_(solvers.on(body_)), solver_(&shared_->solver) {}
 
     std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
         std::vector<core::LoadCase> at_rest(load_cases.begin(), load_cases.end());
@@ -160,7 +198,7 @@ class PreparedRefinedElements : public core::PreparedModel {
                                                                 : solve_one(load_case, solver_->solve(load_case)));
             return solutions;
         }
-        const auto on_mesh = solver_->solve(std::span<const core::LoadCase>(at_rest));
+        const auto on_mesh = shared_->solve(at_rest);
         for (std::size_t i = 0; i < at_rest.size(); ++i)
             solutions.push_back(solve_one(at_rest[i], on_mesh[i]));
         return solutions;
@@ -218,7 +256,8 @@ class PreparedRefinedElements : public core::PreparedModel {
 
     std::shared_ptr<const core::Body> body_;
     SolverChoice choice_;
-    std::shared_ptr<StaticSolver> solver_; ///< on the mesh
+    std::shared_ptr<MixedSolverWithLast> shared_;
+    StaticSolver *solver_; ///< on the mesh
 };
 
 core::Model finite_elements(std::string_view name, const char *summary, core::PrepareModel prepare) {
@@ -277,7 +316,8 @@ core::Model displacement_elements(std::string_view name, const char *summary, in
             auto solver = std::make_shared<StaticSolver>(body, degree, choice, Formulation::displacement);
             if (common)
                 solver->prepare(*common);
-            return std::make_unique<PreparedElements>(body, std::move(solver), choice);
+            return std::make_unique<PreparedElements>(body, solver, choice,
+                                                      [solver](auto load_cases) { return solver->solve(load_cases); });
         });
     model.relaxes = true;
     model.modes = [degree](const core::Problem &problem, int count) {
@@ -314,15 +354,13 @@ std::vector<core::Model> models(const ModelOptions &options) {
         with_role(displacement_elements("fem_p1", linear_summary, 1, choice), core::Role::baseline),
         judging_motion(displacement_elements("fem_p2", quadratic_summary, 2, choice)),
         relaxes_and_knows_compliance(
-            solved_together(with_role(finite_elements("fem_p2p1", mixed_summary,
-                                                      [mixed](const std::shared_ptr<const core::Body> &body,
-                                                              const core::LoadCase * /*common*/) {
-                                                          return std::make_unique<PreparedElements>(
-                                                              body, mixed->on(body), mixed->choice());
-                                                      }),
-                                      core::Role::reference)),
+            solved_together(with_role(
+                finite_elements("fem_p2p1", mixed_summary,
+                                [mixed](const std::shared_ptr<const core::Body> &body,
+                                        const core::LoadCase * /*common*/) { return mixed_elements(body, *mixed); }),
+                core::Role::reference)),
             [mixed](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
-                return mixed->on(problem.body)->compliance(problem.load_case, places);
+                return mixed->on(problem.body)->solver.compliance(problem.load_case, places);
             }),
         relaxes_and_knows_compliance(
             only_small(solved_together(with_role(finite_elements("fem_p2p1_refined", refined_summary,
