@@ -1,0 +1,105 @@
+#include "fem_reference/hyperelastic/surface/surface_deformation.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "core/mesh/tetra_mesh.hpp"
+
+namespace livermark::hyperelastic {
+
+namespace {
+
+using core::Vector3;
+using Face = std::array<int, 3>; ///< nodes of the elements, ascending
+
+constexpr int num_corners = 4, num_nodes = 10;
+
+/// F where three barycentric coordinates are 1/3 and that of one corner is 0.
+/// @param cell  (10) corners, then midpoints of 01 12 20 03 13 23
+Matrix3 deformation_opposite(int corner, std::span<const int> cell, const std::vector<Vector3> &points,
+                             std::span<const double> displacement) {
+    Matrix3 edges;
+    for (int k = 0; k < 3; ++k)
+        edges.col(k) = points[cell[k + 1]] - points[cell[0]];
+    const Matrix3 inverse = edges.inverse();
+    std::array<Vector3, num_corners> slope; // of barycentric coordinates
+    slope[0].setZero();
+    for (int k = 0; k < 3; ++k) {
+        slope[k + 1] = inverse.row(k);
+        slope[0] -= slope[k + 1];
+    }
+    const auto value = [&](int k) { return k == corner ? 0.0 : 1.0 / 3.0; };
+    constexpr std::array<std::array<int, 2>, num_nodes - num_corners> ends{
+        {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+    Matrix3 f = Matrix3::Identity();
+    const auto add = [&](int node, const Vector3 &gradient) {
+        f += Vector3::Map(&displacement[3 * static_cast<std::size_t>(cell[node])]) * gradient.transpose();
+    };
+    for (int k = 0; k < num_corners; ++k)
+        add(k, (4.0 * value(k) - 1.0) * slope[k]);
+    for (std::size_t e = 0; e < ends.size(); ++e) {
+        const auto [a, b] = ends[e];
+        add(num_corners + static_cast<int>(e), 4.0 * (value(a) * slope[b] + value(b) * slope[a]));
+    }
+    return f;
+}
+
+} // namespace
+
+std::vector<SurfacePoint> surface_points(const Elements &elements, std::span<const double> displacement) {
+    const auto &system = elements.system();
+    const auto &mesh = elements.body().mesh;
+    if (system.nodes_per_cell != num_nodes)
+        throw std::invalid_argument("deformations of the surface are those of quadratic elements");
+    std::map<Face, std::size_t> facet_of;
+    for (std::size_t f = 0; f < mesh.boundary_triangles.size(); ++f) {
+        Face face;
+        std::ranges::transform(mesh.boundary_triangles[f], face.begin(),
+                               [&](int node) { return system.mesh_node[node]; });
+        std::ranges::sort(face);
+        facet_of[face] = f;
+    }
+    std::vector<SurfacePoint> result(mesh.boundary_triangles.size());
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+        const auto cell = std::span(system.cell_nodes).subspan(t * num_nodes, num_nodes);
+        for (int corner = 0; corner < num_corners; ++corner) {
+            Face face;
+            for (int k = 0, next = 0; k < num_corners; ++k)
+                if (k != corner)
+                    face[next++] = cell[k];
+            std::ranges::sort(face);
+            const auto found = facet_of.find(face);
+            if (found == facet_of.end())
+                continue;
+            auto &point = result[found->second];
+            const Vector3 &a = system.points[face[0]], &b = system.points[face[1]], &c = system.points[face[2]];
+            point.at_rest = (a + b + c) / 3.0;
+            point.normal = (b - a).cross(c - a);
+            point.area = 0.5 * point.normal.norm();
+            point.normal /= 2.0 * point.area;
+            if (point.normal.dot(system.points[cell[corner]] - a) > 0.0)
+                point.normal = -point.normal;
+            point.deformation = deformation_opposite(corner, cell, system.points, displacement);
+            point.material = elements.body().materials[mesh.region[t]];
+        }
+    }
+    return result;
+}
+
+SurfaceStretches surface_stretches(const SurfacePoint &point) {
+    Eigen::Matrix<double, 3, 2> along;
+    along.col(0) = point.normal.unitOrthogonal();
+    along.col(1) = point.normal.cross(along.col(0));
+    const Eigen::Matrix<double, 3, 2> stretched = point.deformation * along;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> squares(stretched.transpose() * stretched,
+                                                                 Eigen::EigenvaluesOnly);
+    return {std::sqrt(squares.eigenvalues()[0]), std::sqrt(squares.eigenvalues()[1])};
+}
+
+} // namespace livermark::hyperelastic

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "fem_reference/hyperelastic/material_law.hpp"
+
+namespace livermark::hyperelastic {
+
+/// d2 W / dF2 of the whole energy, including the volume term.
+/// @param f  det F > 0
+/// @return [Pa]
+Tangent whole_tangent(const MaterialLaw &law, const core::Material &material, const Matrix3 &f);
+
+/// Adds what a pressure that follows the surface contributes. It has the potential p V, and the half space is deformed
+/// evenly, so that p J may stand in its energy.
+/// @param pressure  p [Pa], positive inwards
+void add_follower_pressure(double pressure, const Matrix3 &f, Tangent &tangent);
+
+/// How a half space that is deformed evenly resists short waves of its surface, when the tractions on the surface keep
+/// their direction and size per area at rest. A wave a exp(i k t . x) of the surface, and below it what has the least
+/// energy, takes the energy k / 2 a* Z a per area, with the surface impedance Z of the direction t. Where Z is not
+/// positive definite, waves grow by themselves, however short they are: no mesh resolves them, and finer meshes find
+/// equilibria of lower energy, or none (the complementing condition fails; H. C. Simpson, S. J. Spector 1987, On the
+/// positivity of the second variation in finite elasticity, Arch. Ration. Mech. Anal. 98). Without a traction that is
+/// M. A. Biot's limit (1963, Surface instability of rubber in compression, Appl. Sci. Res. A 12). Z is
+/// H^-1 + i H^-1 S, with the matrices S and H of D. M. Barnett and J. Lothe (1973, Synthesis of the sextic and the
+/// integral formalism for dislocations, Greens functions, and surface waves in anisotropic elastic solids, Phys. Norv.
+/// 7).
+/// @param tangent  d2 W / dF2 [Pa], also of other moduli
+/// @param normal   of the surface at rest, outwards, of length 1
+/// @return least eigenvalue of Z, over 12 directions t [Pa]; NaN where the material itself is not elliptic
+double least_surface_impedance(const Tangent &tangent, const Eigen::Vector3d &normal);
+
+} // namespace livermark::hyperelastic
