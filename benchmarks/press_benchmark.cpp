@@ -35,16 +35,16 @@ struct Options {
     double poisson_ratio = std::numeric_limits<double>::quiet_NaN();
     double longest_edge = core::longest_edge_below_tools;
     double force = 0.0; ///< [N]
-    int num_levels = 3, num_parts = 10;
-    bool at_rims = false, no_modes = false;
+    int first_level = 0, num_levels = 3, num_parts = 10, num_modes = 2;
+    bool at_rims = false;
 };
 
 constexpr double percent = 100.0, millimetres = 1e3;
 
 /// What holds below the tools in one state.
 struct BelowTools {
-    double least_under = 1.0, least_beside = 1.0; ///< stretches of the surface
-    double largest_pressure = 0.0;                ///< at rest, over the shear modulus
+    double least_under = 1.0, least_beside = 1.0;                     ///< stretches of the surface
+    double largest_pressure = 0.0;                                    ///< at rest, over the shear modulus
     double least_impedance = std::numeric_limits<double>::infinity(); ///< over the shear modulus
     double least_following = std::numeric_limits<double>::infinity(); ///< the same under pressures that follow
     double unstable = 0.0, pressed = 0.0;                             ///< areas [m^2]
@@ -65,13 +65,16 @@ BelowTools look_below(const core::Problem &problem, const std::vector<SurfacePoi
         auto &least = tool ? result.least_under : result.least_beside;
         least = std::min(least, stretch);
         const double mu = point.material.shear_modulus();
-        const auto &f_here = point.deformation;
-        if (!(f_here.determinant() > 0.0))
+        const Vector3 dead = tool ? Vector3(force * problem.load_case.value[f]) : Vector3::Zero();
+        const auto f_here = hyperelastic::under_traction(law, point, dead);
+        if (!f_here.allFinite()) {
+            fmt::print("no F on facet {}\n", f);
             continue;
+        }
         auto tangent = hyperelastic::whole_tangent(law, point.material, f_here);
         const double impedance = hyperelastic::least_surface_impedance(tangent, point.normal) / mu;
         result.least_impedance = impedance < result.least_impedance ? impedance : result.least_impedance;
-        const double traction = tool ? force * problem.load_case.value[f].norm() : 0.0;
+        const double traction = dead.norm();
         const double stretched_area = f_here.determinant() * (f_here.inverse().transpose() * point.normal).norm();
         hyperelastic::add_follower_pressure(traction / stretched_area, f_here, tangent);
         const double following = hyperelastic::least_surface_impedance(tangent, point.normal) / mu;
@@ -85,8 +88,8 @@ BelowTools look_below(const core::Problem &problem, const std::vector<SurfacePoi
     return result;
 }
 
-/// The least of (tangent - shift) on what is free, and where its mode is: the tangent of elements in displacements
-/// alone at the state of the mixed ones.
+/// Whether the tangent is positive definite on what is free, and where the mode of its least eigenvalue is: of elements
+/// in displacements alone, at the state of the mixed ones, because its factor is that of all unknowns.
 struct Mode {
     bool is_definite = true;
     double below_tools = 0.0; ///< part of its square within a radius of a tool
@@ -104,10 +107,10 @@ Mode least_mode(const core::Problem &problem, const hyperelastic::MaterialLaw &l
     if (mode.is_definite)
         return mode;
     // Inverse iterations with as much added to the diagonal as makes it definite.
-    const double scale = solver.pressure_scale() * std::cbrt(1e-9);
-    double shift = 1e-3 * scale;
+    constexpr double small_area = 1e-6; // [m^2]
+    double shift = small_area * solver.pressure_scale();
     auto shifted = tangent;
-    for (double added = 0.0; !solver.factorise(shifted.stiffness); shift *= 2.0) {
+    for (double added = 0.0; !solver.factorise(shifted.stiffness); shift *= 4.0) {
         for (auto &block : shifted.stiffness.diagonal)
             for (const int i : {0, 4, 8})
                 block[i] += shift - added;
@@ -116,10 +119,10 @@ Mode least_mode(const core::Problem &problem, const hyperelastic::MaterialLaw &l
     hyperelastic::State x{std::vector<double>(displacement.size(), 0.0), {}};
     for (std::size_t dof = 0; dof < displacement.size(); ++dof)
         x.displacement[dof] = std::sin(1.7 * static_cast<double>(dof));
-    for (int iteration = 0; iteration < 40; ++iteration) {
+    for (int iteration = 0; iteration < 15; ++iteration) {
         auto next = solver.solve(shifted, {}, x, 1e-6).change;
-        const double size = std::sqrt(std::inner_product(next.displacement.begin(), next.displacement.end(),
-                                                         next.displacement.begin(), 0.0));
+        const double size = std::sqrt(
+            std::inner_product(next.displacement.begin(), next.displacement.end(), next.displacement.begin(), 0.0));
         for (double &value : next.displacement)
             value /= size;
         x = std::move(next);
@@ -154,23 +157,25 @@ void follow(const core::Problem &problem, const Options &options, int level) {
     path.fractions.clear();
     for (int part = 1; part <= options.num_parts; ++part)
         path.fractions.push_back(static_cast<double>(part) / options.num_parts);
-    const auto found =
-        hyperelastic::follow(elements, conditions, problem.load_case.num_constraints(), pressure, path);
+    const auto found = hyperelastic::follow(elements, conditions, problem.load_case.num_constraints(), pressure, path);
     for (const auto &point : found.points) {
         const double force = pressure.empty() ? point.press : options.force * point.fraction;
-        const auto below = look_below(problem, hyperelastic::surface_points(elements, point.state.displacement), law,
-                                      force);
-        fmt::print("| {} | {} | {:.1f} | {:.3f} | {:.5f} | {:.4f} | {:.3f} | {:.3f} | {:.2f} | {:.2f} | {:.0f} | {:.2f} |\n", level,
-                   elements.num_displacements() + elements.num_pressures(), percent * point.fraction,
-                   millimetres * depth_of(point.state.displacement), force, point.smallest_jacobian,
-                   below.least_under, below.least_beside, below.largest_pressure, below.least_impedance,
-                   percent * below.unstable / below.pressed, below.least_following);
+        const auto below =
+            look_below(problem, hyperelastic::surface_points(elements, point.state.displacement), law, force);
+        fmt::print(
+            "| {} | {} | {:.1f} | {:.3f} | {:.5f} | {:.4f} | {:.3f} | {:.3f} | {:.2f} | {:.2f} | {:.0f} | {:.2f} |\n",
+            level, elements.num_displacements() + elements.num_pressures(), percent * point.fraction,
+            millimetres * depth_of(point.state.displacement), force, point.smallest_jacobian, below.least_under,
+            below.least_beside, below.largest_pressure, below.least_impedance, percent * below.unstable / below.pressed,
+            below.least_following);
         std::fflush(stdout);
     }
-    fmt::print("level {}: {} {} ({:.0f} s)\n", level, core::to_string(found.status), found.message, found.setup_seconds + found.solve_seconds);
-    if (options.no_modes || options.force > 0.0)
+    fmt::print("level {}: {} {} ({:.0f} s)\n", level, core::to_string(found.status), found.message,
+               found.setup_seconds + found.solve_seconds);
+    if (options.force > 0.0)
         return;
-    for (std::size_t k = 0; k < found.points.size(); ++k) {
+    const auto num_modes = std::min(found.points.size(), static_cast<std::size_t>(options.num_modes));
+    for (std::size_t k = found.points.size() - num_modes; k < found.points.size(); ++k) {
         const auto mode = least_mode(problem, law, conditions, found.points[k].state.displacement);
         fmt::print("level {}, {:.1f} %: tangent {}, {:.0f} % of the mode below the tool\n", level,
                    percent * found.points[k].fraction, mode.is_definite ? "positive definite" : "indefinite",
@@ -184,13 +189,15 @@ void run(const Options &options) {
     if (!std::isnan(options.poisson_ratio))
         material.poisson_ratio = options.poisson_ratio;
     auto problem = studies::read_problems({options.body}, {options.load_case}, material).problems.front();
-    fmt::print("| level | unknowns | depth [%] | depth [mm] | force [N] | min J | least stretch under | beside | pressure / mu "
+    fmt::print("| level | unknowns | depth [%] | depth [mm] | force [N] | min J | least stretch under | beside | "
+               "pressure / mu "
                "| least Z / mu | unstable area [%] | least Z / mu if it follows |\n");
     for (int level = 0; level < options.num_levels; ++level) {
         if (level > 0)
             problem = options.at_rims ? core::refine_at_rims(problem).problem
                                       : core::refine_at_rims_and_tools(problem, options.longest_edge).problem;
-        follow(problem, options, level);
+        if (level >= options.first_level)
+            follow(problem, options, level);
     }
 }
 
@@ -203,10 +210,16 @@ int start(int argc, char **argv) {
     app.add_option("--edge", options.longest_edge, "Longest edge below tools, see core::refine_at_rims_and_tools()")
         ->capture_default_str();
     app.add_option("--levels", options.num_levels)->capture_default_str()->check(CLI::Range(1, 5));
-    app.add_option("--parts", options.num_parts, "Points of the path")->capture_default_str()->check(CLI::Range(1, 100));
-    app.add_option("--follow", options.force, "Pressures that follow the surface instead, up to this force at rest [N]");
+    app.add_option("--parts", options.num_parts, "Points of the path")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100));
+    app.add_option("--follow", options.force,
+                   "Pressures that follow the surface instead, up to this force at rest [N]");
     app.add_flag("--rims", options.at_rims, "Refine at rims only, as the reference does");
-    app.add_flag("--no-modes", options.no_modes, "Do not look whether the tangent is positive definite");
+    app.add_option("--first", options.first_level, "First level to solve on")->capture_default_str();
+    app.add_option("--modes", options.num_modes,
+                   "At how many points from the last it is looked whether the tangent is positive definite")
+        ->capture_default_str();
     CLI11_PARSE(app, argc, argv);
     try {
         run(options);

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <stdexcept>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "fem_reference/hyperelastic/surface/surface_impedance.hpp"
 
 namespace livermark::hyperelastic {
 
@@ -90,6 +92,45 @@ std::vector<SurfacePoint> surface_points(const Elements &elements, std::span<con
         }
     }
     return result;
+}
+
+Matrix3 under_traction(const MaterialLaw &law, const SurfacePoint &point, const Vector3 &traction) {
+    const Vector3 &normal = point.normal, first = normal.unitOrthogonal(), second = normal.cross(first);
+    const Vector3 spanned = (point.deformation * first).cross(point.deformation * second);
+    const Matrix3 along = point.deformation - (point.deformation * normal) * normal.transpose();
+    Vector3 across = spanned / spanned.squaredNorm(); // J = across . spanned = 1
+    const auto with = [&](const Vector3 &column) { return Matrix3(along + column * normal.transpose()); };
+    const auto out_of_balance = [&](const Vector3 &column) {
+        return Vector3(whole_stress(law, point.material, with(column)) * normal - traction);
+    };
+    constexpr int most_iterations = 50;
+    constexpr double tolerance = 1e-10, shortest = 1e-3;
+    const double scale = point.material.shear_modulus();
+    Vector3 residual = out_of_balance(across);
+    for (int iteration = 0; iteration < most_iterations && residual.norm() > tolerance * scale; ++iteration) {
+        const auto tangent = whole_tangent(law, point.material, with(across));
+        Matrix3 slope = Matrix3::Zero();
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                slope(i, j) = normal.dot(tangent.block<3, 3>(3 * i, 3 * j) * normal);
+        const Vector3 change = -slope.inverse() * residual;
+        double part = 1.0;
+        for (; part > shortest; part *= 0.5) {
+            const Vector3 there = across + part * change;
+            if (!(there.dot(spanned) > 0.0))
+                continue;
+            if (const Vector3 left = out_of_balance(there); left.norm() < residual.norm()) {
+                across = there;
+                residual = left;
+                break;
+            }
+        }
+        if (!(part > shortest))
+            break;
+    }
+    if (!(residual.norm() <= tolerance * scale))
+        return Matrix3::Constant(std::numeric_limits<double>::quiet_NaN());
+    return with(across);
 }
 
 SurfaceStretches surface_stretches(const SurfacePoint &point) {

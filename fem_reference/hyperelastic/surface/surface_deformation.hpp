@@ -20,6 +20,12 @@ struct SurfacePoint {
 /// @return shape (T)
 std::vector<SurfacePoint> surface_points(const Elements &elements, std::span<const double> displacement);
 
+/// F of a surface whose stretches and shears along itself are these, and on which a traction acts: what is across the
+/// surface follows from P N = t. It has none of the error of a pressure that is not that of F, as in mixed elements.
+/// @param traction  t, per area at rest [Pa]
+/// @return not finite where no such F is found
+Matrix3 under_traction(const MaterialLaw &law, const SurfacePoint &point, const core::Vector3 &traction);
+
 /// Least and largest stretch of all directions in the surface.
 struct SurfaceStretches {
     double least = 1.0, largest = 1.0;

@@ -60,6 +60,13 @@ double least_eigenvalue(const Tangent &tangent, const Vector3 &along, const Vect
 
 } // namespace
 
+Matrix3 whole_stress(const MaterialLaw &law, const core::Material &material, const Matrix3 &f) {
+    const double jacobian = f.determinant();
+    const auto volume = law.volume(jacobian);
+    return law.stress(material, f) +
+           law.volume_modulus(material) * volume.value * volume.slope * jacobian * f.inverse().transpose();
+}
+
 Tangent whole_tangent(const MaterialLaw &law, const core::Material &material, const Matrix3 &f) {
     const double jacobian = f.determinant(), modulus = law.volume_modulus(material);
     const auto volume = law.volume(jacobian);

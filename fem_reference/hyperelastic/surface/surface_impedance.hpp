@@ -4,6 +4,10 @@
 
 namespace livermark::hyperelastic {
 
+/// dW / dF of the whole energy, including the volume term: first Piola-Kirchhoff stress [Pa].
+/// @param f  det F > 0
+Matrix3 whole_stress(const MaterialLaw &law, const core::Material &material, const Matrix3 &f);
+
 /// d2 W / dF2 of the whole energy, including the volume term.
 /// @param f  det F > 0
 /// @return [Pa]
