@@ -4,12 +4,14 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/facet_conditions.hpp"
 #include "fem_reference/hyperelastic/motion/hyperelastic_motion.hpp"
 #include "fem_reference/hyperelastic/paths/path_solution.hpp"
+#include "fem_reference/hyperelastic/surface/surface_deformation.hpp"
 
 namespace livermark::hyperelastic {
 
@@ -33,6 +35,21 @@ void add_motion(core::Solution &solution, const Elements &elements, TetrahedronR
 std::string touched(const TouchSums &touch) {
     return fmt::format("; touches on {:.4g} mm2, of which {:.3g} % slip", 1e6 * touch.area,
                        touch.area > 0.0 ? 100.0 * touch.slipping_area / touch.area : 0.0);
+}
+
+/// Why a path ended, if the load is why: it keeps its direction, and the surface below cannot bear that.
+std::string instability(const Elements &elements, const core::LoadCase &load_case, const FollowedPath &followed) {
+    constexpr int quadratic = 2;
+    if (followed.status == core::SolutionStatus::ok || followed.points.empty() || elements.degree() != quadratic)
+        return {};
+    const auto &end = followed.points.back();
+    const double part =
+        unstable_part(elements, load_case, end.state.displacement, end.press > 0.0 ? end.press : end.fraction);
+    constexpr double percent = 100.0;
+    return part > 0.0 ? fmt::format("; there the surface cannot resist short waves on {:.0f} % of the area under loads "
+                                    "that keep their direction",
+                                    percent * part)
+                      : std::string();
 }
 
 } // namespace
@@ -67,6 +84,7 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
     solution.setup_seconds += assembly.count();
     solution.solver =
         description(followed, elements.num_pressures() > 0 ? "times two levels over CHOLMOD" : "factors by CHOLMOD");
+    solution.message += instability(elements, problem.load_case, followed);
     if (ball && !followed.points.empty())
         solution.solver += touched(followed.points.back().touch);
     if (solution.status == core::SolutionStatus::ok && problem.load_case.release &&

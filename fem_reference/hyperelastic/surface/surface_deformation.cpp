@@ -133,6 +133,26 @@ Matrix3 under_traction(const MaterialLaw &law, const SurfacePoint &point, const 
     return with(across);
 }
 
+double unstable_part(const Elements &elements, const core::LoadCase &load_case, std::span<const double> displacement,
+                     double factor) {
+    const auto &law = elements.law();
+    const auto surface = surface_points(elements, displacement);
+    double unstable = 0.0, loaded = 0.0;
+    for (int f = 0; f < load_case.num_facets(); ++f) {
+        if (!load_case.is_loaded(f) || load_case.follows_surface(f))
+            continue;
+        const auto &point = surface[f];
+        loaded += point.area;
+        const Vector3 traction = load_case.value[f].array().isNaN().select(0.0, factor * load_case.value[f].array());
+        const auto deformation = under_traction(law, point, traction);
+        const bool is_stable =
+            deformation.allFinite() &&
+            least_surface_impedance(whole_tangent(law, point.material, deformation), point.normal) > 0.0;
+        unstable += is_stable ? 0.0 : point.area;
+    }
+    return loaded > 0.0 ? unstable / loaded : 0.0;
+}
+
 SurfaceStretches surface_stretches(const SurfacePoint &point) {
     Eigen::Matrix<double, 3, 2> along;
     along.col(0) = point.normal.unitOrthogonal();

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "core/load_case.hpp"
 #include "fem_reference/hyperelastic/elements.hpp"
 
 namespace livermark::hyperelastic {
@@ -25,6 +26,14 @@ std::vector<SurfacePoint> surface_points(const Elements &elements, std::span<con
 /// @param traction  t, per area at rest [Pa]
 /// @return not finite where no such F is found
 Matrix3 under_traction(const MaterialLaw &law, const SurfacePoint &point, const core::Vector3 &traction);
+
+/// Part of the area under tractions that keep their direction, where the surface cannot resist short waves (see
+/// least_surface_impedance()): the problem itself has no stable solution there, whatever the mesh.
+/// @param load_case  on the mesh of the elements, which are quadratic
+/// @param factor     that its tractions are multiplied by: a fraction of the load, or newtons where places press
+/// @return 0 where there are no such tractions
+double unstable_part(const Elements &elements, const core::LoadCase &load_case, std::span<const double> displacement,
+                     double factor);
 
 /// Least and largest stretch of all directions in the surface.
 struct SurfaceStretches {

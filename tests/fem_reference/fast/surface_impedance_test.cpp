@@ -127,6 +127,23 @@ TEST(SurfaceDeformation, IsThatOfTheElements) {
     EXPECT_LT(closed.norm(), 1e-15);
 }
 
+/// A pressure that keeps its direction, on one of six sides that do not stretch. At Poisson's ratio 0.45 the limit is a
+/// little below two shear moduli.
+TEST(SurfaceDeformation, TellsWhereALoadIsTooMuch) {
+    const auto body = tests::soft_block();
+    const hyperelastic::Elements elements(body, 2, fem_reference::Formulation::mixed, law,
+                                          hyperelastic::TetrahedronRule::fourteen_points);
+    auto load_case = tests::on_rollers(body->mesh);
+    tests::pull(load_case, body->mesh, "z_max", {0.0, 0.0, -tests::soft_material.shear_modulus()});
+    const std::vector<double> at_rest(elements.num_displacements(), 0.0);
+    EXPECT_EQ(hyperelastic::unstable_part(elements, load_case, at_rest, 1.8), 0.0);
+    EXPECT_EQ(hyperelastic::unstable_part(elements, load_case, at_rest, 2.0), 1.0);
+    for (auto &condition : load_case.conditions)
+        if (condition.kind == core::ConditionKind::traction)
+            condition.kind = core::ConditionKind::pressure;
+    EXPECT_EQ(hyperelastic::unstable_part(elements, load_case, at_rest, 2.0), 0.0) << "it follows";
+}
+
 TEST(SurfaceDeformation, HasTheStretchesAlongTheSurface) {
     const Matrix3 f = Vector3(0.7, 1.3, 0.1).asDiagonal();
     const auto stretches = hyperelastic::surface_stretches({Vector3::Zero(), up, 1.0, f, rubber});

@@ -15,8 +15,10 @@ core::Solution of_level(const core::TetraMesh &mesh, double error) {
     solution.displacement.assign(mesh.points.size(), core::Vector3(1.0 + error, 0.0, 0.0));
     solution.strain_energy = 1.0 + error;
     solution.solve_seconds = 1.0;
-    if (error <= 0.0)
+    if (error <= 0.0) {
         solution.status = core::SolutionStatus::not_converged;
+        solution.message = "it folds";
+    }
     return solution;
 }
 
@@ -67,6 +69,7 @@ TEST(RefinedSolution, TakesWhatComesBeforeALevelWithoutASolution) {
     EXPECT_EQ(two_levels.solution.status, core::SolutionStatus::ok);
     EXPECT_EQ(two_levels.solution.displacement[0].x(), 1.04);
     EXPECT_FALSE(two_levels.solution.observed_error);
+    EXPECT_TRUE(two_levels.solution.solver.ends_with("on the next mesh it folds")) << two_levels.solution.solver;
     const auto three_levels = refine({0.08, 0.04, 0.02, 0.0}, 1e-9);
     EXPECT_TRUE(three_levels.solution.observed_error);
     const auto none = refine({0.0, 0.0, 0.0, 0.0}, 1e-9);
