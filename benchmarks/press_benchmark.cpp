@@ -35,6 +35,7 @@ struct Options {
     double poisson_ratio = std::numeric_limits<double>::quiet_NaN();
     double longest_edge = core::longest_edge_below_tools;
     double force = 0.0; ///< [N]
+    double until = 1.0; ///< part of the depth or force
     int first_level = 0, num_levels = 3, num_parts = 10, num_modes = 2;
     bool at_rims = false;
 };
@@ -156,7 +157,7 @@ void follow(const core::Problem &problem, const Options &options, int level) {
     path.tolerance = 1e-8;
     path.fractions.clear();
     for (int part = 1; part <= options.num_parts; ++part)
-        path.fractions.push_back(static_cast<double>(part) / options.num_parts);
+        path.fractions.push_back(options.until * part / options.num_parts);
     const auto found = hyperelastic::follow(elements, conditions, problem.load_case.num_constraints(), pressure, path);
     for (const auto &point : found.points) {
         const double force = pressure.empty() ? point.press : options.force * point.fraction;
@@ -215,6 +216,9 @@ int start(int argc, char **argv) {
         ->check(CLI::Range(1, 100));
     app.add_option("--follow", options.force,
                    "Pressures that follow the surface instead, up to this force at rest [N]");
+    app.add_option("--until", options.until, "Part of the depth or force where the path ends")
+        ->capture_default_str()
+        ->check(CLI::Range(0.01, 1.0));
     app.add_flag("--rims", options.at_rims, "Refine at rims only, as the reference does");
     app.add_option("--first", options.first_level, "First level to solve on")->capture_default_str();
     app.add_option("--modes", options.num_modes,
