@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "results/hdf5/files/reference_file.hpp"
+#include "results/hdf5/result_file.hpp"
 #include "results/problem_key.hpp"
 #include "studies/run/solutions/solution_cache.hpp"
 #include "studies/run/solutions/stored_references.hpp"
@@ -180,6 +181,26 @@ TEST_F(StoredReferences, HaveBarsThatAreWidened) {
 
     other.solution.status = core::SolutionStatus::not_converged;
     EXPECT_THROW(studies::widen_stored(problem, other, folder, "test"), support::InputError);
+}
+
+/// Problems in result files are those of the stored references, also where a round tool presses.
+TEST_F(StoredReferences, FitProblemsOfResultFiles) {
+    auto &load_case = problem.load_case;
+    load_case = tests::empty_load_case(problem.body->mesh);
+    load_case.name = "press";
+    load_case.regime = core::Regime::large;
+    load_case.path = {0.1, 0.3, 1.0};
+    tests::prescribe(load_case, problem.body->mesh, "x_min", core::Vector3::Zero());
+    tests::pull(load_case, problem.body->mesh, "x_max", {-1.0 / 3.0, 0.0, 0.0});
+    load_case.conditions.back().kind = core::ConditionKind::press;
+    load_case.conditions.back().round = core::RoundLoad{{0.1, 0.025, 0.02}, 0.03};
+    load_case.press_depth = 0.007;
+    core::Solution solution;
+    solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Zero());
+    solution.reaction.assign(2, core::Vector3::Zero());
+    results::write_result(folder / "press.h5", {{}, problem, {{studies::widening_model, {}, {}, solution, {}, {}}}});
+    const auto read = results::read_result(folder / "press.h5", results::Origin::own);
+    EXPECT_EQ(results::fingerprint(read.problem, name), results::fingerprint(problem, name));
 }
 
 TEST_F(StoredReferences, ThatAreDamagedAreRefused) {
