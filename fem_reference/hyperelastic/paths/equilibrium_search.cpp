@@ -175,14 +175,24 @@ bool EquilibriumSearch::correct(LoadedState &at, Balance &now, LoadStep &step) {
         add(unit_press_.change, more, change);
         newtons += more;
     }
+    return system_.ball() ? balance_along(change, at, now) : shorten(change, newtons, at, now);
+}
+
+LoadedState EquilibriumSearch::moved(const LoadedState &at, const State &change, double newtons, double part) const {
+    LoadedState there = at;
+    add(change, part, there.state);
+    there.factor += part * newtons;
+    return there;
+}
+
+/// Takes halves of the correction until the residual, or its component along it, is less.
+bool EquilibriumSearch::shorten(const State &change, double newtons, LoadedState &at, Balance &now) const {
     // At what is not free the change is zero, so that reactions do no work.
     const auto along = [&](const Balance &there) { return std::abs(dot(there.residual, change)); };
     const double first_along = along(now);
     constexpr double shortest = 1.0 / 32.0;
     for (double part = 1.0; part >= shortest; part *= 0.5) {
-        LoadedState there = at;
-        add(change, part, there.state);
-        there.factor += part * newtons;
+        auto there = moved(at, change, newtons, part);
         auto then = balance(there);
         const bool is_better =
             then.smallest_jacobian > 0.0 && (then.size < now.size || along(then) < 0.5 * first_along);
@@ -195,8 +205,48 @@ bool EquilibriumSearch::correct(LoadedState &at, Balance &now, LoadStep &step) {
     return false;
 }
 
+/// Takes the part of the correction beyond which the residual would act against it, or all of it. Where a ball touches,
+/// the norm of the residual is not a measure of progress: it is that of a stiff penalty, and points that begin to touch
+/// or to slip make it leap.
+bool EquilibriumSearch::balance_along(const State &change, LoadedState &at, Balance &now) {
+    constexpr int max_tries = 7;
+    constexpr double enough = 0.5; // of the first component along the correction
+    const double first = dot(now.residual, change);
+    double lower = 0.0, at_lower = first, upper = 1.0, at_upper = 0.0;
+    bool is_bracketed = false;
+    double part = 1.0;
+    for (int time = 1; time <= max_tries; ++time) {
+        auto there = moved(at, change, 0.0, part);
+        auto then = balance(there);
+        const bool is_valid = then.smallest_jacobian > 0.0;
+        const double along = is_valid ? dot(then.residual, change) : 0.0;
+        const bool goes_on = is_valid && along * first > 0.0;
+        const bool is_taken =
+            is_valid && (std::abs(along) < enough * std::abs(first) || (goes_on && part == 1.0) || time == max_tries);
+        if (is_taken) {
+            system_.expect(at.state, at.factor, change, part);
+            at = std::move(there);
+            now = std::move(then);
+            return true;
+        }
+        if (goes_on) {
+            lower = part;
+            at_lower = along;
+        } else {
+            upper = part;
+            at_upper = along;
+            is_bracketed = is_valid;
+        }
+        constexpr double least = 0.1;
+        const double secant = is_bracketed ? at_lower / (at_lower - at_upper) : 0.5;
+        part = lower + (upper - lower) * std::clamp(secant, least, 1.0 - least);
+    }
+    return false;
+}
+
 /// Where the tangent leads for what is prescribed and the loads to grow.
 std::optional<LoadedState> EquilibriumSearch::predicted(const LoadedState &at, double to, LoadStep &step) {
+    system_.expect(at.state, at.factor);
     system_.assemble(at.state, to);
     State increment{std::vector<double>(is_free_.size(), 0.0), {}};
     for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
@@ -213,6 +263,7 @@ std::optional<LoadedState> EquilibriumSearch::predicted(const LoadedState &at, d
         solve(right, result_.linearised.empty() ? TangentSolver::smallest_tolerance : largest_tolerance, step);
     if (!predictor)
         return std::nullopt;
+    system_.expect(at.state, to, predictor->change, 1.0);
     LoadedState there{at.state, to};
     for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
         there.state.displacement[dof] = is_free_[dof]

@@ -57,6 +57,9 @@ class EquilibriumSearch {
     std::optional<LoadedState> predicted(const LoadedState &at, double to, LoadStep &step);
     std::optional<LoadedState> predicted_by_press(const LoadedState &at, double to, LoadStep &step);
     bool correct(LoadedState &at, Balance &now, LoadStep &step);
+    LoadedState moved(const LoadedState &at, const State &change, double newtons, double part) const;
+    bool shorten(const State &change, double newtons, LoadedState &at, Balance &now) const;
+    bool balance_along(const State &change, LoadedState &at, Balance &now);
     bool converge(LoadedState &there, LoadStep &step);
 
     PathSystem &system_;

@@ -20,7 +20,10 @@ double volume_of(const core::TetraMesh &mesh) {
 PathSystem::PathSystem(const Elements &elements, const fem_reference::DofConditions &conditions,
                        std::span<const double> pressure, TouchingBall *ball)
     : elements_(elements), conditions_(conditions), follower_(elements.system(), elements.body().mesh, pressure),
-      ball_(ball), tangent_(elements.zero_tangent()) {}
+      ball_(ball), tangent_(elements.zero_tangent()) {
+    if (ball_)
+        expected_pressure_.assign(ball_->num_points(), 0.0);
+}
 
 std::vector<double> PathSystem::loads(const State &state, double fraction) const {
     auto load = conditions_.load;
@@ -36,8 +39,23 @@ void PathSystem::assemble(const State &state, double fraction) {
     elements_.assemble_tangent(state, tangent_);
     surface_stiffness_ = follower_.load_stiffness(fraction, state.displacement);
     if (ball_)
-        ball_->add_stiffness(ball_->tool().centre_at(fraction), state.displacement, surface_stiffness_);
+        ball_->add_stiffness(ball_->tool().centre_at(fraction), state.displacement, surface_stiffness_,
+                             expected_pressure_);
     surface_stiffness_.add_to(tangent_.stiffness);
+}
+
+void PathSystem::expect(const State &state, double fraction) {
+    if (ball_)
+        expected_pressure_ = ball_->expected_pressure(ball_->tool().centre_at(fraction), state.displacement);
+}
+
+void PathSystem::expect(const State &state, double fraction, const State &change, double part) {
+    if (!ball_)
+        return;
+    const auto expected =
+        ball_->expected_pressure(ball_->tool().centre_at(fraction), state.displacement, change.displacement);
+    for (std::size_t point = 0; point < expected.size(); ++point)
+        expected_pressure_[point] += part * (expected[point] - expected_pressure_[point]);
 }
 
 bool PathSystem::factorise_at_rest() {

@@ -36,6 +36,13 @@ class PathSystem {
     /// @return shape (3 n) [N]
     std::vector<double> loads(const State &state, double fraction) const;
 
+    /// Where loads have found their equilibrium, the pressures of a ball are those of the tangents to come; without a
+    /// ball this does nothing. See TouchingBall::expected_pressure().
+    void expect(const State &state, double fraction);
+    /// The same where the tangent says how they change.
+    /// @param state  before the change
+    /// @param part   of the change that is taken
+    void expect(const State &state, double fraction, const State &change, double part);
     /// The tangent that factorise(), solve() and product() are about.
     void assemble(const State &state, double fraction);
     /// @return false if the tangent is not positive definite; there is no inverse then
@@ -77,6 +84,7 @@ class PathSystem {
     TouchingBall *ball_;
     TangentMatrices tangent_;
     SurfaceStiffness surface_stiffness_;
+    std::vector<double> expected_pressure_; ///< of the ball, see TouchingBall; or empty
 };
 
 } // namespace livermark::hyperelastic

@@ -73,7 +73,7 @@ void TouchingBall::add_forces(const Vector3 &centre, std::span<const double> dis
 }
 
 void TouchingBall::add_stiffness(const Vector3 &centre, std::span<const double> displacement,
-                                 SurfaceStiffness &stiffness) const {
+                                 SurfaceStiffness &stiffness, std::span<const double> expected) const {
     SurfaceStiffness::OfFacet here;
     std::size_t facet = facets_.size();
     const auto keep = [&] {
@@ -86,7 +86,12 @@ void TouchingBall::add_stiffness(const Vector3 &centre, std::span<const double> 
               if (!contact.touches())
                   return;
               contact.pressure = std::min(contact.pressure, largest_pressure_);
-              const auto at_point = core::contact_stiffness(law_, from_centre, memory_[point], contact);
+              auto at_point = core::contact_stiffness(law_, from_centre, memory_[point], contact);
+              if (!expected.empty() && expected[point] < contact.pressure) {
+                  const auto &normal = contact.gap.normal;
+                  at_point.rest += (contact.pressure - expected[point]) / from_centre.norm() *
+                                   (Eigen::Matrix3d::Identity() - normal * normal.transpose());
+              }
               const auto num_nodes = static_cast<Eigen::Index>(facets_[f].nodes.size());
               if (f != facet) {
                   keep();
@@ -103,6 +108,23 @@ void TouchingBall::add_stiffness(const Vector3 &centre, std::span<const double> 
                   }
           });
     keep();
+}
+
+std::vector<double> TouchingBall::expected_pressure(const Vector3 &centre, std::span<const double> displacement,
+                                                    std::span<const double> change) const {
+    std::vector<double> expected(num_points(), 0.0);
+    visit(centre, displacement,
+          [&](std::size_t f, std::size_t q, double, std::size_t point, const Vector3 &from_centre) {
+              const auto contact = core::touch(law_, tool_.radius, from_centre, memory_[point]);
+              if (!contact.touches())
+                  return;
+              Vector3 moved = Vector3::Zero();
+              for (std::size_t a = 0; a < facets_[f].nodes.size() && !change.empty(); ++a)
+                  moved += reference_.shape[q][static_cast<Eigen::Index>(a)] *
+                           Vector3::Map(&change[3 * static_cast<std::size_t>(facets_[f].nodes[a])]);
+              expected[point] = std::max(0.0, contact.pressure - law_.penalty * contact.gap.normal.dot(moved));
+          });
+    return expected;
 }
 
 TouchSums TouchingBall::sums(const Vector3 &centre, std::span<const double> displacement) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -53,8 +54,21 @@ class TouchingBall {
                     std::vector<double> &force) const;
     /// The derivatives of minus the forces. Curvature and slip take no more than largest_pressure(), so that Newton's
     /// method has a direction where the ball has moved and the body not yet.
-    void add_stiffness(const core::Vector3 &centre, std::span<const double> displacement,
-                       SurfaceStiffness &stiffness) const;
+    /// @param expected  shape (num_points()) [Pa], of expected_pressure(): what the curvature of the ball takes where
+    ///   the pressure is more; or empty, and the derivatives are exact up to largest_pressure()
+    void add_stiffness(const core::Vector3 &centre, std::span<const double> displacement, SurfaceStiffness &stiffness,
+                       std::span<const double> expected = {}) const;
+    /// The pressure that the tangent expects after a change of the displacement, max(0, p - eps n . du), at points that
+    /// touch before it, and zero at others. A small step along the ball makes the pressure of a stiff penalty
+    /// much larger than that, so that the curvature of a tangent with it is wrong, and large enough to make the tangent
+    /// indefinite. Newton's method converges in fewer iterations where the tangent has the expected one (D. Magisano,
+    /// L. Leonetti, G. Garcea 2017, How to improve efficiency and robustness of the Newton method in geometrically
+    /// non-linear structural problem discretized via displacement-based finite elements, Comput. Methods Appl. Mech.
+    /// Eng. 313).
+    /// @param change  shape (3 n) [m]; or empty for none
+    /// @return shape (num_points()) [Pa]
+    std::vector<double> expected_pressure(const core::Vector3 &centre, std::span<const double> displacement,
+                                          std::span<const double> change = {}) const;
     TouchSums sums(const core::Vector3 &centre, std::span<const double> displacement) const;
 
     /// Pressures become multipliers (Uzawa), so that the ball sinks in less.
@@ -63,6 +77,7 @@ class TouchingBall {
     void end_step(const core::Vector3 &centre, std::span<const double> displacement);
 
     double largest_pressure() const { return largest_pressure_; } ///< [Pa]
+    std::size_t num_points() const { return memory_.size(); }     ///< of all facets that may touch
 
   private:
     struct Facet {

@@ -2,6 +2,8 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
+#include <span>
+#include <vector>
 
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/surface/touching_ball.hpp"
@@ -70,6 +72,43 @@ TEST(TouchingBall, StiffnessIsTheDerivativeOfItsForces) {
         EXPECT_GT(size, 0.0);
         EXPECT_LT(std::sqrt(difference / size), 1e-5);
     }
+}
+
+/// The expectation is wrong by the square of the change only, and where nothing changes the tangent is the exact one.
+TEST(TouchingBall, ExpectsThePressureThatItsTangentGives) {
+    const auto problem = tests::touched_block(0.3, {0.0006, 0.0, -0.002});
+    const Elements elements(problem.body, 2, fem_reference::Formulation::displacement,
+                            hyperelastic::material_law("neo_hookean"), hyperelastic::TetrahedronRule::fourteen_points);
+    const TouchingBall ball(elements.system(), *problem.body, problem.load_case, {.stiffness = 3.0});
+    const auto centre = ball.tool().centre_at(1.0);
+    std::mt19937 generator(5);
+    std::uniform_real_distribution<double> some(-1.0, 1.0);
+    std::vector<double> state(elements.num_displacements()), change(state.size()), there(state.size());
+    for (std::size_t dof = 0; dof < state.size(); ++dof) {
+        state[dof] = 1e-4 * some(generator);
+        change[dof] = 1e-7 * some(generator);
+        there[dof] = state[dof] + change[dof];
+    }
+    const auto before = ball.expected_pressure(centre, state), expected = ball.expected_pressure(centre, state, change),
+               after = ball.expected_pressure(centre, there);
+    ASSERT_EQ(before.size(), ball.num_points());
+    double wrong = 0.0, changed = 0.0;
+    for (std::size_t point = 0; point < before.size(); ++point) {
+        wrong += std::abs(after[point] - expected[point]);
+        changed += std::abs(after[point] - before[point]);
+    }
+    EXPECT_GT(changed, 0.0);
+    EXPECT_LT(wrong, 1e-4 * changed);
+
+    const auto product = [&](std::span<const double> of_curvature) {
+        hyperelastic::SurfaceStiffness stiffness;
+        ball.add_stiffness(centre, state, stiffness, of_curvature);
+        std::vector<double> found(state.size(), 0.0);
+        stiffness.add_product(change, found);
+        return found;
+    };
+    EXPECT_EQ(product(before), product({}));
+    EXPECT_NE(product(std::vector<double>(before.size(), 0.0)), product({}));
 }
 
 /// Forces balance; the surface does not go through the ball, and is not pulled.

@@ -1,4 +1,6 @@
 #include <cmath>
+#include <cstddef>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "fem_reference/dof_conditions.hpp"
@@ -30,6 +32,33 @@ TEST(TouchingBall, SlidesWithCoulombsForce) {
     const auto smooth =
         tests::touch(tests::touched_block(0.0, {0.0, 0.0, -0.003}, {0.02, 0.0, 0.0}), {.degree = 2}, {0.5, 1.0});
     EXPECT_NEAR(smooth.points[1].reaction[1].x() / smooth.points[1].reaction[1].z(), 0.0, 0.06);
+}
+
+/// A ball of one and a half edges sinks in by most of its radius, with friction, in three load steps. Each of them is
+/// found, though points begin to touch, to stick and to slip again and again.
+TEST(TouchingBall, NewtonsMethodFollowsADeepPressInFewIterations) {
+    const Vector3 size(0.048, 0.048, 0.032);
+    const auto body = tests::make_body(tests::shaken_box_mesh(size, {6, 6, 4}), {1060.0, 5000.0, 0.45});
+    auto load_case = tests::empty_load_case(body->mesh);
+    tests::prescribe(load_case, body->mesh, "z_min", Vector3::Zero());
+    constexpr double radius = 0.012;
+    load_case.touching = core::TouchingTool{.radius = radius,
+                                            .start = {0.0231, 0.0253, size.z() + radius},
+                                            .press = {0.0, 0.0, -0.01},
+                                            .friction = 0.3,
+                                            .constraint = load_case.num_constraints()};
+    load_case.conditions.push_back({"touch", core::ConditionKind::touch});
+    load_case.regime = core::Regime::large;
+    const auto found = tests::touch({body, load_case}, {.degree = 2, .formulation = fem_reference::Formulation::mixed},
+                                    {0.1, 0.3, 1.0});
+    ASSERT_EQ(found.solution.status, core::SolutionStatus::ok) << found.solution.message;
+    std::size_t num_solves = 0;
+    for (const auto &step : found.steps) {
+        EXPECT_TRUE(step.converged);
+        num_solves += step.linear_iterations.size();
+    }
+    fmt::print("{} load steps and augmentations, {} linear solves\n", found.steps.size(), num_solves);
+    EXPECT_LT(num_solves, 70);
 }
 
 /// Without augmentation the ball sinks in by what the penalty lets it, so the force errs by 1 / penalty; with it a soft
