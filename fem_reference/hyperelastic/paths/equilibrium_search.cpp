@@ -315,8 +315,9 @@ bool EquilibriumSearch::converge(LoadedState &there, LoadStep &step) {
     if (!(now.smallest_jacobian > 0.0))
         return false;
     step.residuals.push_back(now.size);
+    const int max_iterations = system_.ball() ? path_.max_touching_iterations : path_.max_iterations;
     while (now.size > path_.tolerance) {
-        if (static_cast<int>(step.residuals.size()) > path_.max_iterations || !correct(there, now, step))
+        if (static_cast<int>(step.residuals.size()) > max_iterations || !correct(there, now, step))
             return false;
         step.residuals.push_back(now.size);
     }

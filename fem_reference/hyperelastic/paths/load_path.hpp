@@ -18,6 +18,7 @@ struct LoadPath {
     /// What is left out of balance, over the reactions and loads, where Newton's method stops.
     double tolerance = 1e-9;
     int max_iterations = 12;            ///< in a load step
+    int max_touching_iterations = 24;   ///< the same with a ball: what begins to touch, stick or slip takes some more
     double smallest_step = 1.0 / 256.0; ///< before it gives up, in parts of the way between two fractions
 };
 
