@@ -195,7 +195,6 @@ void time_partings(const core::Body &body, const Springs &springs, const Options
     const auto conditions = held_where(body, held_nodes(body)), conditions_after = held_where(after, held_nodes(after));
     constexpr core::RayleighDamping damping{.alpha = 7.0, .beta = 0.0};
     const auto elastic = springs.make(body);
-    const auto parts_before = msm::CutParts::prepare(body, elastic, springs.source).value();
     const auto time_steps = [](msm::FastSteps &steps) {
         constexpr int num_steps = 20;
         steps.take(1);
@@ -209,7 +208,7 @@ void time_partings(const core::Body &body, const Springs &springs, const Options
         auto steps = msm::FastSteps::prepare(elastic, body.mesh.points, conditions, damping, "symplectic_euler", step,
                                              {.may_be_cut = true})
                          .value();
-        auto parts = parts_before;
+        auto parts = msm::CutParts::prepare(body, elastic, springs.source).value();
         msm::KeptNumbers numbers(body.mesh);
         auto state = steps.state();
         for (std::size_t i = 0; i < body.mesh.points.size(); ++i)

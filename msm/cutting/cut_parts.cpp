@@ -67,6 +67,12 @@ std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticB
             result.volume_modulus_.push_back(
                 modulus_beside_springs(body.materials[mesh.region[result.of_volume_.of(c).front()]]));
     }
+    for (auto *lists : {&result.of_node_, &result.of_spring_, &result.of_volume_})
+        lists->leave_room();
+    for (auto *edges : {&result.edges_.edges, &result.parts_.edges})
+        edges->reserve(with_room(edges->size()));
+    for (auto *values : {&result.parts_.stiffness, &result.parts_.rest_length, &result.parts_.edge_modulus})
+        values->reserve(with_room(values->size()));
     result.is_seen_.assign(
         std::max({mesh.points.size(), parts.edges.size(), parts.centre.size(), parts.edge_modulus.size()}), 0);
     return result;

@@ -63,6 +63,7 @@ class CutParts {
 
     void part_nodes(const Parting &parting);
     void part_springs(const Parting &parting);
+    void put_in_order(std::size_t first_new);
     void part_volumes(const Parting &parting);
     void part_edges(const Parting &parting);
 
@@ -71,7 +72,7 @@ class CutParts {
     std::optional<SpringSource> source_;
     core::EdgeTable edges_;
     std::vector<std::array<int, 4>> tetrahedra_;
-    std::vector<int> spring_order_;               // (S) as edges follow each other in lexicographic order
+    std::vector<int> spring_order_; // (S) in lexicographic order of edges; kept for laws that look at the whole body
     NumberLists of_node_, of_spring_, of_volume_; // tetrahedra of each, ascending
     std::vector<double> mass_share_;              // (M) of each corner [kg]
     std::vector<std::array<double, 6>> of_edges_; // (M) what each adds to its springs [N/m]

@@ -9,6 +9,11 @@
 
 namespace livermark::msm {
 
+/// Room for as much and what some cuts add. Memory is not touched before it is needed.
+constexpr std::size_t with_room(std::size_t size) {
+    return size + size / 4;
+}
+
 /// Lists of numbers behind each other, of each node its tetrahedra, say. A list that becomes another one goes to the
 /// end, so that to change a few costs no more than these.
 class NumberLists {
@@ -45,6 +50,9 @@ class NumberLists {
         }
         size_[number] = list.size();
     }
+
+    /// Room for lists that become others, without moving those that are there.
+    void leave_room() { entries_.reserve(with_room(entries_.size())); }
 
     /// Adds empty lists until there are so many.
     void resize(std::size_t count) {

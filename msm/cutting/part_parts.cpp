@@ -103,19 +103,25 @@ void CutParts::part_springs(const Parting &parting) {
         if (std::ranges::none_of(of_spring_.of(s), [&](int t) { return parts_.is_there(t); }))
             parted_.gone_springs.push_back(s);
     }
+    if (!of_edges_.empty())
+        for (const int s : parted_.springs)
+            set_spring(s);
+    else if (source_) {
+        put_in_order(num_before);
+        parted_.springs = ask_law_again();
+    }
+}
+
+/// Springs from this one on among the others.
+void CutParts::put_in_order(std::size_t first_new) {
     std::vector<int> added;
-    for (std::size_t s = num_before; s < edges_.edges.size(); ++s)
+    for (std::size_t s = first_new; s < edges_.edges.size(); ++s)
         added.push_back(static_cast<int>(s));
     const auto edge_of = [&](int s) { return edges_.edges[s]; };
     std::ranges::sort(added, {}, edge_of);
     std::vector<int> order(edges_.edges.size());
     std::ranges::merge(spring_order_, added, order.begin(), {}, edge_of, edge_of);
     spring_order_ = std::move(order);
-    if (!of_edges_.empty())
-        for (const int s : parted_.springs)
-            set_spring(s);
-    else if (source_)
-        parted_.springs = ask_law_again();
 }
 
 void CutParts::part_volumes(const Parting &parting) {

@@ -29,41 +29,83 @@ template <class T> Aligned<T> moved_rows(const RowMap &map, const Aligned<T> &ro
     return moved;
 }
 
-/// For what volumes and strains are around nodes, and for the forces of tetrahedra.
+/// For what volumes and strains are around nodes, and for the forces of tetrahedra; or more where the body has become
+/// larger. What is new is zero, and so is what stands behind the last.
 template <class T> void make_room_for_means(StepWorkspace<T> &at, int num_threads) {
     const auto &body = at.body;
     const bool is_damped = at.beta != 0.0;
     const bool has_gradients = !body.mean_gradient.empty(), has_volumes_in_fans = body.has_volumes_in_fans();
     if (body.coupled_modulus.empty() || has_gradients)
-        at.gain.assign(body.corner.size() + slice_size, T(0));
+        at.gain.resize(body.corner.size() + slice_size, T(0));
     else if (body.inverse_volume.empty())
-        at.strain.assign(8 * (body.rest_volume.size() + 1), T(0));
+        at.strain.resize(8 * (body.rest_volume.size() + 1), T(0));
     else
         for (auto &values : at.corner_strain)
-            values.assign(4 * (body.corner.size() + slice_size), T(0));
+            values.resize(4 * (body.corner.size() + slice_size), T(0));
     // Dashpots inside tetrahedra alone would read these, and branches there.
     if (has_volumes_in_fans && !is_damped && at.relaxation.empty()) {
         at.body.rest_gradient = {};
         at.body.inner_modulus = {};
     }
     if (!body.inverse_volume.empty())
-        at.push.assign(body.rest_volume.size(), T(0));
+        at.push.resize(body.rest_volume.size(), T(0));
     if (is_damped && has_volumes_in_fans)
-        at.gain_rate = at.gain;
+        at.gain_rate.resize(at.gain.size(), T(0));
     if (body.is_around_edges()) {
-        at.change.assign(body.volume_row.size(), T(0));
-        at.change_rate.assign(is_damped ? body.volume_row.size() : 0, T(0));
-        at.mean_push = at.change;
+        at.change.resize(body.volume_row.size(), T(0));
+        at.change_rate.resize(is_damped ? body.volume_row.size() : 0, T(0));
+        at.mean_push.resize(at.change.size(), T(0));
         make_room_for_stars(at, num_threads);
     }
     if (is_damped && !body.inverse_volume.empty())
-        at.corner_rate = at.corner_strain;
+        for (std::size_t i = 0; i < at.corner_rate.size(); ++i)
+            at.corner_rate[i].resize(at.corner_strain[i].size(), T(0));
     if (!body.coupled_modulus.empty() && !has_gradients)
         for (auto &rows : at.stress)
-            rows.assign(4 * static_cast<std::size_t>(body.num_rows + 1), T(0));
-    const auto num_places = has_gradients ? body.first_pull + body.mean_node.size() + body.volume_row.size()
-                                          : static_cast<std::size_t>(body.chunk_start.back()) + 1;
-    at.corner_force.assign(4 * num_places, T(0));
+            rows.resize(4 * static_cast<std::size_t>(body.num_rows + 1), T(0));
+    const auto end_of_chunks = static_cast<std::size_t>(body.chunk_start.back());
+    const auto num_places =
+        has_gradients ? body.first_pull + body.mean_node.size() + body.volume_row.size() : end_of_chunks + 1;
+    at.corner_force.resize(4 * num_places, T(0));
+    std::fill_n(at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(end_of_chunks), 4, T(0));
+}
+
+/// For what some partings add, so that none of it has to move then.
+template <class T> void leave_room(StepWorkspace<T> &at) {
+    auto &body = at.body;
+    for (auto *values : {&body.spring,
+                         &body.rest_volume,
+                         &body.volume_share,
+                         &body.tetrahedron_stiffness,
+                         &body.least_volume,
+                         &body.guard_stiffness,
+                         &body.watched_volume,
+                         &body.rest_gradient,
+                         &body.rest_length,
+                         &body.inner_modulus,
+                         &body.volume_modulus,
+                         &body.coupled_modulus,
+                         &body.inverse_volume,
+                         &body.mean_gradient,
+                         &body.star_tetrahedron,
+                         &body.star_modulus,
+                         &body.star_inverse_volume,
+                         &body.star_stiffness,
+                         &body.mean_weight,
+                         &body.volume_stiffness,
+                         &at.gain,
+                         &at.gain_rate,
+                         &at.strain,
+                         &at.corner_strain[0],
+                         &at.corner_strain[1],
+                         &at.corner_rate[0],
+                         &at.corner_rate[1],
+                         &at.push,
+                         &at.corner_force})
+        values->reserve(with_room(values->size()));
+    for (auto *indices : {&body.neighbour, &body.corner, &body.force_slot, &body.mean_node, &body.star_corner,
+                          &body.star_slot, &body.mean_volume, &body.member})
+        indices->reserve(with_room(indices->size()));
 }
 
 } // namespace
@@ -97,6 +139,8 @@ StepWorkspace<T> make_workspace(const StepParts &parts, const std::vector<core::
     for (auto &rows : at.rows)
         std::fill(rows.end() - 4, rows.end(), static_cast<T>(far_away));
     make_room_for_means(at, num_threads);
+    if (options.may_be_cut)
+        leave_room(at);
     partition_work(at, num_threads);
     return at;
 }

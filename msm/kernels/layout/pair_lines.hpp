@@ -21,13 +21,18 @@ template <class T> class PairLines {
         body.spring.resize(body.spring.size() + static_cast<std::size_t>(count.num_springs()) * 2 * slice_size, T(0));
     }
 
-    /// On the lines of a pair that is there, which lose what they have.
+    /// On the lines of a pair that is there.
     PairLines(const StepParts &parts, const SpringLines &lines, SlicedBody<T> &body, SlicedPlan &plan)
-        : parts_(parts), body_(body), plan_(plan), lines_(lines) {
-        std::fill_n(body.neighbour.begin() + static_cast<std::ptrdiff_t>(lines.first_neighbour) * slice_size,
-                    lines.count.total() * slice_size, 4 * body.num_rows);
-        std::fill_n(body.spring.begin() + static_cast<std::ptrdiff_t>(lines.first_spring) * 2 * slice_size,
-                    lines.count.num_springs() * 2 * slice_size, T(0));
+        : parts_(parts), body_(body), plan_(plan), lines_(lines) {}
+
+    /// Takes the springs of a lane from its lines.
+    void clear(int lane) {
+        for (int line = 0; line < lines_.count.total(); ++line)
+            body_.neighbour[static_cast<std::size_t>(lines_.first_neighbour + line) * slice_size + lane] =
+                4 * body_.num_rows;
+        const std::size_t num_springs = 2 * static_cast<std::size_t>(lines_.count.num_springs()); // k, and k l0 / 2
+        for (std::size_t line = 0; line < num_springs; ++line)
+            body_.spring[(2 * static_cast<std::size_t>(lines_.first_spring) + line) * slice_size + lane] = T(0);
     }
 
     const SpringLines &lines() const { return lines_; }

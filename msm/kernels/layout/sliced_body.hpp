@@ -9,6 +9,7 @@
 #include "core/mesh/tetra_mesh.hpp"
 #include "msm/cutting/cut_changes.hpp"
 #include "msm/dynamics/step_parts.hpp"
+#include "msm/kernels/layout/fans.hpp"
 #include "msm/kernels/layout/spring_lanes.hpp"
 #include "msm/kernels/layout/stars.hpp"
 #include "msm/kernels/layout/volume_members.hpp"
@@ -150,6 +151,7 @@ struct SlicedPlan {
     Eigen::VectorXd rest, rounded_rest; ///< (3N) [m], and in the precision of the kernels
     std::vector<double> rest_volume;    ///< (M) of tetrahedra, from rest [m^3]
     std::vector<int> tetrahedron_place; ///< (M) on the lines
+    std::vector<Fan> fans;              ///< side by side as they stand, removed tetrahedra included
     std::vector<int> fan_slice;         ///< (lines) of fans that each line is in
     std::vector<int> node_of_row;       ///< (first_copy) -1 where nobody is
     /// (S) places in SlicedBody::spring, the same twice for one, no_place for a spring that is gone

@@ -196,7 +196,8 @@ template <class T>
 void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &positions, SlicedBody<T> &body,
                       SlicedPlan &plan) {
     const auto row_of_volume = volume_rows(parts, body);
-    const auto lines = lines_of(fan_order(cut_into_fans(parts.tetrahedra, parts.corner_volume), body), body);
+    plan.fans = fan_order(cut_into_fans(parts.tetrahedra, parts.corner_volume), body);
+    const auto lines = lines_of(plan.fans, body);
 
     plan.rest = to_unknowns(positions);
     plan.rest_volume = rest_volumes(parts, plan.rest);

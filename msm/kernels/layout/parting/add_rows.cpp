@@ -99,7 +99,8 @@ std::vector<int> rows_of_new_volumes(const StepParts &parts, const SlicedPlan &p
 template <class T> void move_rows(const RowMap &map, SlicedBody<T> &body) {
     if (map.is_identity())
         return;
-    for (auto *indices : {&body.neighbour, &body.corner, &body.star_corner, &body.mean_node})
+    // Stars have no copies.
+    for (auto *indices : {&body.neighbour, &body.corner, &body.mean_node})
         for (auto &index : *indices)
             if (index >= 4 * map.first_copy_before)
                 index = 4 * map.of(index / 4);

@@ -49,8 +49,11 @@ template <class T> void ForceSums<T>::finish(SlicedBody<T> &body) const {
         const auto first = is_old ? static_cast<std::size_t>(body.sum_start[slice]) * slice_size : 0;
         const auto end = is_old ? static_cast<std::size_t>(body.sum_start[slice + 1]) * slice_size : 0;
         if (is_touched[slice] == 0) {
-            for (std::size_t at = first; at < end; ++at)
-                sum.push_back(moved(body.sum[at]));
+            const std::size_t to = sum.size();
+            sum.resize(to + end - first);
+            std::transform(body.sum.begin() + static_cast<std::ptrdiff_t>(first),
+                           body.sum.begin() + static_cast<std::ptrdiff_t>(end),
+                           sum.begin() + static_cast<std::ptrdiff_t>(to), moved);
             start.push_back(static_cast<int>(sum.size()) / slice_size);
             continue;
         }

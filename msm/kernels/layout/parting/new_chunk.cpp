@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <iterator>
 #include <map>
 #include <utility>
@@ -10,20 +11,65 @@ namespace livermark::msm {
 
 namespace {
 
-/// Fans of some tetrahedra, with the numbers of these.
-std::vector<Fan> fans_of(const StepParts &parts, const std::vector<int> &tetrahedra) {
-    std::vector<std::array<int, 4>> nodes, volumes;
-    for (const int t : tetrahedra) {
-        nodes.push_back(parts.tetrahedra[t]);
-        if (!parts.corner_volume.empty())
-            volumes.push_back(parts.corner_volume[t]);
+/// Fans of the tetrahedra whose nodes have changed: those in which they were, cut where they are no longer together.
+class ChangedFans {
+  public:
+    ChangedFans(const StepParts &parts, const PartingChanges &changes, const SlicedPlan &plan, int num_nodes)
+        : parts_(parts), changes_(changes), plan_(plan),
+          first_new_(num_nodes - static_cast<int>(changes.parent_node.size())) {}
+
+    std::vector<Fan> find() const {
+        std::vector<std::array<int, 3>> places; // fan, number in the fan, tetrahedron
+        for (const int t : changes_.tetrahedra) {
+            const int place = plan_.tetrahedron_place[t], slice = plan_.fan_slice[place / slice_size];
+            const int fan = slice * slice_size + place % slice_size;
+            const auto &all = plan_.fans[fan].tetrahedra;
+            places.push_back({fan, static_cast<int>(std::ranges::find(all, t) - all.begin()), t});
+        }
+        std::ranges::sort(places);
+        std::vector<Fan> fans;
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const auto [number, k, t] = places[i];
+            const auto corners = corners_of(plan_.fans[number], k, t);
+            const auto &nodes = parts_.tetrahedra[t];
+            const std::array axis{nodes[corners[0]], nodes[corners[1]]};
+            const bool follows = i > 0 && places[i - 1][0] == number && places[i - 1][1] + 1 == k &&
+                                 fans.back().axis == axis && fans.back().rim.back() == nodes[corners[2]] &&
+                                 have_same_volumes(places[i - 1][2], t, {axis[0], axis[1], nodes[corners[2]]});
+            if (!follows)
+                fans.push_back({axis, {nodes[corners[2]]}, {}});
+            fans.back().rim.push_back(nodes[corners[3]]);
+            fans.back().tetrahedra.push_back(t);
+        }
+        return fans;
     }
-    auto fans = cut_into_fans(nodes, volumes);
-    for (auto &fan : fans)
-        for (int &t : fan.tetrahedra)
-            t = tetrahedra[t];
-    return fans;
-}
+
+  private:
+    int before(int node) const { return node < first_new_ ? node : changes_.parent_node[node - first_new_]; }
+
+    /// Which corners of a tetrahedron are the axis, and the rim before and behind it.
+    std::array<std::ptrdiff_t, 4> corners_of(const Fan &fan, int k, int tetrahedron) const {
+        const auto &nodes = parts_.tetrahedra[tetrahedron];
+        const auto corner = [&](int node) {
+            return std::ranges::find(nodes, node, [&](int now) { return before(now); }) - nodes.begin();
+        };
+        return {corner(fan.axis[0]), corner(fan.axis[1]), corner(fan.rim[k]), corner(fan.rim[k + 1])};
+    }
+
+    bool have_same_volumes(int a, int b, const std::array<int, 3> &nodes) const {
+        const auto volume = [&](int t, int node) {
+            const auto &corners = parts_.tetrahedra[t];
+            return parts_.corner_volume[t][std::ranges::find(corners, node) - corners.begin()];
+        };
+        return parts_.corner_volume.empty() ||
+               std::ranges::all_of(nodes, [&](int node) { return volume(a, node) == volume(b, node); });
+    }
+
+    const StepParts &parts_;
+    const PartingChanges &changes_;
+    const SlicedPlan &plan_;
+    int first_new_;
+};
 
 /// The stars of parts that have changed, from those that they had before; removed tetrahedra are left out.
 std::vector<Star> changed_stars(const StepParts &parts, const PartingChanges &changes, const SlicedPlan &plan) {
@@ -163,7 +209,10 @@ void add_chunk(const StepParts &parts, const PartingChanges &changes, std::span<
     SlicedBody<T> piece; // the new chunk alone
     piece.row_of_node = body.row_of_node;
     piece.first_copy = body.first_copy;
-    const auto lines = lines_of(fan_order(fans_of(parts, changes.tetrahedra), piece), piece);
+    const ChangedFans changed(parts, changes, plan, static_cast<int>(body.row_of_node.size()));
+    auto fans = fan_order(changed.find(), piece);
+    const auto lines = lines_of(fans, piece);
+    std::ranges::move(fans, std::back_inserter(plan.fans));
     StarLines stars;
     if (body.is_around_edges()) {
         stars = lines_of_stars(changed_stars(parts, changes, plan), piece);

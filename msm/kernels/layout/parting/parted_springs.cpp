@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <map>
 #include <set>
 #include <utility>
 #include <vector>
@@ -42,7 +43,7 @@ class SpringsOfNodes {
             const auto [i, j] = parts_.edges[s];
             ends.push_back({i == node ? j : i, s});
         }
-        std::ranges::stable_sort(ends, {}, &SpringEnd::neighbour);
+        std::ranges::sort(ends, {}, &SpringEnd::neighbour);
         return ends;
     }
 
@@ -51,13 +52,27 @@ class SpringsOfNodes {
     const NumberLists &springs_;
 };
 
-void forget_places(const SpringLines &lines, const std::vector<SpringEnd> &ends, SlicedPlan &plan) {
+/// A spring may end in another lane of the pair too: it stays there.
+void forget_places(const SpringLines &lines, int lane, const std::vector<SpringEnd> &ends, SlicedPlan &plan) {
     const auto first = static_cast<std::size_t>(lines.first_spring) * 2 * slice_size;
     const auto last = first + static_cast<std::size_t>(lines.count.num_springs()) * 2 * slice_size;
     for (const auto &end : ends)
         for (auto &place : plan.springs[end.spring])
-            if (place >= first && place < last)
+            if (place >= first && place < last && place % slice_size == static_cast<std::size_t>(lane))
                 place = no_place;
+}
+
+/// A lane with its springs as they are now, whose places in its pair of slices are forgotten.
+/// @param lines  of the pair; null if it has none yet
+SpringLane take_lane(int pair, int lane, const SpringLines *lines, const SpringsOfNodes &springs, SlicedPlan &plan) {
+    const int row = pair * pair_size + lane;
+    const std::array node{plan.node_of_row[row], plan.node_of_row[row + slice_size]};
+    const auto first = springs.of(node[0]), second = springs.of(node[1]);
+    if (lines) {
+        forget_places(*lines, lane, first, plan);
+        forget_places(*lines, lane, second, plan);
+    }
+    return lane_around(node, first, second);
 }
 
 } // namespace
@@ -81,7 +96,7 @@ void part_springs(const StepParts &parts, const PartingChanges &changes, SlicedP
         }
     std::ranges::sort(added);
     auto next = added.begin();
-    std::set<int> pairs;
+    std::map<int, std::set<int>> touched; // lanes of each pair
     for (const int node : nodes) {
         std::vector<int> springs;
         for (const int s : plan.springs_of_node.of(node))
@@ -90,27 +105,36 @@ void part_springs(const StepParts &parts, const PartingChanges &changes, SlicedP
         for (; next != added.end() && next->first == node; ++next)
             springs.push_back(next->second);
         plan.springs_of_node.set(node, springs);
-        pairs.insert(body.row_of_node[node] / pair_size);
+        const int row = body.row_of_node[node];
+        touched[row / pair_size].insert(row % slice_size);
     }
     const auto num_before = static_cast<int>(body.spring_lines.size());
     body.spring_lines.resize(static_cast<std::size_t>(body.num_slices) / 2);
     const SpringsOfNodes springs(parts, plan.springs_of_node);
-    for (const int pair : pairs) {
+    for (const auto &[pair, changed] : touched) {
         auto &lines = body.spring_lines[pair];
+        const auto *lines_before = pair < num_before ? &lines : nullptr;
         std::vector<SpringLane> lanes;
-        for (int lane = 0; lane < slice_size; ++lane) {
-            const int row = pair * pair_size + lane;
-            const std::array node{plan.node_of_row[row], plan.node_of_row[row + slice_size]};
-            const auto first = springs.of(node[0]), second = springs.of(node[1]);
-            if (pair < num_before) {
-                forget_places(lines, first, plan);
-                forget_places(lines, second, plan);
+        for (const int lane : changed)
+            lanes.push_back(take_lane(pair, lane, lines_before, springs, plan));
+        auto count = lines.count;
+        if (pair < num_before) {
+            count = enough_lines(count, lanes);
+            if (count.alone == lines.count.alone) {
+                PairLines<T> put(parts, lines, body, plan);
+                for (const int lane : changed)
+                    put.clear(lane);
+                for (std::size_t l = 0; const int lane : changed)
+                    put.fill(lane, lanes[l++]);
+                continue;
             }
-            lanes.push_back(lane_around(node, first, second));
         }
-        const auto count = pair < num_before ? enough_lines(lines.count, lanes) : fewest_lines(lanes, 0, lanes.size());
-        const bool is_enough = pair < num_before && count.alone == lines.count.alone;
-        auto put = is_enough ? PairLines<T>(parts, lines, body, plan) : PairLines<T>(parts, count, body, plan);
+        lanes.clear();
+        for (int lane = 0; lane < slice_size; ++lane)
+            lanes.push_back(take_lane(pair, lane, lines_before, springs, plan));
+        if (pair >= num_before)
+            count = fewest_lines(lanes, 0, lanes.size());
+        PairLines<T> put(parts, count, body, plan);
         for (int lane = 0; lane < slice_size; ++lane)
             put.fill(lane, lanes[lane]);
         lines = put.lines();
