@@ -27,8 +27,7 @@ template <class Place> class Successors {
 
 void sort_and_leave_one(std::vector<int> &numbers) {
     std::ranges::sort(numbers);
-    const auto rest = std::ranges::unique(numbers);
-    numbers.erase(rest.begin(), rest.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
 } // namespace

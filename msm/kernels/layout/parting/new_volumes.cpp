@@ -41,8 +41,7 @@ template <class T> class Members {
                 members.push_back(kind_.scale * (kind_.are_places ? place : corner_at(place, row)));
             }
         std::ranges::sort(members);
-        const auto rest = std::ranges::unique(members);
-        members.erase(rest.begin(), rest.end());
+        members.erase(std::unique(members.begin(), members.end()), members.end());
         return members;
     }
 
