@@ -117,4 +117,21 @@ inline void expect_numbers_of_set_up(const msm::CutParts &parts, const SpringsTo
     EXPECT_EQ(t_anew, rest.mesh.tetrahedra.size());
 }
 
+/// A box of springs that are cut one time after the other.
+class CutBox : public testing::TestWithParam<SpringsToCut> {
+  protected:
+    core::Body body = crooked_box({0.07, 0.06, 0.05}, {6, 5, 4});
+    msm::ElasticBody elastic = GetParam().make(body);
+    msm::CutParts parts = msm::CutParts::prepare(body, elastic, GetParam().source(body)).value();
+    std::set<int> removed;
+
+    /// Tetrahedra of a body near a place on its upper side that are still there; they count as removed from now on.
+    std::vector<int> take_near(const core::Body &of, double x, double distance) {
+        auto near = tetrahedra_near(of, {x, 0.03, 0.05}, distance);
+        std::erase_if(near, [&](int t) { return removed.contains(t); });
+        removed.insert(near.begin(), near.end());
+        return near;
+    }
+};
+
 } // namespace livermark::tests

@@ -16,19 +16,9 @@ namespace {
 
 using core::Vector3;
 
-class CutParts : public testing::TestWithParam<tests::SpringsToCut> {
+class CutParts : public tests::CutBox {
   protected:
-    core::Body body = tests::crooked_box({0.07, 0.06, 0.05}, {6, 5, 4});
-    msm::ElasticBody elastic = GetParam().make(body);
-    msm::CutParts parts = msm::CutParts::prepare(body, elastic, GetParam().source(body)).value();
-    std::set<int> removed;
-
-    std::vector<int> next_cut(double x, double distance) {
-        auto near = tests::tetrahedra_near(body, {x, 0.03, 0.05}, distance);
-        std::erase_if(near, [&](int t) { return removed.contains(t); });
-        removed.insert(near.begin(), near.end());
-        return near;
-    }
+    std::vector<int> next_cut(double x, double distance) { return take_near(body, x, distance); }
 };
 
 TEST_P(CutParts, HaveTheNumbersOfTheCutBodySetUpAnew) {

@@ -14,23 +14,14 @@ namespace {
 using core::Vector3;
 
 /// A box that is parted, loses tetrahedra, and is parted again.
-class PartedParts : public testing::TestWithParam<tests::SpringsToCut> {
+class PartedParts : public tests::CutBox {
   protected:
-    core::Body body = tests::crooked_box({0.07, 0.06, 0.05}, {6, 5, 4});
-    msm::ElasticBody elastic = GetParam().make(body);
-    msm::CutParts parts = msm::CutParts::prepare(body, elastic, GetParam().source(body)).value();
     core::Body now = body; ///< by the numbers that are kept
-    std::set<int> removed;
 
     const msm::PartingChanges &part(double x, double y_of_normal, double least_z) {
         return parts.part(tests::part_by_blade(now, removed, {x, 0.03, 0.0}, Vector3(1.0, y_of_normal, 0.0), least_z));
     }
-    std::vector<int> near(double x, double distance) {
-        auto found = tests::tetrahedra_near(now, {x, 0.03, 0.05}, distance);
-        std::erase_if(found, [&](int t) { return removed.contains(t); });
-        removed.insert(found.begin(), found.end());
-        return found;
-    }
+    std::vector<int> near(double x, double distance) { return take_near(now, x, distance); }
 };
 
 TEST_P(PartedParts, HaveTheNumbersOfThePartedBodySetUpAnew) {
