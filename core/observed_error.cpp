@@ -135,26 +135,6 @@ ObservedError observed_error_on_path(const TetraMesh &mesh, const LoadCase &load
     return error;
 }
 
-ObservedError widened(const TetraMesh &mesh, const LoadCase &load_case, const Solution &solution,
-                      const Solution &other) {
-    if (!solution.observed_error || !other.observed_error)
-        throw std::invalid_argument("an error bar is widened by a solution whose own error was observed");
-    auto error = *solution.observed_error;
-    const auto &own = *other.observed_error;
-    const auto apart = compare(mesh, load_case, solution, other, "on other meshes");
-    const auto widen = [](double &bar, double distance, double of_other) {
-        bar = std::max(bar, std::abs(distance) + of_other);
-    };
-    widen(error.relative_l2, apart.relative_l2, own.relative_l2);
-    widen(error.energy, apart.energy_error, own.energy);
-    if (!std::isnan(apart.reaction_error))
-        widen(error.reaction, apart.reaction_error, own.reaction);
-    if (const auto size = size_of(apart.tool); size && error.stiffness && own.stiffness)
-        widen(*error.stiffness, *size, *own.stiffness);
-    error.load_fraction = std::min(error.load_fraction, own.load_fraction);
-    return error;
-}
-
 Solution extrapolated(const TetraMesh &mesh, const LoadCase &load_case, std::span<const Solution> levels) {
     auto error = observed_error(mesh, load_case, levels);
     const auto last = levels.last(3);

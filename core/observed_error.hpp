@@ -32,15 +32,6 @@ double observed_error(std::span<const double> levels);
 ObservedError observed_error_on_path(const TetraMesh &mesh, const LoadCase &load_case, std::span<const Solution> levels,
                                      std::size_t chosen);
 
-/// An error bar that also contains what another solution of the same problem shows, on meshes that are finer elsewhere:
-/// by the triangle inequality a solution is off by its distance from the other one and the other one's own error at
-/// most. Each number only grows. The load fraction is the smaller one of both.
-/// @param solution  whose error it is, status ok
-/// @param other     at the same nodes, status ok
-/// @throws std::invalid_argument if one of them has no error observed
-ObservedError widened(const TetraMesh &mesh, const LoadCase &load_case, const Solution &solution,
-                      const Solution &other);
-
 /// The same of the motion of probes. No order better than the first is believed: at rims there is none, and refinement
 /// there leaves the rest of the mesh as it is.
 /// @param levels  at least three, recorded at the same times and probes

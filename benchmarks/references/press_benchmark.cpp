@@ -216,9 +216,9 @@ int start(int argc, char **argv) {
         ->check(CLI::Range(1, 100));
     app.add_option("--follow", options.force,
                    "Pressures that follow the surface instead, up to this force at rest [N]");
-    app.add_option("--until", options.until, "Part of the depth or force where the path ends")
+    app.add_option("--until", options.until, "Part of the depth or force where the path ends; above 1 it goes on")
         ->capture_default_str()
-        ->check(CLI::Range(0.01, 1.0));
+        ->check(CLI::Range(0.01, 3.0));
     app.add_flag("--rims", options.at_rims, "Refine at rims only, as the reference does");
     app.add_option("--first", options.first_level, "First level to solve on")->capture_default_str();
     app.add_option("--modes", options.num_modes,

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <fmt/format.h>
 #include <memory>
 #include <string>
@@ -10,12 +9,9 @@
 #include "cli/common_options.hpp"
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
-#include "core/units.hpp"
-#include "results/hdf5/result_files.hpp"
 #include "results/tables/table_layout.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions/stored_references.hpp"
-#include "support/input_error.hpp"
 #include "support/known_names.hpp"
 
 namespace livermark::cli {
@@ -25,7 +21,6 @@ namespace {
 struct ReferenceOptions {
     std::vector<std::string> bodies, load_cases, models;
     std::vector<double> poisson_ratios;
-    std::vector<std::string> wider; ///< result files, or folders of them
     std::string folder;
     bool only_check = false;
 };
@@ -105,41 +100,6 @@ int solve_all(const ReferenceOptions &options) {
     return all_is_well ? 0 : 1;
 }
 
-/// Says of each bar what it was and is [%].
-int widen_all(const ReferenceOptions &options, const std::string &command_line) {
-    results::Layout layout{{{"body"},
-                            {"load case"},
-                            {"by"},
-                            {"displacement off [%]", true},
-                            {"bar [%]", true},
-                            {"was [%]", true},
-                            {"force off [%]", true},
-                            {"bar [%]", true},
-                            {"was [%]", true},
-                            {"energy bar [%]", true},
-                            {"was [%]", true}},
-                           {}};
-    const auto as_text = [](double part) { return fmt::format("{:.2f}", core::percent * part); };
-    const std::vector<std::filesystem::path> paths(options.wider.begin(), options.wider.end());
-    for (const auto &result : results::read_results(paths))
-        for (const auto &model : result.models) {
-            if (model.name != studies::widening_model)
-                continue;
-            const auto bar = studies::widen_stored(result.problem, model, options.folder, command_line);
-            layout.rows.push_back({result.problem.body->name, result.problem.load_case.name, model.name,
-                                   as_text(bar.apart.relative_l2), as_text(bar.now.relative_l2),
-                                   as_text(bar.before.relative_l2), as_text(bar.apart.reaction_error),
-                                   as_text(bar.now.reaction), as_text(bar.before.reaction), as_text(bar.now.energy),
-                                   as_text(bar.before.energy)});
-        }
-    if (layout.rows.empty())
-        throw support::InputError(fmt::format("--widen: no file has a solution of {}; 'livermark run --model {}' makes "
-                                              "them",
-                                              studies::widening_model, studies::widening_model));
-    fmt::print("{}", results::to_text(layout));
-    return 0;
-}
-
 } // namespace
 
 Command add_reference(CLI::App &parent, const std::string &command_line) {
@@ -169,15 +129,7 @@ Command add_reference(CLI::App &parent, const std::string &command_line) {
     command->add_option("--folder", options->folder, "Folder of the references")->capture_default_str();
     command->add_flag("--check", options->only_check,
                       "Write nothing; exit status 1 if a solution differs from the stored one");
-    command
-        ->add_option("--widen", options->wider,
-                     fmt::format("Result files of {}, or folders of them: solve nothing, and widen the error bars of "
-                                 "the stored references by what these show below tools",
-                                 studies::widening_model))
-        ->excludes("--check");
     return [options, command_line] {
-        if (!options->wider.empty())
-            return widen_all(*options, command_line);
         options->bodies = with_images_meshed(options->bodies, command_line);
         return solve_all(*options);
     };

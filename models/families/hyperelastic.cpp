@@ -77,18 +77,16 @@ constexpr Refinement refinement{.goal = 0.01, .finest_level = 3};
 /// How far around the circle that a ball touches meshes are refined, over its radius.
 constexpr double around_touch = 1.5;
 
-/// At rims and below a ball that touches.
+/// At rims and below tools, or below a ball that touches.
 core::BisectedProblem refine(const core::Problem &coarse) {
     const auto &ball = coarse.load_case.touching;
     if (!ball)
-        return core::refine_at_rims(coarse);
+        return core::refine_at_rims_and_tools(coarse);
     const core::InteriorPlace place{ball->first_point(), std::sqrt(ball->radius * ball->press.norm())};
     return core::refine_near_places(coarse, std::span(&place, 1), around_touch);
 }
 
-/// Histories on ever finer meshes would take hours: these are solved at their limits alone. At rims alone: below round
-/// tools as well the third mesh often finds no equilibrium under the whole load, see
-/// docs/studies/large_deformations.md.
+/// Histories on ever finer meshes would take hours: these are solved at their limits alone.
 core::Solution solve_finer(const core::Problem &problem, const std::string &law, const Discretisation &discretisation) {
     const auto on_one_mesh = [&](const core::Problem &one) { return solve(one, law, discretisation); };
     const auto on_finer_meshes = [&](const core::Problem &elastic) {
@@ -96,13 +94,6 @@ core::Solution solve_finer(const core::Problem &problem, const std::string &law,
     };
     return problem.load_case.slow_history ? solve_between_limits(problem, on_one_mesh, on_finer_meshes)
                                           : on_finer_meshes(problem);
-}
-
-core::Solution solve_finer_below_tools(const core::Problem &problem, const std::string &law,
-                                       const Discretisation &discretisation) {
-    return solve_locally_refined(
-        problem, refinement, [](const core::Problem &coarse) { return core::refine_at_rims_and_tools(coarse); },
-        [&](const core::Problem &refined) { return solve(refined, law, discretisation); });
 }
 
 using Solve = core::Solution (*)(const core::Problem &, const std::string &, const Discretisation &);
@@ -116,15 +107,11 @@ struct Roles {
 constexpr Discretisation linear_elements{.degree = 1}, quadratic_elements{.degree = 2},
     mixed_elements{.degree = 2, .formulation = fem_reference::Formulation::mixed};
 
-constexpr std::array<HyperelasticElements, 6> all_elements{
+constexpr std::array<HyperelasticElements, 5> all_elements{
     {{.name = "fem_p1_neo_hookean", .law = "neo_hookean", .discretisation = linear_elements},
      {.name = "fem_p2_neo_hookean", .law = "neo_hookean", .discretisation = quadratic_elements},
      {.name = "fem_p2p1_neo_hookean", .law = "neo_hookean", .discretisation = mixed_elements},
      {.name = "fem_p2p1_neo_hookean_refined",
-      .law = "neo_hookean",
-      .discretisation = mixed_elements,
-      .is_refined = true},
-     {.name = "fem_p2p1_neo_hookean_refined_below_tools",
       .law = "neo_hookean",
       .discretisation = mixed_elements,
       .is_refined = true},
@@ -144,27 +131,21 @@ core::Model elements(const std::string &name, const std::string &summary, const 
             .in_motion = roles.in_motion,
             .judges = core::Regime::large,
             .only = core::Regime::large,
-            .relaxes = solve_one != solve_finer_below_tools,
+            .relaxes = true,
             .touches = true,
             .is_collective = is_collective(discretisation)};
 }
 
 std::vector<core::Model> models(const ModelOptions & /*options*/) {
-    auto below_tools = elements("fem_p2p1_neo_hookean_refined_below_tools",
-                                "neo-Hookean, Taylor and Hood on meshes refined at the rims of places and below round "
-                                "tools (tells how good the reference of large deformations is)",
-                                {}, solve_finer_below_tools);
-    below_tools.only_when_named = true;
     return {
         elements("fem_p1_neo_hookean", "neo-Hookean, linear tetrahedra (the baseline of large deformations)"),
         elements("fem_p2_neo_hookean", "neo-Hookean, quadratic tetrahedra", {.in_motion = core::Role::reference}),
         elements("fem_p2p1_neo_hookean", "neo-Hookean, quadratic tetrahedra with a linear pressure (Taylor and Hood)",
                  {.at_rest = core::Role::reference}),
         elements("fem_p2p1_neo_hookean_refined",
-                 "neo-Hookean, Taylor and Hood on meshes refined at the rims of places (the reference of large "
-                 "deformations)",
+                 "neo-Hookean, Taylor and Hood on meshes refined at the rims of places and below round tools (the "
+                 "reference of large deformations)",
                  {.at_rest = core::Role::refined_reference}, solve_finer),
-        std::move(below_tools),
         elements("fem_p2p1_ogden",
                  "Ogden's law with a fit to porcine liver, Taylor and Hood: how far the law itself matters"),
     };

@@ -34,29 +34,10 @@ struct StoredSolution {
     double motion_difference = 0.0;   ///< the same of the probes in time; NaN if there was none, or nothing moves
 };
 
-/// Solves, and writes the solution unless it is only to be checked. An error bar that was widened stays as wide.
+/// Solves, and writes the solution unless it is only to be checked.
 /// @throws support::InputError if the file cannot be written
 StoredSolution solve_and_store(const core::Model &model, const core::Problem &problem,
                                const std::filesystem::path &folder, bool only_check, const std::string &command_line);
-
-/// The model whose solutions widen the bars of stored references: it refines below tools, which they do not.
-inline constexpr auto *widening_model = "fem_p2p1_neo_hookean_refined_below_tools";
-
-/// What `livermark reference --widen` did with one stored reference.
-struct WidenedBar {
-    std::filesystem::path file;
-    core::ObservedError before, now;
-    core::Comparison apart; ///< of the stored solution from the other one
-    core::ObservedError of_other;
-};
-
-/// Widens the error bar of a stored reference of large deformations by what a model shows that refines other places of
-/// the mesh as well, see core::widened(), and writes it. The solver of the reference says so.
-/// @param other  the solution of that model to the problem
-/// @throws support::InputError if there is no stored reference of the problem, if one of both has no solution or no
-///   error observed, or if the file cannot be written
-WidenedBar widen_stored(const core::Problem &problem, const results::ModelResult &other,
-                        const std::filesystem::path &folder, const std::string &command_line);
 
 /// The models whose solutions are stored, of some problems at least: see is_stored().
 std::vector<core::Model> models_to_keep();

@@ -142,47 +142,6 @@ TEST_F(StoredReferences, AreComparedWhenTheyAreChecked) {
     EXPECT_LT(studies::solve_and_store(model, problem, folder, true, "test").difference, 1e-9);
 }
 
-/// A bar that meshes refined below tools have widened is read as wide, says so, and stays when the reference is solved
-/// again.
-TEST_F(StoredReferences, HaveBarsThatAreWidened) {
-    auto model = model_to_store("fem_p2p1_neo_hookean_refined");
-    auto solution = model_to_store(name).solve(problem);
-    solution.observed_error = core::ObservedError{.order = 1.0,
-                                                  .difference = 0.001,
-                                                  .relative_l2 = 0.001,
-                                                  .energy = 0.001,
-                                                  .reaction = 0.001,
-                                                  .load_fraction = 1.0,
-                                                  .stiffness = 0.001};
-    results::ModelResult other{.name = studies::widening_model,
-                               .summary = {},
-                               .source = {},
-                               .solution = solution,
-                               .comparison = {},
-                               .band = {}};
-    for (auto &displacement : other.solution.displacement)
-        displacement *= 1.25;
-    EXPECT_THROW(studies::widen_stored(problem, other, folder, "test"), support::InputError) << "nothing is stored";
-
-    model.prepare = core::solves_each([&](const core::Problem &) { return solution; });
-    studies::solve_and_store(model, problem, folder, false, "test");
-    const auto bar = studies::widen_stored(problem, other, folder, "test");
-    EXPECT_NEAR(bar.now.relative_l2, 0.201, 1e-9);
-    EXPECT_EQ(bar.before.relative_l2, 0.001);
-    const auto read = solve_with_kept(problem, model.name);
-    EXPECT_EQ(read.observed_error, bar.now);
-    EXPECT_NE(read.solver.find(studies::widening_model), std::string::npos) << read.solver;
-    EXPECT_EQ(read.displacement, solution.displacement);
-
-    studies::solve_and_store(model, problem, folder, false, "test");
-    const auto again = solve_with_kept(problem, model.name);
-    EXPECT_EQ(again.observed_error, bar.now);
-    EXPECT_NE(again.solver.find(studies::widening_model), std::string::npos) << again.solver;
-
-    other.solution.status = core::SolutionStatus::not_converged;
-    EXPECT_THROW(studies::widen_stored(problem, other, folder, "test"), support::InputError);
-}
-
 /// Problems in result files are those of the stored references, also where a round tool presses.
 TEST_F(StoredReferences, FitProblemsOfResultFiles) {
     auto &load_case = problem.load_case;
@@ -198,7 +157,7 @@ TEST_F(StoredReferences, FitProblemsOfResultFiles) {
     core::Solution solution;
     solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Zero());
     solution.reaction.assign(2, core::Vector3::Zero());
-    results::write_result(folder / "press.h5", {{}, problem, {{studies::widening_model, {}, {}, solution, {}, {}}}});
+    results::write_result(folder / "press.h5", {{}, problem, {{name, {}, {}, solution, {}, {}}}});
     const auto read = results::read_result(folder / "press.h5", results::Origin::own);
     EXPECT_EQ(results::fingerprint(read.problem, name), results::fingerprint(problem, name));
 }
