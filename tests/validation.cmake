@@ -58,7 +58,8 @@ if("nightly" IN_LIST LIVERMARK_TESTS)
     --output ${nightly_runs})
   livermark_validation(nightly EveryModelAgainstFem Runs/ModelsAgainstFem.* ${nightly_runs})
   livermark_validation(nightly ReferenceError LoadCases/ReferenceError.*)
-  add_test(NAME StoredReferences.AreSolvedAgain COMMAND livermark reference --check --model fem_p2p1_neo_hookean)
+  livermark_validation(nightly LargeReferenceError LoadCases/LargeReferenceError.*)
+  add_test(NAME StoredReferences.AreSolvedAgain COMMAND livermark reference --check --model fem_p2p1_neo_hookean fem_p2p1_refined)
   # Its exit status says whether runs on both livers bear the steps that are predicted.
   add_test(NAME Livermark.PredictsTheTimeStepThatRunsCanBear
     COMMAND livermark stability --output ${CMAKE_CURRENT_BINARY_DIR}/stability_runs)

@@ -32,9 +32,6 @@ std::vector<core::Problem> problems_to_keep(const ReferenceOptions &options) {
     std::vector<core::Problem> problems;
     const auto read = [&](const meshes::MaterialOverride &material) {
         auto set = studies::read_problems(options.bodies, options.load_cases, material);
-        std::erase_if(set.problems, [](const auto &problem) {
-            return problem.load_case.regime != core::Regime::large && !problem.load_case.release;
-        });
         std::ranges::move(set.problems, std::back_inserter(problems));
     };
     if (options.poisson_ratios.empty())
@@ -104,14 +101,13 @@ int solve_all(const ReferenceOptions &options) {
 
 Command add_reference(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
-        "reference", "Solve and store the references of large deformations and of motion, which 'livermark run' and "
-                     "'livermark score' then read; minutes for each load case");
+        "reference", "Solve and store the references on finer meshes, of large deformations and of motion, which "
+                     "'livermark run' and 'livermark score' then read; seconds to minutes for each load case");
     auto options = std::make_shared<ReferenceOptions>();
     options->folder = studies::stored_references_folder().string();
     add_bodies(*command, options->bodies);
-    command->add_option(
-        "--load-case", options->load_cases,
-        "Names as in 'livermark list load-cases', or paths, of the large regime or with a release; by default all");
+    command->add_option("--load-case", options->load_cases,
+                        "Names as in 'livermark list load-cases', or paths; by default all");
     std::vector<std::string> names;
     for (const auto &model : studies::models_to_keep())
         names.push_back(model.name);

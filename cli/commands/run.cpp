@@ -120,7 +120,7 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
                         "A file of 'livermark calibrate' for the body: its springs join as calibrated_nodal_volume");
     command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
     command->add_flag("--solve-reference", options->solve_reference,
-                      "Solve the references of large deformations even if results/references has their solutions");
+                      "Solve the references even if results/references has their solutions");
     command->add_flag("--static", options->only_static, "Leave out load cases that depend on time: quicker");
     command->add_flag("--resume", options->resume,
                       "Continue the same command, and keep what it has solved in the output folder");

@@ -68,7 +68,7 @@ Command add_score(CLI::App &parent, const std::string &command_line) {
     command->add_option("--output", options->output, "Folder for <body>/<load case>.<name>.h5")->capture_default_str();
     add_reference_on_mesh(*command, options->reference_on_mesh);
     command->add_flag("--solve-reference", options->solve_reference,
-                      "Solve the reference of a large deformation even if results/references has its solution");
+                      "Solve the reference even if results/references has its solution");
     command->add_flag("--markdown", *markdown, "Print the table in Markdown");
     return [=] { return print_score(*options, *markdown, command_line); };
 }

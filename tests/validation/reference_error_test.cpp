@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/error_norms.hpp"
@@ -14,6 +15,7 @@
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
+#include "studies/run/solutions/stored_references.hpp"
 
 namespace livermark {
 namespace {
@@ -45,6 +47,19 @@ core::Solution limit_of_uniform_meshes(const core::Problem &problem) {
     return core::extrapolated(problem.body->mesh, problem.load_case, levels);
 }
 
+core::Problem on_the_healthy_liver(const std::string &load_case) {
+    const std::filesystem::path root = LIVERMARK_SOURCE_DIR;
+    const auto body = std::make_shared<const core::Body>(meshes::read_body(root / "meshes" / "liver_healthy.toml"));
+    return {body, load_cases::read_load_case(root / "load_cases" / (load_case + ".toml"), body->mesh)};
+}
+
+void expect_within(const std::string &load_case, const char *what, double difference, double bar, double of_other) {
+    constexpr double percent = 100.0;
+    std::printf("%s, %s: %.3f %% off; bars of %.3f and %.3f %%\n", load_case.c_str(), what, percent * difference,
+                percent * bar, percent * of_other);
+    EXPECT_LT(difference, bar + of_other) << what;
+}
+
 /// Parameter: load case of liver_healthy.
 class ReferenceError : public testing::TestWithParam<std::string> {};
 
@@ -54,33 +69,68 @@ class ReferenceError : public testing::TestWithParam<std::string> {};
 /// reference leave out: in the displacement, in the energy, and so in the stiffness at the tool, and in the forces.
 TEST_P(ReferenceError, ContainsWhatUniformRefinementFinds) {
     const auto &name = GetParam();
-    const std::filesystem::path root = LIVERMARK_SOURCE_DIR;
-    const auto body = std::make_shared<const core::Body>(meshes::read_body(root / "meshes" / "liver_healthy.toml"));
-    core::Problem problem{body, load_cases::read_load_case(root / "load_cases" / (name + ".toml"), body->mesh)};
+    const auto problem = on_the_healthy_liver(name);
     const auto models = models::all_models();
     const auto reference =
         std::ranges::find(models, core::Role::refined_reference, &core::Model::at_rest)->solve(problem);
     const auto limit = limit_of_uniform_meshes(problem);
-    const auto off = core::compare(body->mesh, problem.load_case, reference, limit, "uniform");
+    const auto off = core::compare(problem.body->mesh, problem.load_case, reference, limit, "uniform");
     const auto &bar = reference.observed_error.value(), &bar_of_limit = limit.observed_error.value();
-    constexpr double percent = 100.0;
-    const auto check = [&](const char *what, double difference, double of_reference, double of_limit) {
-        std::printf("%s, %s: %.3f %% from the limit of uniform meshes; bars of %.3f and %.3f %%\n", name.c_str(), what,
-                    percent * difference, percent * of_reference, percent * of_limit);
-        EXPECT_LT(difference, of_reference + of_limit) << what;
-    };
-    check("displacement", off.relative_l2, bar.relative_l2, bar_of_limit.relative_l2);
-    check("energy", std::abs(off.energy_error), bar.energy, bar_of_limit.energy);
+    expect_within(name, "displacement", off.relative_l2, bar.relative_l2, bar_of_limit.relative_l2);
+    expect_within(name, "energy", std::abs(off.energy_error), bar.energy, bar_of_limit.energy);
     if (problem.load_case.press_depth > 0.0) // the force is a result
-        check("force", off.reaction_error, bar.reaction, bar_of_limit.reaction);
+        expect_within(name, "force", off.reaction_error, bar.reaction, bar_of_limit.reaction);
     if (off.tool && bar.stiffness && bar_of_limit.stiffness)
-        check("stiffness at the tool", std::abs(off.tool->stiffness()), *bar.stiffness, *bar_of_limit.stiffness);
+        expect_within(name, "stiffness at the tool", std::abs(off.tool->stiffness()), *bar.stiffness,
+                      *bar_of_limit.stiffness);
     EXPECT_LT(bar.relative_l2, 0.005);
 }
 
 INSTANTIATE_TEST_SUITE_P(LoadCases, ReferenceError,
                          testing::Values("palpation", "traction", "indentation", "grasp", "breathing",
                                          "palpation_over_tumour"),
+                         [](const auto &info) { return info.param; });
+
+/// Parameter: large load case of liver_healthy, whose reference is stored.
+class LargeReferenceError : public testing::TestWithParam<std::string> {};
+
+/// The same of the stored references of tools that press, at the whole load: two meshes that are refined everywhere
+/// once, and then once and twice at the rims and below tools. The last of their differences is the bar of the second.
+TEST_P(LargeReferenceError, ContainsWhatUniformRefinementFinds) {
+    const auto &name = GetParam();
+    const auto problem = on_the_healthy_liver(name);
+    auto models = studies::models_to_keep();
+    studies::use_stored_references(models, studies::stored_references_folder());
+    const auto model_of = [&](core::Role role) -> const core::Model & {
+        return *std::ranges::find_if(
+            models, [&](const core::Model &model) { return model.role_at_rest(core::Regime::large) == role; });
+    };
+    const auto reference = model_of(core::Role::refined_reference).solve(problem);
+    ASSERT_TRUE(reference.solver.starts_with("stored")) << reference.solver;
+    auto refined = core::refine(problem);
+    refined.load_case.path = {0.5, 1.0};
+    std::vector<core::Solution> levels;
+    for (int level = 0; level < 2; ++level) {
+        refined = core::refine_at_rims_and_tools(refined).problem;
+        levels.push_back(model_of(core::Role::reference).solve(refined));
+        ASSERT_EQ(levels.back().status, core::SolutionStatus::ok) << levels.back().message;
+        levels.back().displacement.resize(problem.body->mesh.points.size());
+        levels.back().path.clear();
+    }
+    const auto compare = [&](const core::Solution &solution, const core::Solution &other) {
+        return core::compare(problem.body->mesh, problem.load_case, solution, other, "uniform");
+    };
+    const auto off = compare(reference, levels[1]), step = compare(levels[0], levels[1]);
+    const auto &bar = reference.observed_error.value();
+    expect_within(name, "displacement", off.relative_l2, bar.relative_l2, step.relative_l2);
+    expect_within(name, "energy", std::abs(off.energy_error), bar.energy, std::abs(step.energy_error));
+    expect_within(name, "force", off.reaction_error, bar.reaction, step.reaction_error);
+    expect_within(name, "stiffness at the tool", std::abs(off.tool.value().stiffness()), bar.stiffness.value(),
+                  std::abs(step.tool.value().stiffness()));
+    EXPECT_LT(bar.reaction, 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(LoadCases, LargeReferenceError, testing::Values("large_palpation", "large_indentation"),
                          [](const auto &info) { return info.param; });
 
 } // namespace livermark

@@ -15,10 +15,10 @@ namespace livermark::studies {
 
 namespace {
 
-/// What large deformations are judged by. That of linear elasticity is solved in every run.
-bool judges_large_deformations(const core::Model &model) {
-    const auto role = model.role_at_rest(core::Regime::large);
-    return role == core::Role::reference || role == core::Role::refined_reference;
+/// What judges at rest and takes long: the reference on the mesh takes seconds where it is linear.
+bool judges_at_rest(const core::Model &model, core::Regime regime) {
+    const auto role = model.role_at_rest(regime);
+    return role == core::Role::refined_reference || (role == core::Role::reference && regime == core::Regime::large);
 }
 
 /// What large motions are judged by.
@@ -33,7 +33,8 @@ bool refines_motion(const core::Model &model) {
 }
 
 bool can_be_kept(const core::Model &model) {
-    return judges_large_deformations(model) || judges_large_motion(model) || refines_motion(model);
+    return judges_at_rest(model, core::Regime::small) || judges_at_rest(model, core::Regime::large) ||
+           judges_large_motion(model) || refines_motion(model);
 }
 
 bool is_there(const std::filesystem::path &folder, const core::Problem &problem, const std::string &model) {
@@ -48,8 +49,9 @@ bool is_stored(const core::Model &model, const core::Problem &problem) {
         return false;
     if (refines_motion(model))
         return problem.load_case.release.has_value();
-    return problem.load_case.regime == core::Regime::large &&
-           (judges_large_deformations(model) || (judges_large_motion(model) && problem.load_case.release));
+    const auto regime = problem.load_case.regime;
+    return judges_at_rest(model, regime) ||
+           (regime == core::Regime::large && judges_large_motion(model) && problem.load_case.release);
 }
 
 std::filesystem::path stored_references_folder() {

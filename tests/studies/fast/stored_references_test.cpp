@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -81,6 +82,28 @@ TEST_F(StoredReferences, AreReadWhereTheyFitAndSaySo) {
     EXPECT_EQ(read.reaction, solved.reaction);
     ASSERT_EQ(read.path.size(), 2U);
     EXPECT_EQ(read.path.front().displacement, solved.path.front().displacement);
+}
+
+/// Those on finer meshes are stored in both regimes, with the work of the loads and the error bar, and of small
+/// deformations no other.
+TEST_F(StoredReferences, AreThoseOfFinerMeshes) {
+    auto small = pulled();
+    small.load_case.regime = core::Regime::small;
+    small.load_case.path.clear();
+    const auto model = model_to_store("fem_p2p1_refined");
+    ASSERT_TRUE(studies::is_stored(model, small));
+    EXPECT_FALSE(studies::is_stored(model_to_store(name), small));
+    EXPECT_TRUE(
+        std::ranges::none_of(studies::models_to_keep(), [](const core::Model &one) { return one.name == "fem_p2p1"; }));
+    const auto solved = solve_with_kept(small, model.name);
+    studies::solve_and_store(model, small, folder, false, "test");
+    const auto read = solve_with_kept(small, model.name);
+    EXPECT_TRUE(read.solver.starts_with("stored since 20")) << read.solver;
+    EXPECT_EQ(read.displacement, solved.displacement);
+    EXPECT_EQ(read.strain_energy, solved.strain_energy);
+    EXPECT_EQ(read.load_work, solved.load_work);
+    ASSERT_TRUE(read.observed_error);
+    EXPECT_EQ(read.observed_error, solved.observed_error);
 }
 
 /// Of a motion the probes are stored, and the model that judges motion is stored where something moves.
