@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/commands/commands.hpp"
@@ -10,6 +11,7 @@
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "results/tables/table_layout.hpp"
+#include "studies/run/load_scaling.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions/stored_references.hpp"
 #include "support/known_names.hpp"
@@ -32,7 +34,8 @@ std::vector<core::Problem> problems_to_keep(const ReferenceOptions &options) {
     std::vector<core::Problem> problems;
     const auto read = [&](const meshes::MaterialOverride &material) {
         auto set = studies::read_problems(options.bodies, options.load_cases, material);
-        std::ranges::move(set.problems, std::back_inserter(problems));
+        for (auto &problem : set.problems)
+            problems.push_back(studies::scaled_to_target(std::move(problem)));
     };
     if (options.poisson_ratios.empty())
         read({});

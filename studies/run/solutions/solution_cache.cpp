@@ -1,8 +1,10 @@
 #include "studies/run/solutions/solution_cache.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <fmt/format.h>
 #include <memory>
+#include <optional>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -36,11 +38,18 @@ class PreparedWithCache : public core::PreparedModel {
 
     std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
         std::vector<std::optional<core::Solution>> found;
-        for (const auto &load_case : load_cases)
-            found.push_back(cache_.find(model_, {body_, load_case}));
+        std::vector<std::size_t> solved_here; // now, or by an earlier part of the run
+        for (const auto &load_case : load_cases) {
+            const core::Problem problem{body_, load_case};
+            if (cache_.where(model_, problem) != "stored")
+                solved_here.push_back(found.size());
+            found.push_back(cache_.find(model_, problem));
+        }
         // The last digits depend on what is solved together, so that it is solved together again.
-        if (model_.most_together > 1 && !std::ranges::all_of(found, &std::optional<core::Solution>::has_value))
-            found.assign(found.size(), std::nullopt);
+        const auto is_found = [&](std::size_t i) { return found[i].has_value(); };
+        if (model_.most_together > 1 && !std::ranges::all_of(solved_here, is_found))
+            for (const auto i : solved_here)
+                found[i].reset();
         std::vector<core::LoadCase> missing;
         for (std::size_t i = 0; i < found.size(); ++i)
             if (!found[i])

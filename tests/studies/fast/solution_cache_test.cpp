@@ -11,6 +11,7 @@
 #include <unistd.h>
 #include <vector>
 
+#include "results/hdf5/files/reference_file.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {
@@ -178,6 +179,31 @@ TEST_F(SolutionsOfARun, AreSolvedTogetherAgainWhereOneIsMissing) {
     EXPECT_EQ(num_solved, 4);
     EXPECT_EQ(both[0].displacement, moved(problem).displacement);
     EXPECT_TRUE(cache().find(model, other));
+}
+
+/// What is stored was solved alone, and stays so.
+TEST_F(SolutionsOfARun, AreNotSolvedAgainBesideAStoredReference) {
+    const auto problem = pulled(10.0), other = pulled(11.0);
+    auto together = counting();
+    together.most_together = 2;
+    together.at_rest = core::Role::refined_reference;
+    const auto references = output / "references";
+    const auto file = results::reference_path(references, problem, together.name);
+    fs::create_directories(file.parent_path());
+    auto stored = moved(problem);
+    stored.strain_energy *= 2.0;
+    results::write_reference(file, stored, problem, together.name, {});
+    SolutionCache with_references(references);
+    with_references.keep_in(folder);
+    const auto model = cached(together, with_references);
+    EXPECT_EQ(with_references.where(model, problem), "stored");
+    const std::array load_cases{core::LoadCase(problem.load_case), core::LoadCase(other.load_case)};
+    for (int again = 0; again < 2; ++again) {
+        const auto both = model.prepare(problem.body, nullptr)->solve(load_cases);
+        EXPECT_EQ(num_solved, 1);
+        EXPECT_EQ(both[0].strain_energy, stored.strain_energy);
+        EXPECT_EQ(both[1].displacement, moved(other).displacement);
+    }
 }
 
 TEST_F(SolutionsOfARun, AreThereWithoutAPlaceForThem) {
