@@ -28,7 +28,7 @@ core::Solution solve_refined(const core::Problem &problem, const Refinement &ref
 using RefineProblem = std::function<core::BisectedProblem(const core::Problem &)>;
 
 /// The same on meshes that are refined where most of the error is.
-/// @param refine  core::refine_at_rims or core::refine_at_rims_and_tools
+/// @param refine  such as core::refine_at_rims_and_tools
 /// @param solve   the solution at the nodes of the mesh that it gets, those of the coarsest first
 core::Solution solve_locally_refined(const core::Problem &problem, const Refinement &refinement,
                                      const RefineProblem &refine,

@@ -219,7 +219,7 @@ int start(int argc, char **argv) {
     app.add_option("--until", options.until, "Part of the depth or force where the path ends; above 1 it goes on")
         ->capture_default_str()
         ->check(CLI::Range(0.01, 3.0));
-    app.add_flag("--rims", options.at_rims, "Refine at rims only, as the reference does");
+    app.add_flag("--rims", options.at_rims, "Refine at rims only");
     app.add_option("--first", options.first_level, "First level to solve on")->capture_default_str();
     app.add_option("--modes", options.num_modes,
                    "At how many points from the last it is looked whether the tangent is positive definite")

@@ -77,8 +77,9 @@ TEST_P(LargeDeformations, ShowThatTheLinearJudgeIsWrongAndTheBestSpringsLessSo) 
     EXPECT_EQ(reference.solution.solver.starts_with("stored since"), ships) << reference.solution.solver;
     const auto &springs = *find("nodal_neo_hookean").comparison, &linear = *find("fem_p2p1").comparison;
     EXPECT_LT(find("fem_p2_neo_hookean").comparison->relative_l2, 0.04);
-    if (GetParam() ==
-        "large_palpation") { // where a round tool strains one place most, it is wrong about the force alone
+    // Where a round tool strains one place most, springs are no better in displacement, but they are in force.
+    if (GetParam() == "large_palpation") {
+        EXPECT_GT(linear.reaction_error, 0.04);
         EXPECT_LT(springs.reaction_error, linear.reaction_error);
         return;
     }

@@ -1,7 +1,5 @@
 #include "studies/run/solutions/stored_references.hpp"
 
-#include <algorithm>
-#include <fmt/format.h>
 #include <limits>
 
 #include "core/error_norms.hpp"
@@ -15,7 +13,7 @@ namespace livermark::studies {
 
 namespace {
 
-/// What judges at rest and takes long: the reference on the mesh takes seconds where it is linear.
+/// What judges at rest, but for linear elasticity on the mesh itself, which takes a second.
 bool judges_at_rest(const core::Model &model, core::Regime regime) {
     const auto role = model.role_at_rest(regime);
     return role == core::Role::refined_reference || (role == core::Role::reference && regime == core::Regime::large);

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "core/model.hpp"
-#include "results/records/result.hpp"
 
 namespace livermark::studies {
 

@@ -88,8 +88,11 @@ TEST_F(StoredReferences, AreReadWhereTheyFitAndSaySo) {
 /// deformations no other.
 TEST_F(StoredReferences, AreThoseOfFinerMeshes) {
     auto small = pulled();
-    small.load_case.regime = core::Regime::small;
-    small.load_case.path.clear();
+    auto &load_case = small.load_case;
+    load_case = tests::empty_load_case(small.body->mesh);
+    load_case.name = "drag";
+    tests::prescribe(load_case, small.body->mesh, "x_min", core::Vector3::Zero());
+    tests::pull(load_case, small.body->mesh, "x_max", {10.0, 0.0, 0.0});
     const auto model = model_to_store("fem_p2p1_refined");
     ASSERT_TRUE(studies::is_stored(model, small));
     EXPECT_FALSE(studies::is_stored(model_to_store(name), small));
@@ -101,6 +104,8 @@ TEST_F(StoredReferences, AreThoseOfFinerMeshes) {
     EXPECT_TRUE(read.solver.starts_with("stored since 20")) << read.solver;
     EXPECT_EQ(read.displacement, solved.displacement);
     EXPECT_EQ(read.strain_energy, solved.strain_energy);
+    EXPECT_EQ(read.reaction, solved.reaction);
+    EXPECT_GT(read.load_work, 0.0);
     EXPECT_EQ(read.load_work, solved.load_work);
     ASSERT_TRUE(read.observed_error);
     EXPECT_EQ(read.observed_error, solved.observed_error);
