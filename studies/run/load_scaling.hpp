@@ -5,7 +5,7 @@
 namespace livermark::studies {
 
 /// Multiplies what drives a problem until the linear baseline reaches the target of its load case, where that asks for
-/// it (LoadCase::scale_to_target); the factor goes into LoadCase::load_scale.
+/// it (LoadCase::scale_to_target), within 5e-6; the factor, of six digits, goes into LoadCase::load_scale.
 /// @param baseline  linear; if it is collective all MPI ranks have to call this
 /// @param prepared  what the baseline solves with
 /// @return with scale_to_target off, so that nobody scales twice
