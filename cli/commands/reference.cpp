@@ -105,7 +105,8 @@ int solve_all(const ReferenceOptions &options) {
 Command add_reference(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
         "reference", "Solve and store the references on finer meshes, of large deformations and of motion, which "
-                     "'livermark run' and 'livermark score' then read; seconds to minutes for each load case at rest, longer in motion");
+                     "'livermark run' and 'livermark score' then read; seconds to minutes for each load case at rest, "
+                     "longer in motion");
     auto options = std::make_shared<ReferenceOptions>();
     options->folder = studies::stored_references_folder().string();
     add_bodies(*command, options->bodies);

@@ -11,9 +11,9 @@ namespace livermark::studies {
 /// Where references that were solved before are stored, below the root.
 std::filesystem::path stored_references_folder();
 
-/// Whether the solution of a model to a problem is solved once and stored: those on finer meshes, those that judge large
-/// deformations, and of load cases with a release the one that judges large motions, and those that tell how good the
-/// motion is that judges.
+/// Whether the solution of a model to a problem is solved once and stored: those on finer meshes, those that judge
+/// large deformations, and of load cases with a release the one that judges large motions, and those that tell how good
+/// the motion is that judges.
 bool is_stored(const core::Model &model, const core::Problem &problem);
 
 /// Lets those that tell how good the motion is that judges take part only where their solution is stored.
