@@ -91,13 +91,20 @@ std::filesystem::path SolutionCache::file(const core::Model &model, const core::
     return folder_ / problem.body->name / fmt::format("{}.{}.solution", model.name, results::problem_key(problem));
 }
 
+std::filesystem::path SolutionCache::stored_file(const core::Model &model, const core::Problem &problem) const {
+    std::error_code nobody_cares;
+    // Names of files take a hash of the mesh, which is in vain where no reference of the body ships.
+    if (references_.empty() || !is_stored(model, problem) ||
+        !std::filesystem::is_directory(references_ / problem.body->name, nobody_cares))
+        return {};
+    auto path = results::reference_path(references_, problem, model.name);
+    return is_file(path) ? path : std::filesystem::path();
+}
+
 std::string SolutionCache::where(const core::Model &model, const core::Problem &problem) const {
     if (!folder_.empty() && is_file(file(model, problem)))
         return "kept";
-    return !references_.empty() && is_stored(model, problem) &&
-                   is_file(results::reference_path(references_, problem, model.name))
-               ? "stored"
-               : "";
+    return stored_file(model, problem).empty() ? "" : "stored";
 }
 
 std::optional<core::Solution> SolutionCache::find(const core::Model &model, const core::Problem &problem) const {
@@ -107,9 +114,8 @@ std::optional<core::Solution> SolutionCache::find(const core::Model &model, cons
         } catch (const support::InputError &) {
             // It is solved again.
         }
-    if (references_.empty() || !is_stored(model, problem))
-        return std::nullopt;
-    return results::read_reference(results::reference_path(references_, problem, model.name), problem, model.name);
+    const auto path = stored_file(model, problem);
+    return path.empty() ? std::nullopt : results::read_reference(path, problem, model.name);
 }
 
 void SolutionCache::keep(const core::Model &model, const core::Problem &problem, const core::Solution &solution) const {

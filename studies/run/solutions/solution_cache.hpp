@@ -44,6 +44,8 @@ class SolutionCache {
 
   private:
     std::filesystem::path file(const core::Model &model, const core::Problem &problem) const;
+    /// Empty if no reference of the problem ships.
+    std::filesystem::path stored_file(const core::Model &model, const core::Problem &problem) const;
 
     std::filesystem::path references_, folder_;
 };
