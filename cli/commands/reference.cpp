@@ -30,12 +30,14 @@ struct ReferenceOptions {
 /// A solution that differs by more from the stored one is another: a thousandth of the discretisation error.
 constexpr double largest_difference = 1e-5;
 
-std::vector<core::Problem> problems_to_keep(const ReferenceOptions &options) {
+/// Those that one of the models is stored of, as runs solve them: scaled to their targets.
+std::vector<core::Problem> problems_to_keep(const ReferenceOptions &options, const std::vector<core::Model> &models) {
     std::vector<core::Problem> problems;
     const auto read = [&](const meshes::MaterialOverride &material) {
         auto set = studies::read_problems(options.bodies, options.load_cases, material);
         for (auto &problem : set.problems)
-            problems.push_back(studies::scaled_to_target(std::move(problem)));
+            if (std::ranges::any_of(models, [&](const auto &model) { return studies::is_stored(model, problem); }))
+                problems.push_back(studies::scaled_to_target(std::move(problem)));
     };
     if (options.poisson_ratios.empty())
         read({});
@@ -60,7 +62,7 @@ int solve_all(const ReferenceOptions &options) {
         std::erase_if(models, [&](const core::Model &model) {
             return std::ranges::find(options.models, model.name) == options.models.end();
         });
-    const auto problems = problems_to_keep(options);
+    const auto problems = problems_to_keep(options, models);
     const auto progress = print_progress();
     int num_steps = 0;
     for (const auto &problem : problems)

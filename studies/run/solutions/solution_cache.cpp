@@ -38,18 +38,14 @@ class PreparedWithCache : public core::PreparedModel {
 
     std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
         std::vector<std::optional<core::Solution>> found;
-        std::vector<std::size_t> solved_here; // now, or by an earlier part of the run
-        for (const auto &load_case : load_cases) {
-            const core::Problem problem{body_, load_case};
-            if (cache_.where(model_, problem) != "stored")
-                solved_here.push_back(found.size());
-            found.push_back(cache_.find(model_, problem));
-        }
-        // The last digits depend on what is solved together, so that it is solved together again.
-        const auto is_found = [&](std::size_t i) { return found[i].has_value(); };
-        if (model_.most_together > 1 && !std::ranges::all_of(solved_here, is_found))
-            for (const auto i : solved_here)
-                found[i].reset();
+        for (const auto &load_case : load_cases)
+            found.push_back(cache_.find(model_, {body_, load_case}));
+        // The last digits depend on what is solved together, so that it is solved together again; what is stored was
+        // solved alone.
+        if (model_.most_together > 1 && !std::ranges::all_of(found, &std::optional<core::Solution>::has_value))
+            for (std::size_t i = 0; i < found.size(); ++i)
+                if (cache_.where(model_, {body_, load_cases[i]}) != "stored")
+                    found[i].reset();
         std::vector<core::LoadCase> missing;
         for (std::size_t i = 0; i < found.size(); ++i)
             if (!found[i])
