@@ -65,9 +65,12 @@ TEST_F(ScaledRun, BaselineReachesTheTargetAndTheFactorIsKept) {
     ASSERT_EQ(outcome.status, 0) << outcome.output;
     const auto found = result("all");
     const auto lengths = [](const core::Vector3 &u) { return u.norm(); };
-    EXPECT_NEAR(std::ranges::max(displacement_of(found, "fem_p1") | std::views::transform(lengths)), target_peak,
-                1e-10 * target_peak);
     const auto &load_case = found.problem.load_case;
+    // The factor has six digits, so the peak is as much off as the seventh may be.
+    EXPECT_EQ(fmt::format("{}", std::stod(fmt::format("{:.5e}", load_case.load_scale))),
+              fmt::format("{}", load_case.load_scale));
+    EXPECT_NEAR(std::ranges::max(displacement_of(found, "fem_p1") | std::views::transform(lengths)), target_peak,
+                5e-6 * target_peak);
     EXPECT_GT(std::abs(load_case.load_scale - 1.0), 0.1);
     EXPECT_NE(outcome.output.find(fmt::format("box all {:.4g}", load_case.load_scale)), std::string::npos)
         << outcome.output;
