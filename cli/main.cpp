@@ -64,7 +64,6 @@ int run(int argc, char **argv) {
         livermark::cli::add_stability(app, command_line),
         livermark::cli::add_parameters(app),
         livermark::cli::add_table(app),
-        livermark::cli::add_bands(app),
         livermark::cli::add_report(app, command_line),
         livermark::cli::add_view(app),
         livermark::cli::add_export(app, command_line),

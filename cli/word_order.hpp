@@ -7,7 +7,7 @@
 
 namespace livermark::cli {
 
-/// CLI11 gives all words behind an option that takes several to that option: in `bands --model lloyd runs` also the
+/// CLI11 gives all words behind an option that takes several to that option: in `run --model lloyd liver.msh` also the
 /// folder, which belongs to the command. Puts such words where they belong, behind the name of the command: those
 /// behind the first word of a list, or behind as many as it takes at most, that mean the list of bodies or paths of the
 /// command. Options whose values are bodies or paths themselves keep them.

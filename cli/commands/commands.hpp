@@ -7,10 +7,9 @@
 namespace livermark::cli {
 
 /// A subcommand adds itself, with its options, to the command line and returns what to do when it was asked for.
-/// That returns the exit status: 0 all done, 1 a run failed or missed its band. Bad input is a support::InputError.
+/// That returns the exit status: 0 all done, 1 a run failed. Bad input is a support::InputError.
 using Command = std::function<int()>;
 
-Command add_bands(CLI::App &parent);
 Command add_list(CLI::App &parent);
 Command add_parameters(CLI::App &parent);
 Command add_table(CLI::App &parent);

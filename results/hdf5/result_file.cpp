@@ -142,18 +142,10 @@ void describe_comparison(At at, Of<At, core::Comparison> &comparison, const core
     at.rows("error", comparison.error, "m", problem.body->mesh.points.size());
 }
 
-template <class At> void describe_band(At at, Of<At, ErrorBand> &band) {
-    at.number("band_expected", band.expected);
-    at.number("band_margin", band.margin);
-    at.text("band_origin", band.origin);
-    at.check(band.expected >= 0.0 && band.margin > 0.0, "attributes band_expected and band_margin are no band");
-}
-
-/// How good a solution is. One that could not be compared may have a band all the same: the one that it missed.
+/// How good a solution is. In files of earlier versions it may have a band of expected errors in place of a comparison.
 template <class At> void describe_quality(At at, Of<At, ModelResult> &model, const core::Problem &problem) {
     at.optional("reference", model.comparison, [&](auto &comparison) { describe_comparison(at, comparison, problem); });
-    at.optional("band_expected", model.band, [&](auto &band) { describe_band(at, band); });
-    at.check(model.comparison || model.band, "has no attribute reference");
+    at.check(model.comparison || at.has("band_expected"), "has no attribute reference");
 }
 
 void write_model(const GroupWriter &root, const ModelResult &model, const Result &result,
@@ -173,14 +165,12 @@ void write_model(const GroupWriter &root, const ModelResult &model, const Result
     }
     at.text("summary", model.summary);
     at.text("source", model.source);
-    if (!model.comparison && !model.band)
+    if (!model.comparison)
         return;
     const auto quality = root.on("comparisons").group(model.name);
     describe_quality(quality, model, problem);
-    if (model.comparison && result.reference_uncertainty)
+    if (result.reference_uncertainty)
         quality.integer("within_uncertainty", is_within_uncertainty(model, result) ? 1 : 0);
-    if (model.band)
-        quality.integer("in_band", meets_band(model).value() ? 1 : 0);
 }
 
 ModelResult read_model(const GroupReader &root, const std::string &name, const core::Problem &problem) {

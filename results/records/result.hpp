@@ -26,20 +26,6 @@ struct Provenance {
     bool operator==(const Provenance &) const = default;
 };
 
-/// What the relative_l2 of a model on a problem is known to be. Being better than the band is a miss as well: an
-/// improvement that nobody can explain is as suspicious as a regression.
-struct ErrorBand {
-    double expected = 0.0; ///< relative_l2
-    double margin = 0.0;   ///< half the width of the band, same unit
-    std::string origin;    ///< where the expected value comes from
-
-    /// True in [expected - margin, expected + margin]; false for NaN.
-    bool contains(double relative_l2) const {
-        return relative_l2 >= expected - margin && relative_l2 <= expected + margin;
-    }
-    bool operator==(const ErrorBand &) const = default;
-};
-
 /// The solution of one model, and how good it is.
 struct ModelResult {
     std::string name; ///< name of the model; no '/' and no '.'
@@ -47,7 +33,6 @@ struct ModelResult {
     std::string source;
     core::Solution solution;
     std::optional<core::Comparison> comparison; ///< none for the reference, and if the reference failed
-    std::optional<ErrorBand> band;
 };
 
 /// The modes that one model found.
@@ -65,15 +50,6 @@ struct Result {
     std::vector<ModelModes> modes{};
     std::optional<MotionUncertainty> motion_uncertainty{}; ///< none if no finer motion is known
 };
-
-/// Whether a model did what it was expected to. A solution that is not ok or was not compared misses its band.
-/// @return nothing if the model has no band
-inline std::optional<bool> meets_band(const ModelResult &model) {
-    if (!model.band)
-        return std::nullopt;
-    return model.solution.status == core::SolutionStatus::ok && model.comparison &&
-           model.band->contains(model.comparison->relative_l2);
-}
 
 /// Whether a model is closer to the reference than the reference is known to be to the exact solution: it can then not
 /// be told from another such model, and is not to be ranked above one.

@@ -18,7 +18,7 @@ namespace {
 const std::vector<Column> columns{
     {"body", false},       {"load case", false}, {"model", false},    {"peak [mm]", true},  {"L2 [%]", true},
     {"+- [%]", true},      {"tool [%]", true},   {"max [mm]", true},  {"react. [%]", true}, {"energy [%]", true},
-    {"nonlin. [%]", true}, {"set-up [s]", true}, {"solve [s]", true}, {"status", false},    {"as expected", false}};
+    {"nonlin. [%]", true}, {"set-up [s]", true}, {"solve [s]", true}, {"status", false}};
 
 using Row = std::vector<std::string>;
 
@@ -51,20 +51,6 @@ std::string uncertainty(const ModelResult &model, const Result &result) {
     return is_within_uncertainty(model, result) ? "*" : "-";
 }
 
-std::string verdict(const ModelResult &model) {
-    const auto met = meets_band(model);
-    if (!met)
-        return "-";
-    return *met ? "yes"
-                : fmt::format("no, {:.2f} +- {:.2f} %", percent * model.band->expected, percent * model.band->margin);
-}
-
-bool has_bands(std::span<const Result> results) {
-    return std::ranges::any_of(results, [](const Result &result) {
-        return std::ranges::any_of(result.models, [](const ModelResult &model) { return model.band.has_value(); });
-    });
-}
-
 /// Stiffness at the tool; of the reference how uncertain that is.
 std::string tool_cell(const ModelResult &model, const Result &result) {
     if (const auto &known = result.reference_uncertainty; known && model.name == known->reference)
@@ -88,8 +74,7 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
             std::isnan(solution.nonlinearity) ? "-" : fixed(percent * solution.nonlinearity, 2),
             significant(solution.setup_seconds, 3),
             significant(solution.solve_seconds, 3),
-            shown_status(model, result),
-            verdict(model)};
+            shown_status(model, result)};
     if (const auto &comparison = model.comparison) {
         row[4] = fixed(percent * comparison->relative_l2, 2);
         row[7] = fixed(millimetres * comparison->max_error, 3);
@@ -103,13 +88,11 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
 }
 
 std::string legend(std::span<const Result> results) {
-    std::string expected =
-        has_bands(results) ? "\nas expected: whether L2 is in its band of results/error_bands.toml\n" : "";
     for (const Result &result : results)
         for (const ModelResult &model : result.models)
             if (is_within_uncertainty(model, result))
-                return "\n*: errors below the reference's own uncertainty, which do not rank models\n" + expected;
-    return expected;
+                return "\n*: errors below the reference's own uncertainty, which do not rank models\n";
+    return "";
 }
 
 /// What the columns of the tool mean, and how large it is; nothing where there is none.
@@ -193,11 +176,6 @@ Layout error_table(std::span<const Result> results) {
     for (const Result &result : results)
         for (const ModelResult &model : result.models)
             layout.rows.push_back(row_of(model, result, body_label(result, results)));
-    if (!has_bands(results)) {
-        layout.columns.pop_back();
-        for (auto &row : layout.rows)
-            row.pop_back();
-    }
     return layout;
 }
 

@@ -12,12 +12,11 @@ namespace livermark::results {
 Layout error_table(std::span<const Result> results);
 
 /// One row per body, load case and model, in the order of the results: peak displacement [mm]; relative L2 error [%],
-/// greatest error [mm], reaction and (signed) energy error [%], all against the
-/// reference; the reference's own uncertainty [%] and which models are within it; stiffness at the tool, with its sign
-/// [%]; how far the model is from its own
-/// linearised solution [%]; set-up and solve time [s]; status; and, where a model has an error band, whether it is in
-/// its own. The reference is marked. What has no value is "-". The radii of tools, the factors of scaled loads,
-/// yielded_places() and the reason of every failure stand below the table.
+/// greatest error [mm], reaction and (signed) energy error [%], all against the reference; the reference's own
+/// uncertainty [%] and which models are within it; stiffness at the tool, with its sign [%]; how far the model is from
+/// its own linearised solution [%]; set-up and solve time [s]; and status. The reference is marked. What has no value
+/// is "-". The radii of tools, the factors of scaled loads, yielded_places() and the reason of every failure stand
+/// below the table.
 /// @return lines of equal width for a terminal
 std::string text_table(std::span<const Result> results);
 

@@ -115,7 +115,7 @@ results::Result evaluate_beside(std::vector<core::Model> models, const core::Pro
         steps.next(model.name);
         return prepared.solve(model, to_solve);
     };
-    return studies::evaluate(problem, models, solve, {}, results::current_provenance(command_line));
+    return studies::evaluate(problem, models, solve, results::current_provenance(command_line));
 }
 
 } // namespace

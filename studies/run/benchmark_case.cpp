@@ -137,7 +137,7 @@ bool may_fail(const std::string &model, core::Regime regime) {
 }
 
 results::Result evaluate(const core::Problem &problem, const std::vector<core::Model> &models, const SolveModel &solve,
-                         const results::ErrorBands &bands, results::Provenance provenance) {
+                         results::Provenance provenance) {
     results::Result result{
         .provenance = std::move(provenance), .problem = problem, .models = {}, .reference_uncertainty = {}};
     TakingPart taking_part;
@@ -149,8 +149,7 @@ results::Result evaluate(const core::Problem &problem, const std::vector<core::M
                                  .summary = model->summary,
                                  .source = model->source,
                                  .solution = {},
-                                 .comparison = {},
-                                 .band = bands.find(problem.body->name, problem.load_case.name, model->name)});
+                                 .comparison = {}});
     const bool is_first_rank = support::mpi_rank() == 0;
     for (const bool is_collective : {true, false})
         for (std::size_t m = 0; m < taking_part.size(); ++m)

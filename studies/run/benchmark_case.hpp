@@ -6,7 +6,6 @@
 
 #include "core/model.hpp"
 #include "models/model_table.hpp"
-#include "results/error_bands.hpp"
 #include "results/records/result.hpp"
 
 namespace livermark::studies {
@@ -34,6 +33,6 @@ using SolveModel = std::function<core::Solution(const core::Model &, const core:
 /// another model leaves a rank waiting. The others run on rank 0, which alone compares.
 /// @param solve  called for each model that runs on this rank
 results::Result evaluate(const core::Problem &problem, const std::vector<core::Model> &models, const SolveModel &solve,
-                         const results::ErrorBands &bands, results::Provenance provenance);
+                         results::Provenance provenance);
 
 } // namespace livermark::studies

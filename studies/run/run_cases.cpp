@@ -188,7 +188,7 @@ void help_first_rank(const RunTask &task, const RunOptions &options, const std::
     };
     for (const auto &item : plan_work(problems_of(loads), none_first, [](std::size_t) { return true; }).items)
         try {
-            evaluate(loads[item.case_groups.front().front()].problem, own.models, solve, task.bands, provenance);
+            evaluate(loads[item.case_groups.front().front()].problem, own.models, solve, provenance);
         } catch (const std::exception &) {
             continue; // what fails here fails on rank 0 as well
         }

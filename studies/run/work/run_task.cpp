@@ -20,14 +20,6 @@ namespace livermark::studies {
 
 namespace {
 
-/// Error bands hold for the bodies as they ship, not for other materials, and against the reference that is chosen
-/// when its uncertainty is known.
-results::ErrorBands read_bands(const RunOptions &options) {
-    if (options.young_modulus || !options.poisson_ratios.empty() || options.reference_on_mesh)
-        return {};
-    return results::read_error_bands(support::root_folder() / "results" / "error_bands.toml");
-}
-
 models::ModelOptions model_options(const RunOptions &options) {
     auto chosen = options.model_options;
     constexpr auto *calibrated = "calibrated_nodal_volume";
@@ -109,7 +101,6 @@ RunTask read_task(const RunOptions &options) {
         throw support::InputError("--jobs works on one rank only; leave it out or start without mpirun");
     RunTask task{choose_models(wanted_models(options), model_options(options), !options.reference_on_mesh),
                  {},
-                 read_bands(options),
                  {},
                  {},
                  {},

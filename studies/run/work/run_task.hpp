@@ -5,7 +5,6 @@
 
 #include "core/problem.hpp"
 #include "models/model_table.hpp"
-#include "results/error_bands.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/run_options.hpp"
 #include "studies/run/solutions/solution_cache.hpp"
@@ -16,7 +15,6 @@ namespace livermark::studies {
 struct RunTask {
     std::vector<core::Model> models;
     std::vector<core::Problem> problems;
-    results::ErrorBands bands;
     std::vector<std::string> notes; ///< what a user should know of the input, a sentence each
     std::vector<LeftOut> left_out;
     SolutionCache solutions; ///< references that are stored, if they may be used

@@ -110,8 +110,7 @@ void evaluate_item(const Run &run, std::size_t load, PreparedModels &prepared, c
             }
             return prepared.solve(model, to_solve);
         };
-        const auto result =
-            evaluate(problem, run.task.models, solve, run.task.bands, results::current_provenance(run.command_line));
+        const auto result = evaluate(problem, run.task.models, solve, results::current_provenance(run.command_line));
         spent.begin(other_work);
         write_or_say(file, result, run.options);
         run.task.solutions.forget(run.task.models, problem);

@@ -5,9 +5,9 @@
 namespace livermark::tests {
 
 /// A result with everything that a result can hold, on a box of two regions and the given number of bricks along x:
-/// "fem_p2", the reference; "springs", compared, in its band, with springs; "blown_up", diverged, with NaN and infinity
-/// in its displacement and a band that it misses; "unfinished", without comparison, but with a band. The reference has
-/// an uncertainty of 19 %, a little less than the error of "springs". The numbers are made up: no model was solved.
+/// "fem_p2", the reference; "springs", compared, with springs; "blown_up", diverged, with NaN and infinity in its
+/// displacement; "unfinished", without comparison. The reference has an uncertainty of 19 %, a little less than the
+/// error of "springs". The numbers are made up: no model was solved.
 results::Result sample_result(int num_bricks = 2);
 
 /// A model named "stiffer" that differs from one with springs in their stiffness alone.

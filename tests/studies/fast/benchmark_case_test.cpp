@@ -46,8 +46,7 @@ core::Solution stretched(double factor) {
 }
 
 /// @param models  names, with the factor by which the solution of each is stretched
-results::Result evaluated(const std::vector<std::pair<std::string, double>> &models,
-                          const results::ErrorBands &bands = {}) {
+results::Result evaluated(const std::vector<std::pair<std::string, double>> &models) {
     std::vector<core::Model> all;
     for (const auto &[name, factor] : models)
         all.push_back(named(name));
@@ -55,7 +54,7 @@ results::Result evaluated(const std::vector<std::pair<std::string, double>> &mod
         const auto found = std::ranges::find(models, model.name, &std::pair<std::string, double>::first);
         return stretched(found->second);
     };
-    return evaluate(pulled_bar(), all, solve, bands, {});
+    return evaluate(pulled_bar(), all, solve, {});
 }
 
 const results::ModelResult &of(const results::Result &result, const std::string &name) {
@@ -100,18 +99,10 @@ TEST(BenchmarkCase, ComparesNothingWithoutAReference) {
 TEST(BenchmarkCase, LeavesOutModelsOfAnotherRegime) {
     auto models = std::vector{named("fem_p2p1"), named("springs")};
     models[1].only = core::Regime::large;
-    const auto result = evaluate(pulled_bar(), models,
-                                 [](const core::Model &, const core::Problem &) { return stretched(1.0); }, {}, {});
+    const auto result =
+        evaluate(pulled_bar(), models, [](const core::Model &, const core::Problem &) { return stretched(1.0); }, {});
     ASSERT_EQ(result.models.size(), 1u);
     EXPECT_EQ(result.models[0].name, "fem_p2p1");
-}
-
-TEST(BenchmarkCase, HasTheBandOfEachModel) {
-    results::ErrorBands bands;
-    bands.bands[{bar->name, "pull", "springs"}] = {0.1, 0.002, "here"};
-    const auto result = evaluated({{"springs", 1.1}, {"fem_p2p1", 1.0}}, bands);
-    EXPECT_TRUE(results::meets_band(of(result, "springs")).value());
-    EXPECT_FALSE(of(result, "fem_p2p1").band);
 }
 
 std::vector<std::string> names_of(const std::vector<core::Model> &models) {

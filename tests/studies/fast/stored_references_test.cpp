@@ -185,7 +185,7 @@ TEST_F(StoredReferences, FitProblemsOfResultFiles) {
     core::Solution solution;
     solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Zero());
     solution.reaction.assign(2, core::Vector3::Zero());
-    results::write_result(folder / "press.h5", {{}, problem, {{name, {}, {}, solution, {}, {}}}});
+    results::write_result(folder / "press.h5", {{}, problem, {{name, {}, {}, solution, {}}}});
     const auto read = results::read_result(folder / "press.h5", results::Origin::own);
     EXPECT_EQ(results::fingerprint(read.problem, name), results::fingerprint(problem, name));
 }

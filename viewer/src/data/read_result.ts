@@ -34,7 +34,6 @@ function readComparison(file: File, model: string): Comparison | null {
   const path = `/comparisons/${model}`;
   const value = (name: string) => number(file, path, name);
   if (!has(file, path) || Number.isNaN(value('relative_l2')) && !text(file, path, 'reference')) return null;
-  const inBand = value('in_band');
   return {
     reference: text(file, path, 'reference'),
     relativeL2: value('relative_l2'),
@@ -45,7 +44,6 @@ function readComparison(file: File, model: string): Comparison | null {
     motionError: value('history_relative_l2'),
     motionLag: value('history_lag'),
     motionReference: text(file, path, 'history_reference'),
-    inBand: Number.isNaN(inBand) ? null : inBand === 1,
   };
 }
 

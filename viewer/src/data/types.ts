@@ -14,7 +14,6 @@ export interface Comparison {
   motionError: number;
   motionLag: number; // s
   motionReference: string;
-  inBand: boolean | null; // null where there is no band
 }
 
 export interface Model {

@@ -25,12 +25,12 @@ export function endOfPath({ loads }: Result, { numPoints }: Model, moment: Momen
 
 const unknown = { motionError: Number.NaN, motionLag: Number.NaN, motionReference: '' };
 
-/** The result as it is at a point of the path; nobody looked how good the reference is there, and bands are for the whole load. */
+/** The result as it is at a point of the path; nobody looked how good the reference is there. */
 export function atPoint(result: Result, moment: Moment, errors: PointErrors[]): Result {
   if (courseOf(moment) !== 'path') return result;
   const models = result.models.map((model) => {
     const found = errors.find((e) => e.model === model.name);
-    return { ...model, comparison: found ? { ...unknown, ...model.comparison, ...found, reference: result.reference, inBand: null } : null };
+    return { ...model, comparison: found ? { ...unknown, ...model.comparison, ...found, reference: result.reference } : null };
   });
   return { ...result, models, referenceUncertainty: Number.NaN };
 }

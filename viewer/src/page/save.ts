@@ -113,11 +113,11 @@ const quoted = (text: string) => (/[",\n]/.test(text) ? `"${text.replaceAll('"',
 /** The table with all digits: SI units, ratios as ratios, and nothing where the file has none. @param load  part of the load that is shown */
 export function csvOf(result: Result, load: number): string {
   const hasPath = result.loads.length > 0;
-  const columns = 'model,reference,relative_l2,stiffness_at_tool,max_error_m,energy_error,reaction_error,history_relative_l2,history_lag_s,solve_seconds,status,in_band' + (hasPath ? ',part_of_load' : '');
+  const columns = 'model,reference,relative_l2,stiffness_at_tool,max_error_m,energy_error,reaction_error,history_relative_l2,history_lag_s,solve_seconds,status' + (hasPath ? ',part_of_load' : '');
   const number = (value: number | undefined) => (value === undefined || Number.isNaN(value) ? '' : String(value));
   const lines = result.models.map(({ name, status, solveSeconds, comparison: c }) => [
     name, c?.reference ?? '', number(c?.relativeL2), number(c?.stiffness), number(c?.maxError), number(c?.energyError), number(c?.reactionError),
-    number(c?.motionError), number(c?.motionLag), number(solveSeconds), status, c?.inBand == null ? '' : String(Number(c.inBand)), ...(hasPath ? [String(load)] : []),
+    number(c?.motionError), number(c?.motionLag), number(solveSeconds), status, ...(hasPath ? [String(load)] : []),
   ].map(quoted).join(','));
   return `${[columns, ...lines].join('\n')}\n`;
 }

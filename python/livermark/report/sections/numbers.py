@@ -21,8 +21,8 @@ def section(data: ReportData) -> Section:
     if data.results:
         all_numbers = figure(
             "table", table(data.tables["errors"]),
-            "Every model under every load case: peak displacement, errors, stiffness at the tool, uncertainty of the reference (+-), nonlinearity, "
-            "times, and whether the error is in the band expected for it.")
+            "Every model under every load case: peak displacement, errors, stiffness at the tool, uncertainty of the reference (+-), nonlinearity "
+            "and times.")
         files = figure("table", table(_files(data)), "The result files.")
         html += Markup('<div class="small">\n{}{}</div>\n').format(all_numbers, files)
     assumed = sorted({f"{result.body}: {assumption}" for result in data.results for assumption in result.assumptions})

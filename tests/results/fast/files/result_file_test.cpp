@@ -182,7 +182,6 @@ void expect_equal(const Result &a, const Result &b) {
         EXPECT_EQ(a.models[m].summary, b.models[m].summary);
         EXPECT_EQ(a.models[m].source, b.models[m].source);
         expect_equal(a.models[m].solution, b.models[m].solution);
-        EXPECT_EQ(a.models[m].band, b.models[m].band);
         ASSERT_EQ(a.models[m].comparison.has_value(), b.models[m].comparison.has_value());
         if (a.models[m].comparison)
             expect_equal(*a.models[m].comparison, *b.models[m].comparison);
