@@ -88,7 +88,7 @@ Eigen::Matrix<double, 30, 30> QuadraticTetrahedron::stiffness(const Field &x, bo
     for (int q = 0; q < num_points; ++q) {
         densities::Tangent tangent = density.tangent(f[q]);
         if (is_projected)
-            tangent = densities::without_negative_eigenvalues(tangent);
+            tangent = densities::semi_definite_part(tangent);
         const auto slopes = shape_gradients(q);
         Eigen::Matrix<double, 30, 9> strain; // dF of unit moves
         for (int a = 0; a < 10; ++a)

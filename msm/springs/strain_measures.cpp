@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/semi_definite_part.hpp"
 #include "msm/springs/tetrahedron_volume.hpp"
 
 namespace livermark::msm {
@@ -37,7 +38,7 @@ StrainOfMean::Stiffness StrainOfMean::stiffness(const MeanLaw &law, const Value 
     if (tangent == Tangent::material)
         return law.stiffness_at_rest();
     const Matrix6 exact = law.stiffness(tensor(strain));
-    return tangent == Tangent::exact ? exact : semi_definite_part(exact);
+    return tangent == Tangent::exact ? exact : core::semi_definite_part(exact);
 }
 
 SquaredLengths::SquaredLengths(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest)
@@ -219,7 +220,7 @@ Gradients::Stiffness Gradients::stiffness(const MeanLaw &law, const Value &mean,
     const Matrix3d stress = law.stress(strain);
     for (int k = 0; k < 9; ++k)
         result.col(k) += columns(matrix(Gradient::Unit(k)) * stress);
-    return tangent == Tangent::exact ? result : semi_definite_part(result);
+    return tangent == Tangent::exact ? result : core::semi_definite_part(result);
 }
 
 } // namespace livermark::msm

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <array>
 
 #include "core/mesh/tetra_mesh.hpp"
@@ -39,12 +38,6 @@ struct MeanLaw {
     /// At rest, without what is added.
     Matrix6 stiffness_at_rest() const;
 };
-
-/// Without what is negative.
-template <class Matrix> Matrix semi_definite_part(const Matrix &matrix) {
-    const Eigen::SelfAdjointEigenSolver<Matrix> eigen(matrix);
-    return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
-}
 
 /// What measures of strains resist with: m are the components of E, see edge_stretches.hpp.
 struct StrainOfMean {

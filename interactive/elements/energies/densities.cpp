@@ -1,7 +1,8 @@
 #include "interactive/elements/energies/densities.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
+
+#include "core/semi_definite_part.hpp"
 
 // What Newton's method alone calls: it takes seconds to compile, and each method includes the header.
 namespace livermark::interactive::densities {
@@ -21,9 +22,8 @@ Tangent determinant_tangent(const Matrix3 &f) {
     return result;
 }
 
-Tangent without_negative_eigenvalues(const Tangent &tangent) {
-    const Eigen::SelfAdjointEigenSolver<Tangent> solver(tangent);
-    return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * solver.eigenvectors().transpose();
+Tangent semi_definite_part(const Tangent &tangent) {
+    return core::semi_definite_part(tangent);
 }
 
 Matrix3 nearest_rotation(const Matrix3 &f) {

@@ -20,7 +20,7 @@ inline Eigen::Matrix<double, 9, 1> by_columns(const Matrix3 &a) {
 Tangent determinant_tangent(const Matrix3 &f);
 
 /// The same tangent with its negative eigenvalues at zero.
-Tangent without_negative_eigenvalues(const Tangent &tangent);
+Tangent semi_definite_part(const Tangent &tangent);
 
 /// The rotation R of F = R S, that of the polar decomposition unless det F < 0: then the nearest one.
 Matrix3 nearest_rotation(const Matrix3 &f);

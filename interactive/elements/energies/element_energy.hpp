@@ -31,7 +31,7 @@ template <class Density> class ElementEnergy : public Energy {
         triplets.reserve(triplets.size() + 144 * tetrahedra_.size());
         for (const auto &t : tetrahedra_) {
             const densities::Tangent tangent = Density{t.mu, t.lambda}.tangent(t.gradient(x));
-            add_tangent(t, is_projected ? densities::without_negative_eigenvalues(tangent) : tangent, triplets);
+            add_tangent(t, is_projected ? densities::semi_definite_part(tangent) : tangent, triplets);
         }
     }
 

@@ -76,7 +76,7 @@ void NodalPressureEnergy::add_hessian(const Field &x, bool is_projected, Triplet
         const Matrix3 gradient = t.gradient(x);
         const densities::Tangent tangent =
             local_density(t).tangent(gradient) + mean_pressure(t, pressures) * densities::determinant_tangent(gradient);
-        add_tangent(t, is_projected ? densities::without_negative_eigenvalues(tangent) : tangent, triplets);
+        add_tangent(t, is_projected ? densities::semi_definite_part(tangent) : tangent, triplets);
         slopes.emplace_back(t.volume * cofactors(gradient) * t.shape_gradients().transpose());
     }
     for (std::size_t a = 0; a < around_.size(); ++a) {
