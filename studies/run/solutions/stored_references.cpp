@@ -35,11 +35,6 @@ bool can_be_kept(const core::Model &model) {
            judges_large_motion(model) || refines_motion(model);
 }
 
-bool is_there(const std::filesystem::path &folder, const core::Problem &problem, const std::string &model) {
-    std::error_code nobody_cares;
-    return std::filesystem::exists(results::reference_path(folder, problem, model), nobody_cares);
-}
-
 } // namespace
 
 bool is_stored(const core::Model &model, const core::Problem &problem) {
@@ -59,8 +54,8 @@ std::filesystem::path stored_references_folder() {
 void leave_out_unsolved_motions(std::vector<core::Model> &models, const std::filesystem::path &folder) {
     for (auto &model : models)
         if (refines_motion(model))
-            model.is_wanted = [name = model.name, folder](const core::Problem &problem) {
-                return is_there(folder, problem, name);
+            model.is_wanted = [solved = SolutionCache(folder), model](const core::Problem &problem) {
+                return !solved.where(model, problem).empty();
             };
 }
 
