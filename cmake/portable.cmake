@@ -12,7 +12,7 @@ function(livermark_portable_sources target top)
   target_sources(${target} PRIVATE ${livermark_live_sources} ${livermark_portable_msm_sources}
     ${top}/msm/kernels/threads/one_thread.cpp
     ${top}/meshes/cutting/articulations.cpp ${top}/meshes/cutting/check_cut.cpp ${top}/meshes/cutting/clean_up.cpp
-    ${top}/meshes/cutting/face_neighbours.cpp ${top}/meshes/cutting/tool_geometry.cpp
+    ${top}/core/mesh/neighbours.cpp ${top}/meshes/cutting/tool_geometry.cpp
     ${top}/core/tool/round_load.cpp ${top}/core/tool/least_within_limits.cpp ${top}/core/tool/needle/needle_line.cpp
     ${top}/core/tool/needle/moving_needle.cpp
     ${top}/core/mesh/interior_place.cpp ${top}/core/mesh/point_location.cpp ${top}/core/mesh/tetra_mesh.cpp ${top}/core/relaxation.cpp ${top}/support/input_error.cpp

@@ -45,23 +45,4 @@ std::optional<std::pair<int, int>> tetrahedra_of_same_nodes(std::span<const std:
     return two;
 }
 
-std::vector<std::array<int, 3>> sorted_faces(std::span<const std::array<int, 4>> tetrahedra) {
-    std::vector<std::array<int, 3>> faces;
-    faces.reserve(4 * tetrahedra.size());
-    for (const auto &nodes : tetrahedra)
-        for (const auto &[a, b, c] : tetrahedron_faces) {
-            faces.push_back({nodes[a], nodes[b], nodes[c]});
-            std::ranges::sort(faces.back());
-        }
-    std::ranges::sort(faces);
-    return faces;
-}
-
-std::optional<std::array<int, 3>> face_of_too_many(std::span<const std::array<int, 3>> sorted) {
-    for (std::size_t f = 2; f < sorted.size(); ++f)
-        if (sorted[f] == sorted[f - 2])
-            return sorted[f];
-    return std::nullopt;
-}
-
 } // namespace livermark::core

@@ -19,12 +19,4 @@ std::optional<std::pair<int, int>> nodes_in_one_place(std::span<const Vector3> p
 /// Two tetrahedra of the same nodes, the first in front; nothing if there are none.
 std::optional<std::pair<int, int>> tetrahedra_of_same_nodes(std::span<const std::array<int, 4>> tetrahedra);
 
-/// The faces of all tetrahedra, each with its nodes ascending and as often as there are tetrahedra that have it, in
-/// ascending order.
-std::vector<std::array<int, 3>> sorted_faces(std::span<const std::array<int, 4>> tetrahedra);
-
-/// A face of more than two tetrahedra; nothing if there is none.
-/// @param sorted  as above
-std::optional<std::array<int, 3>> face_of_too_many(std::span<const std::array<int, 3>> sorted);
-
 } // namespace livermark::core

@@ -1,10 +1,8 @@
 #include "core/mesh/parts_by_faces.hpp"
 
-#include <algorithm>
 #include <numeric>
-#include <utility>
 
-#include "core/mesh/tetra_mesh.hpp"
+#include "core/mesh/neighbours.hpp"
 
 namespace livermark::core {
 
@@ -17,19 +15,12 @@ std::vector<int> parts_by_faces(std::span<const std::array<int, 4>> tetrahedra,
             t = parent[t] = parent[parent[t]];
         return t;
     };
-    std::vector<std::pair<std::array<int, 3>, int>> faces; // nodes ascending, and the tetrahedron
-    faces.reserve(4 * tetrahedra.size());
-    for (int t = 0; t < static_cast<int>(tetrahedra.size()); ++t)
-        for (const auto &[a, b, c] : tetrahedron_faces) {
-            faces.push_back({{tetrahedra[t][a], tetrahedra[t][b], tetrahedra[t][c]}, t});
-            std::ranges::sort(faces.back().first);
-        }
-    std::ranges::sort(faces);
+    const auto faces = sorted_faces(tetrahedra);
     for (std::size_t first = 0, other = 1; other < faces.size(); ++other)
-        if (faces[other].first != faces[first].first)
+        if (faces[other].nodes != faces[first].nodes)
             first = other;
-        else if (!are_joined || are_joined(faces[first].second, faces[other].second))
-            parent[root_of(faces[first].second)] = root_of(faces[other].second);
+        else if (!are_joined || are_joined(faces[first].tetrahedron, faces[other].tetrahedron))
+            parent[root_of(faces[first].tetrahedron)] = root_of(faces[other].tetrahedron);
     std::vector<int> part(tetrahedra.size()), number(tetrahedra.size(), -1);
     int num_parts = 0;
     for (int t = 0; t < static_cast<int>(tetrahedra.size()); ++t) {

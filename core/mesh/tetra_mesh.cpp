@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/mesh/neighbours.hpp"
+
 namespace livermark::core {
 
 double signed_volume(const Vector3 &a, const Vector3 &b, const Vector3 &c, const Vector3 &d) {
@@ -28,27 +30,14 @@ std::vector<double> nodal_volumes(const TetraMesh &mesh) {
 }
 
 std::vector<std::array<int, 3>> outer_faces(std::span<const std::array<int, 4>> tetrahedra) {
+    const auto neighbours = face_neighbours(tetrahedra);
     std::vector<std::array<int, 3>> faces;
-    faces.reserve(4 * tetrahedra.size());
-    for (const auto &nodes : tetrahedra)
-        for (const auto &[a, b, c] : tetrahedron_faces)
-            faces.push_back({nodes[a], nodes[b], nodes[c]});
-    std::vector<std::pair<std::array<int, 3>, std::size_t>> sorted; // nodes ascending, and the number of the face
-    sorted.reserve(faces.size());
-    for (std::size_t f = 0; f < faces.size(); ++f) {
-        sorted.emplace_back(faces[f], f);
-        std::ranges::sort(sorted.back().first);
-    }
-    std::ranges::sort(sorted);
-    std::vector<bool> is_outer(faces.size(), true);
-    for (std::size_t k = 1; k < sorted.size(); ++k)
-        if (sorted[k].first == sorted[k - 1].first)
-            is_outer[sorted[k].second] = is_outer[sorted[k - 1].second] = false;
-    std::size_t num_outer = 0;
-    for (std::size_t f = 0; f < faces.size(); ++f)
-        if (is_outer[f])
-            faces[num_outer++] = faces[f];
-    faces.resize(num_outer);
+    for (std::size_t t = 0; t < tetrahedra.size(); ++t)
+        for (std::size_t k = 0; k < 4; ++k)
+            if (neighbours[t][k] < 0) {
+                const auto &[a, b, c] = tetrahedron_faces[k];
+                faces.push_back({tetrahedra[t][a], tetrahedra[t][b], tetrahedra[t][c]});
+            }
     return faces;
 }
 

@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/mesh/neighbours.hpp"
 #include "core/mesh/refinement.hpp"
 #include "fem_reference/distributed/node_exchange.hpp"
 #include "fem_reference/solvers/multigrid/prolongation.hpp"
@@ -103,16 +104,13 @@ Part at_nodes_of(int rank, const Part &whole) {
     }
     // A face may have all its corners here and its tetrahedron elsewhere.
     std::vector<std::array<int, 3>> outer = core::outer_faces(out.mesh.tetrahedra);
-    for (auto &face : outer)
-        std::ranges::sort(face);
+    std::ranges::transform(outer, outer.begin(), [](const auto &face) { return core::face_key(face); });
     std::ranges::sort(outer);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
         auto corners = mesh.boundary_triangles[f];
         for (int &node : corners)
             node = place[node];
-        auto sorted = corners;
-        std::ranges::sort(sorted);
-        if (!std::ranges::binary_search(outer, sorted))
+        if (!std::ranges::binary_search(outer, core::face_key(corners)))
             continue;
         out.mesh.boundary_triangles.push_back(corners);
         out.mesh.boundary_patch.push_back(mesh.boundary_patch[f]);

@@ -6,10 +6,10 @@
 #include <limits>
 #include <set>
 
+#include "core/mesh/neighbours.hpp"
 #include "live/material.hpp"
 #include "meshes/cutting/check_cut.hpp"
 #include "meshes/cutting/clean_up.hpp"
-#include "meshes/cutting/face_neighbours.hpp"
 #include "meshes/cutting/tool_geometry.hpp"
 #include "support/input_error.hpp"
 
@@ -73,7 +73,7 @@ std::vector<bool> region_taken(const CutRequest &request, const core::TetraMesh 
             for (std::size_t k = 0; k < 4 && !taken[t]; ++k) {
                 if (neighbours[t][k] < 0 || !taken[neighbours[t][k]])
                     continue;
-                const auto face = triangles_of_faces(mesh, {meshes::face_key(mesh.tetrahedra[t], k)});
+                const auto face = triangles_of_faces(mesh, {core::face_key(mesh.tetrahedra[t], k)});
                 taken[t] = meshes::distance_between(face, region) < margin;
                 has_changed = has_changed || taken[t];
             }
@@ -92,9 +92,7 @@ Held held_parts(const meshes::CleanMesh &clean, const Remains &before, const std
     std::set<std::array<int, 3>> constrained;
     for (std::size_t f = 0; f < before.facet.size(); ++f)
         if (before.facet[f] >= 0 && is_constrained[before.facet[f]]) {
-            auto key = before.mesh.boundary_triangles[f];
-            std::ranges::sort(key);
-            constrained.insert(key);
+            constrained.insert(core::face_key(before.mesh.boundary_triangles[f]));
         }
     Held held{.pieces = {}, .num_lost = static_cast<int>(constrained.size())};
     held.num_all = held.num_lost;
@@ -102,7 +100,7 @@ Held held_parts(const meshes::CleanMesh &clean, const Remains &before, const std
         int count = 0;
         for (const int t : piece)
             for (std::size_t k = 0; k < 4; ++k)
-                if (neighbours[t][k] < 0 && constrained.contains(meshes::face_key(before.mesh.tetrahedra[t], k)))
+                if (neighbours[t][k] < 0 && constrained.contains(core::face_key(before.mesh.tetrahedra[t], k)))
                     ++count;
         held.pieces.push_back(count > 0);
         held.num_lost -= count;
@@ -146,7 +144,7 @@ FoundCut find_cut(const core::TetraMesh &whole, const Remains &before, const std
                   const std::vector<core::Vector3> &displacement, const CutRequest &request) {
     check_request(request, before.mesh);
     const bool is_planned = std::holds_alternative<meshes::RegionCut>(request.tool);
-    const auto neighbours = meshes::face_neighbours(before.mesh.tetrahedra);
+    const auto neighbours = core::face_neighbours(before.mesh.tetrahedra);
     auto alive = [&] {
         if (is_planned)
             return region_taken(request, before.mesh, neighbours);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "core/mesh/neighbours.hpp"
 #include "meshes/cutting/cut.hpp"
-#include "meshes/cutting/face_neighbours.hpp"
 
 namespace livermark::live {
 
@@ -16,9 +16,7 @@ using FaceKey = std::array<int, 3>;
 std::map<FaceKey, int> numbers_of_facets(const core::TetraMesh &mesh) {
     std::map<FaceKey, int> numbers;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        auto key = mesh.boundary_triangles[f];
-        std::ranges::sort(key);
-        numbers[key] = f;
+        numbers[core::face_key(mesh.boundary_triangles[f])] = f;
     }
     return numbers;
 }
@@ -41,7 +39,7 @@ Remains remains_of(const core::TetraMesh &whole, const std::vector<char> &is_gon
             mesh.region.push_back(whole.region[t]);
         }
     const auto number_of_facet = numbers_of_facets(whole);
-    const auto neighbours = meshes::face_neighbours(mesh.tetrahedra);
+    const auto neighbours = core::face_neighbours(mesh.tetrahedra);
     std::vector<char> is_left(whole.boundary_triangles.size(), 0);
     std::vector<std::array<int, 3>> in_wound;
     for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
@@ -49,7 +47,7 @@ Remains remains_of(const core::TetraMesh &whole, const std::vector<char> &is_gon
             if (neighbours[t][k] >= 0)
                 continue;
             const auto &nodes = mesh.tetrahedra[t];
-            if (const auto found = number_of_facet.find(meshes::face_key(nodes, k)); found != number_of_facet.end()) {
+            if (const auto found = number_of_facet.find(core::face_key(nodes, k)); found != number_of_facet.end()) {
                 is_left[found->second] = 1;
                 continue;
             }

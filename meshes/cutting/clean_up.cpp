@@ -4,8 +4,8 @@
 #include <map>
 #include <numeric>
 
+#include "core/mesh/neighbours.hpp"
 #include "meshes/cutting/articulations.hpp"
-#include "meshes/cutting/face_neighbours.hpp"
 
 namespace livermark::meshes {
 
@@ -23,7 +23,7 @@ class CleanUp {
     CleanUp(const core::TetraMesh &mesh, std::vector<bool> alive, const std::vector<std::array<int, 4>> &neighbours,
             const Faces &was_outer)
         : mesh_(mesh), alive_(std::move(alive)), neighbours_(neighbours), was_outer_(was_outer),
-          volumes_(core::tetrahedron_volumes(mesh)), stars_(tetrahedra_at_nodes(mesh)) {
+          volumes_(core::tetrahedron_volumes(mesh)), stars_(core::tetrahedra_at_nodes(mesh)) {
         smallest_piece_ = crumb * std::accumulate(volumes_.begin(), volumes_.end(), 0.0);
     }
 

@@ -20,7 +20,7 @@ struct CleanMesh {
 /// more in the wound, tetrahedra in the wound that alone join two parts, and what makes edges and nodes of the wound
 /// belong to two parts of it. Again and again until nothing is left of it.
 /// @param alive       (M) what the cut left
-/// @param neighbours  (M, 4) of all tetrahedra, see face_neighbours()
+/// @param neighbours  (M, 4) of all tetrahedra, see core::face_neighbours()
 /// @param was_outer   (M, 4) faces on the boundary before the cut
 CleanMesh clean_up(const core::TetraMesh &mesh, std::vector<bool> alive,
                    const std::vector<std::array<int, 4>> &neighbours, const Faces &was_outer);

@@ -7,9 +7,9 @@
 #include <set>
 #include <utility>
 
+#include "core/mesh/neighbours.hpp"
 #include "meshes/cutting/check_cut.hpp"
 #include "meshes/cutting/clean_up.hpp"
-#include "meshes/cutting/face_neighbours.hpp"
 #include "meshes/cutting/parting.hpp"
 #include "meshes/cutting/splitting.hpp"
 #include "meshes/cutting/tool_geometry.hpp"
@@ -80,9 +80,7 @@ std::vector<std::array<int, 4>> patches_of_faces(const CutMesh &cut) {
     const auto &mesh = cut.body.mesh;
     std::map<std::array<int, 3>, int> patch_of;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        auto key = mesh.boundary_triangles[f];
-        std::ranges::sort(key);
-        patch_of[key] = mesh.boundary_patch[f];
+        patch_of[core::face_key(mesh.boundary_triangles[f])] = mesh.boundary_patch[f];
     }
     std::vector<std::array<int, 4>> patches(mesh.tetrahedra.size(), {-1, -1, -1, -1});
     for (std::size_t t = 0; t < patches.size(); ++t) {
@@ -90,7 +88,7 @@ std::vector<std::array<int, 4>> patches_of_faces(const CutMesh &cut) {
         for (int &node : nodes)
             node = cut.parent_node[node];
         for (std::size_t k = 0; k < 4; ++k)
-            if (const auto found = patch_of.find(face_key(nodes, k)); found != patch_of.end())
+            if (const auto found = patch_of.find(core::face_key(nodes, k)); found != patch_of.end())
                 patches[t][k] = found->second;
     }
     return patches;
@@ -235,7 +233,7 @@ CutBody cut(const core::Body &body, const Cut &cut) {
         for (std::size_t k = 0; k < 4; ++k)
             was_outer[t][k] = patches[t][k] >= 0;
     auto clean =
-        clean_up(cut_mesh.body.mesh, cut_mesh.alive, face_neighbours(cut_mesh.body.mesh.tetrahedra), was_outer);
+        clean_up(cut_mesh.body.mesh, cut_mesh.alive, core::face_neighbours(cut_mesh.body.mesh.tetrahedra), was_outer);
     const auto all_volumes = core::tetrahedron_volumes(cut_mesh.body.mesh);
     std::vector<double> volumes;
     for (const auto &piece : clean.pieces) {

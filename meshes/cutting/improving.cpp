@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "meshes/cutting/face_neighbours.hpp"
+#include "core/mesh/neighbours.hpp"
 #include "meshes/io/mesh_figures.hpp"
 
 namespace livermark::meshes {
@@ -101,7 +101,7 @@ void move_nodes(SplitBody &split, const std::vector<bool> &is_fixed,
     constexpr double bad = 0.25;
     auto &mesh = split.body.mesh;
     const auto is_at_cut = nodes_at_cut(split);
-    const auto stars = tetrahedra_at_nodes(mesh);
+    const auto stars = core::tetrahedra_at_nodes(mesh);
     for (int node = 0; node < mesh.num_nodes(); ++node) {
         if (!is_at_cut[node] || is_fixed[node] || (split.is_on_cut[node] && !level))
             continue;
@@ -132,7 +132,7 @@ bool merge_nodes(SplitBody &split, const std::vector<bool> &is_fixed) {
     constexpr double bad = 0.15, better = 1.2;
     auto &mesh = split.body.mesh;
     const auto is_at_cut = nodes_at_cut(split);
-    auto stars = tetrahedra_at_nodes(mesh);
+    auto stars = core::tetrahedra_at_nodes(mesh);
     std::vector<bool> is_gone(mesh.tetrahedra.size(), false);
     for (int node = 0; node < mesh.num_nodes(); ++node) {
         if (!is_at_cut[node] || is_fixed[node] || stars[node].empty())
@@ -184,7 +184,7 @@ bool merge_nodes(SplitBody &split, const std::vector<bool> &is_fixed) {
 
 std::vector<bool> fixed_nodes(const core::TetraMesh &mesh) {
     std::vector<bool> is_fixed(mesh.points.size(), false);
-    const auto neighbours = face_neighbours(mesh.tetrahedra);
+    const auto neighbours = core::face_neighbours(mesh.tetrahedra);
     for (std::size_t t = 0; t < neighbours.size(); ++t)
         for (std::size_t k = 0; k < 4; ++k)
             if (const int other = neighbours[t][k]; other < 0 || mesh.region[other] != mesh.region[t])

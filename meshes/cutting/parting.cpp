@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "core/mesh/neighbours.hpp"
 #include "meshes/cutting/clean_up.hpp"
-#include "meshes/cutting/face_neighbours.hpp"
 #include "meshes/cutting/tool_geometry.hpp"
 
 namespace livermark::meshes {
@@ -20,7 +20,7 @@ Vector3 middle_of(const core::TetraMesh &mesh, std::size_t t) {
 
 /// Asks for every face inside of a mesh, once, and marks it from both sides.
 template <class Ask> Faces faces_where(const core::TetraMesh &mesh, const Ask &ask) {
-    const auto neighbours = face_neighbours(mesh.tetrahedra);
+    const auto neighbours = core::face_neighbours(mesh.tetrahedra);
     Faces faces(mesh.tetrahedra.size(), {false, false, false, false});
     for (std::size_t t = 0; t < faces.size(); ++t)
         for (std::size_t k = 0; k < 4; ++k)
@@ -80,7 +80,7 @@ PartedMesh part_once(const core::TetraMesh &mesh, const Faces &faces,
             if (faces[t][k])
                 for (const int corner : core::tetrahedron_faces[k])
                     is_at_cut[mesh.tetrahedra[t][corner]] = true;
-    const auto stars = tetrahedra_at_nodes(mesh);
+    const auto stars = core::tetrahedra_at_nodes(mesh);
     for (int node = 0; node < mesh.num_nodes(); ++node)
         if (is_at_cut[node])
             double_node(node, stars[node], mesh, faces, neighbours, parted);
@@ -95,7 +95,7 @@ Faces faces_across(const BladeCut &blade, const core::TetraMesh &mesh) {
         const Vector3 one = middle_of(mesh, t), next = middle_of(mesh, other);
         return crossing_of(blade, one, next) && is_above(blade, one) != is_above(blade, next);
     });
-    smooth(faces, face_neighbours(mesh.tetrahedra));
+    smooth(faces, core::face_neighbours(mesh.tetrahedra));
     return faces;
 }
 
@@ -108,10 +108,10 @@ Faces faces_on(const BladeCut &blade, const core::TetraMesh &mesh, const std::ve
 }
 
 PartedMesh part_along(const core::TetraMesh &mesh, Faces faces) {
-    const auto neighbours = face_neighbours(mesh.tetrahedra);
+    const auto neighbours = core::face_neighbours(mesh.tetrahedra);
     while (true) {
         auto parted = part_once(mesh, faces, neighbours);
-        const auto after = face_neighbours(parted.tetrahedra);
+        const auto after = core::face_neighbours(parted.tetrahedra);
         Faces is_wound(faces.size(), {false, false, false, false});
         for (std::size_t t = 0; t < faces.size(); ++t)
             for (std::size_t k = 0; k < 4; ++k) {

@@ -9,7 +9,7 @@
 
 #include "core/mesh/bounding_box.hpp"
 #include "core/mesh/local_refinement.hpp"
-#include "meshes/cutting/face_neighbours.hpp"
+#include "core/mesh/neighbours.hpp"
 #include "meshes/cutting/improving.hpp"
 #include "meshes/cutting/tool_geometry.hpp"
 
@@ -70,7 +70,7 @@ std::map<Edge, Vector3> points_on_edges(core::TetraMesh &mesh, std::vector<bool>
                 known->second = pull;
         }
     }
-    const auto stars = tetrahedra_at_nodes(mesh);
+    const auto stars = core::tetrahedra_at_nodes(mesh);
     for (const auto &[node, pull] : pulls)
         is_on_cut[node] = rule(node, pull.fraction) == Snap::stay || move_node(mesh, stars[node], node, pull.target) ||
                           pull.fraction < reach_of_fixed;

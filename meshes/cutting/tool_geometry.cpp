@@ -6,8 +6,8 @@
 #include <limits>
 #include <memory>
 
+#include "core/mesh/neighbours.hpp"
 #include "core/mesh/triangle.hpp"
-#include "meshes/cutting/face_neighbours.hpp"
 
 namespace livermark::meshes {
 
@@ -160,7 +160,7 @@ std::vector<bool> tetrahedra_in(int region, const core::TetraMesh &mesh) {
 /// are left. Each change leaves a smaller number of faces between both.
 void go_with_most_neighbours(std::vector<bool> &taken, const std::vector<bool> &is_in_region,
                              const core::TetraMesh &mesh) {
-    const auto neighbours = face_neighbours(mesh.tetrahedra);
+    const auto neighbours = core::face_neighbours(mesh.tetrahedra);
     for (bool has_changed = true; has_changed;) {
         has_changed = false;
         for (std::size_t t = 0; t < taken.size(); ++t) {

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/mesh/neighbours.hpp"
 #include "core/mesh/overlaps.hpp"
 #include "core/mesh/plausible_liver.hpp"
 #include "meshes/cutting/cut.hpp"
@@ -112,14 +113,11 @@ void check_faces(const RawMesh &raw, const std::string &file) {
         throw support::InputError(fmt::format("{}: more than two tetrahedra share the face of nodes {}; remesh without "
                                               "overlaps",
                                               file, corner_names(raw, *face)));
-    for (const auto &triangle : raw.triangles) {
-        auto key = triangle;
-        std::ranges::sort(key);
-        if (!std::ranges::binary_search(faces, key))
+    for (const auto &triangle : raw.triangles)
+        if (!std::ranges::binary_search(faces, core::face_key(triangle), {}, &core::TetrahedronFace::nodes))
             throw support::InputError(
                 fmt::format("{}: the triangle of nodes {} is not a face of a tetrahedron; remove it", file,
                             corner_names(raw, triangle)));
-    }
     refuse_several_parts(raw, file);
 }
 

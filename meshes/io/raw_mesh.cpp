@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-#include "core/mesh/overlaps.hpp"
+#include "core/mesh/neighbours.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "support/input_error.hpp"
 
@@ -32,16 +32,11 @@ std::vector<int> number_groups(const std::vector<int> &tags, const std::map<int,
     return numbers;
 }
 
-std::array<int, 3> sorted_face(std::array<int, 3> face) {
-    std::ranges::sort(face);
-    return face;
-}
-
 /// The patch of each boundary triangle by the triangles of the file.
 std::vector<int> boundary_tags(const RawMesh &raw, const core::TetraMesh &mesh, const std::string &file) {
     std::map<std::array<int, 3>, int> tag_of;
     for (std::size_t f = 0; f < raw.triangles.size(); ++f) {
-        const auto [entry, is_new] = tag_of.emplace(sorted_face(raw.triangles[f]), raw.patch_tag[f]);
+        const auto [entry, is_new] = tag_of.emplace(core::face_key(raw.triangles[f]), raw.patch_tag[f]);
         if (!is_new && entry->second != raw.patch_tag[f])
             throw support::InputError(fmt::format("{}: the triangle of nodes {} {} {} lies in two patches; keep one",
                                                   file, raw.node_tag[raw.triangles[f][0]],
@@ -51,7 +46,7 @@ std::vector<int> boundary_tags(const RawMesh &raw, const core::TetraMesh &mesh, 
     std::vector<int> tags;
     tags.reserve(mesh.boundary_triangles.size());
     for (const auto &face : mesh.boundary_triangles) {
-        const auto named = tag_of.find(sorted_face(face));
+        const auto named = tag_of.find(core::face_key(face));
         tags.push_back(named == tag_of.end() ? 0 : named->second);
     }
     return tags;
@@ -64,7 +59,7 @@ void leave_out_stray_triangles(RawMesh &raw) {
     RawMesh kept;
     std::size_t first = raw.triangles.size(), num_stray = 0;
     for (std::size_t t = 0; t < raw.triangles.size(); ++t)
-        if (std::ranges::binary_search(faces, sorted_face(raw.triangles[t]))) {
+        if (std::ranges::binary_search(faces, core::face_key(raw.triangles[t]), {}, &core::TetrahedronFace::nodes)) {
             kept.triangles.push_back(raw.triangles[t]);
             kept.patch_tag.push_back(raw.patch_tag[t]);
         } else {

@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "core/mesh/neighbours.hpp"
 #include "core/mesh/overlaps.hpp"
 #include "core/mesh/plausible_liver.hpp"
 #include "support/input_error.hpp"

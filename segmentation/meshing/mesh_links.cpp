@@ -1,8 +1,8 @@
 #include "segmentation/meshing/mesh_links.hpp"
 
 #include <algorithm>
-#include <tuple>
 
+#include "core/mesh/neighbours.hpp"
 #include "meshes/io/mesh_figures.hpp"
 #include "segmentation/meshing/label_domain.hpp"
 
@@ -10,50 +10,19 @@ namespace livermark::segmentation {
 
 namespace {
 
-struct Face {
-    std::array<int, 3> nodes; ///< ascending
-    int tetrahedron;
-    int corner; ///< opposite
-};
-
 void insert_label(std::vector<int> &labels, int label) {
     const auto place = std::ranges::lower_bound(labels, label);
     if (place == labels.end() || *place != label)
         labels.insert(place, label);
 }
 
-void link_across_faces(const core::TetraMesh &mesh, MeshLinks &links) {
-    std::vector<Face> faces;
-    faces.reserve(4 * mesh.tetrahedra.size());
-    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
-        for (int corner = 0; corner < 4; ++corner) {
-            Face face{{}, t, corner};
-            for (std::size_t i = 0; i < 3; ++i)
-                face.nodes[i] = mesh.tetrahedra[t][core::tetrahedron_faces[corner][i]];
-            std::ranges::sort(face.nodes);
-            faces.push_back(face);
-        }
-    std::ranges::sort(faces, [](const Face &a, const Face &b) {
-        return std::tie(a.nodes, a.tetrahedron) < std::tie(b.nodes, b.tetrahedron);
-    });
-    links.neighbour.assign(mesh.tetrahedra.size(), {-1, -1, -1, -1});
-    for (std::size_t i = 1; i < faces.size(); ++i)
-        if (faces[i].nodes == faces[i - 1].nodes) {
-            links.neighbour[faces[i].tetrahedron][faces[i].corner] = faces[i - 1].tetrahedron;
-            links.neighbour[faces[i - 1].tetrahedron][faces[i - 1].corner] = faces[i].tetrahedron;
-        }
-}
-
 } // namespace
 
 MeshLinks mesh_links(const core::TetraMesh &mesh) {
-    MeshLinks links;
-    link_across_faces(mesh, links);
-    links.tetrahedra_of.resize(mesh.points.size());
+    MeshLinks links{core::tetrahedra_at_nodes(mesh), core::face_neighbours(mesh.tetrahedra), {}};
     links.labels_of.resize(mesh.points.size());
     for (int t = 0; t < mesh.num_tetrahedra(); ++t)
         for (int corner = 0; corner < 4; ++corner) {
-            links.tetrahedra_of[mesh.tetrahedra[t][corner]].push_back(t);
             insert_label(links.labels_of[mesh.tetrahedra[t][corner]], mesh.region[t]);
             if (links.neighbour[t][corner] < 0)
                 for (const int local : core::tetrahedron_faces[corner])

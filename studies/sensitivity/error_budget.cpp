@@ -73,7 +73,7 @@ Budget budget_of(const std::string &body_name, const core::Problem &nominal, con
                      steps.next(fmt::format("{} / {} / {}", problem.body->name, problem.load_case.name, model.name));
                      return model.solve(problem);
                  },
-                 {}, {});
+                 {});
     const auto &reference = reference_in(result);
     Budget found;
     auto &budget = found.budget;

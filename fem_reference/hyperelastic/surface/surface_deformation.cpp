@@ -10,6 +10,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "core/mesh/neighbours.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "fem_reference/hyperelastic/surface/surface_impedance.hpp"
 
@@ -64,8 +65,7 @@ std::vector<SurfacePoint> surface_points(const Elements &elements, std::span<con
         Face face;
         std::ranges::transform(mesh.boundary_triangles[f], face.begin(),
                                [&](int node) { return system.mesh_node[node]; });
-        std::ranges::sort(face);
-        facet_of[face] = f;
+        facet_of[core::face_key(face)] = f;
     }
     std::vector<SurfacePoint> result(mesh.boundary_triangles.size());
     for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
@@ -75,7 +75,7 @@ std::vector<SurfacePoint> surface_points(const Elements &elements, std::span<con
             for (int k = 0, next = 0; k < num_corners; ++k)
                 if (k != corner)
                     face[next++] = cell[k];
-            std::ranges::sort(face);
+            face = core::face_key(face);
             const auto found = facet_of.find(face);
             if (found == facet_of.end())
                 continue;

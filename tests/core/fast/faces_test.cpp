@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/mesh/neighbours.hpp"
 #include "core/mesh/overlaps.hpp"
 #include "core/mesh/parts_by_faces.hpp"
 #include "core/mesh/tetra_mesh.hpp"

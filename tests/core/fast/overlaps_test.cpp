@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <vector>
 
+#include "core/mesh/neighbours.hpp"
+
 namespace livermark::core {
 namespace {
 
@@ -34,7 +36,7 @@ TEST(Overlaps, KnowEachFaceAsOftenAsThereAreTetrahedra) {
     const std::vector<std::array<int, 4>> tetrahedra{{0, 1, 2, 3}, {4, 3, 2, 1}};
     const auto faces = sorted_faces(tetrahedra);
     EXPECT_EQ(faces.size(), 8U);
-    EXPECT_EQ(std::ranges::count(faces, std::array{1, 2, 3}), 2);
+    EXPECT_EQ(std::ranges::count(faces, std::array{1, 2, 3}, &TetrahedronFace::nodes), 2);
 }
 
 } // namespace

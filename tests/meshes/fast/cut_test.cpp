@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/mesh/neighbours.hpp"
 #include "meshes/cutting/clean_up.hpp"
-#include "meshes/cutting/face_neighbours.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/generators/lattice_box.hpp"
 #include "meshes/io/mesh_figures.hpp"
@@ -67,7 +67,7 @@ meshes::CleanMesh clean_bricks(const core::TetraMesh &mesh, const std::function<
             middle += 0.25 * mesh.points[node];
         alive.push_back(stays(middle));
     }
-    const auto neighbours = meshes::face_neighbours(mesh.tetrahedra);
+    const auto neighbours = core::face_neighbours(mesh.tetrahedra);
     meshes::Faces was_outer(neighbours.size());
     for (std::size_t t = 0; t < neighbours.size(); ++t)
         for (std::size_t k = 0; k < 4; ++k)
@@ -270,15 +270,15 @@ TEST(CleanUp, EdgeAtWhichTheWoundTouchesItselfIsOpened) {
     });
     EXPECT_GT(clean.num_hinges, 0);
     ASSERT_EQ(clean.pieces.size(), 1u);
-    EXPECT_TRUE(meshes::pinched_nodes(clean.pieces[0], mesh.tetrahedra, meshes::face_neighbours(mesh.tetrahedra),
-                                      clean.is_wound)
-                    .empty());
+    EXPECT_TRUE(
+        meshes::pinched_nodes(clean.pieces[0], mesh.tetrahedra, core::face_neighbours(mesh.tetrahedra), clean.is_wound)
+            .empty());
 }
 
 TEST(CleanUp, TetrahedraThatAloneJoinTwoPartsAreNoBridge) {
     auto mesh = tests::box_mesh({3.0, 1.0, 1.0}, {3, 1, 1});
     // Of the brick in the middle the tetrahedra at the faces to its neighbours with the one between them.
-    const auto neighbours = meshes::face_neighbours(mesh.tetrahedra);
+    const auto neighbours = core::face_neighbours(mesh.tetrahedra);
     std::vector<bool> alive(mesh.tetrahedra.size(), false);
     const auto x_of = [&](int t) {
         double x = 0.0;
