@@ -44,7 +44,7 @@ if("nightly" IN_LIST LIVERMARK_TESTS)
   livermark_runs_folder(nightly nightly_runs)
   # Those that a run leaves out unless they are named have bands too.
   set(all_models edge_neo_hookean fem_p1 fem_p2 fem_p2p1 lloyd lloyd_edge lloyd_mean_edge lloyd_nodal_volume
-    nodal_neo_hookean nodal_springs patch patch_nodal_volume uniform van_gelder van_gelder_nodal_volume
+    nodal_neo_hookean nodal_neo_hookean_f nodal_springs patch patch_nodal_volume uniform van_gelder van_gelder_nodal_volume
     van_gelder_tetrahedral_volume)
   file(GLOB bodies CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/meshes/*.toml)
   foreach(file IN LISTS bodies)
