@@ -54,7 +54,6 @@ add_executable(write_sample_result results/write_sample_result.cpp)
 target_link_libraries(write_sample_result PRIVATE livermark_result_samples livermark_build_options)
 set(sample_result ${CMAKE_CURRENT_BINARY_DIR}/sample_result.h5)
 set(sample_stability ${CMAKE_CURRENT_BINARY_DIR}/sample_stability.h5)
-set(sample_histories ${CMAKE_CURRENT_BINARY_DIR}/sample_histories.h5)
 set(sample_cohort ${CMAKE_CURRENT_BINARY_DIR}/sample_cohort.h5)
 set(sample_arena ${CMAKE_CURRENT_BINARY_DIR}/sample_arena.h5)
 set(sample_calibration ${CMAKE_CURRENT_BINARY_DIR}/sample_calibration.h5)
@@ -69,7 +68,7 @@ add_test(NAME ResultFiles.AreWhatTheSchemaSays
 # What a browser would read, without a browser.
 add_test(NAME Report.IsWellFormedAndNeedsNothingElse
   COMMAND ${vtk_python} ${CMAKE_CURRENT_SOURCE_DIR}/cli/report_page_test.py $<TARGET_FILE:livermark> ${sample_result}
-    ${CMAKE_CURRENT_BINARY_DIR}/still_result.h5 ${sample_stability} ${sample_histories} ${sample_timings}
+    ${CMAKE_CURRENT_BINARY_DIR}/still_result.h5 ${sample_stability} ${sample_timings}
     ${sample_calibration} ${sample_cohort} ${sample_arena})
 add_test(NAME ResultFile.HasTheStructureOfTheExample
   COMMAND ${PROJECT_SOURCE_DIR}/scripts/example_h5dump ${CMAKE_CURRENT_BINARY_DIR}/small_result.h5

@@ -11,7 +11,6 @@ namespace livermark::cli {
 using Command = std::function<int()>;
 
 Command add_list(CLI::App &parent);
-Command add_parameters(CLI::App &parent);
 Command add_table(CLI::App &parent);
 Command add_view(CLI::App &parent);
 /// @param command_line  kept in the result files
@@ -28,7 +27,6 @@ Command add_export(CLI::App &parent, const std::string &command_line);
 Command add_score(CLI::App &parent, const std::string &command_line);
 Command add_reference(CLI::App &parent, const std::string &command_line);
 Command add_run(CLI::App &parent, const std::string &command_line);
-Command add_histories(CLI::App &parent, const std::string &command_line);
 Command add_report(CLI::App &parent, const std::string &command_line);
 Command add_sensitivity(CLI::App &parent, const std::string &command_line);
 Command add_stability(CLI::App &parent, const std::string &command_line);

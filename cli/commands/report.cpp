@@ -43,7 +43,7 @@ Command add_report(CLI::App &parent, const std::string &command_line) {
     options->folder = (support::root_folder() / "results" / "runs").string();
     command
         ->add_option("folder", options->folder,
-                     "Folder with files of 'livermark run', 'stability', 'histories' and step_benchmark --hdf5")
+                     "Folder with files of 'livermark run', 'stability' and step_benchmark --hdf5")
         ->capture_default_str();
     command->add_option("-o,--output", options->output, "The HTML file; by default <folder>/report.html");
     return [options, command_line] { return make_report(*options, command_line); };

@@ -1,6 +1,5 @@
 #include "msm/dynamics/damping.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -16,12 +15,6 @@ void check(double ratio, double omega) {
     if (!(omega > 0.0) || !std::isfinite(omega))
         throw support::InputError(
             fmt::format("the angular frequency of a damping ratio is {} rad/s; it has to be positive", omega));
-}
-
-std::vector<double> scaled(std::vector<double> values, double factor) {
-    for (double &value : values)
-        value *= factor;
-    return values;
 }
 
 } // namespace
@@ -52,10 +45,6 @@ core::RayleighDamping two_mode_damping(double ratio_1, double omega_1, double ra
                                               ratio_1, omega_1, ratio_2, omega_2,
                                               damping.alpha < 0.0 ? "alpha" : "beta"));
     return damping;
-}
-
-Dampers dampers(const core::SpringNetwork &springs, const core::RayleighDamping &damping) {
-    return {scaled(springs.stiffness, damping.beta), scaled(springs.node_mass, damping.alpha)};
 }
 
 } // namespace livermark::msm

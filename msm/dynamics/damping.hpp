@@ -1,7 +1,6 @@
 #pragma once
 
 #include "core/rayleigh_damping.hpp"
-#include "core/solution.hpp"
 
 /// Rayleigh damping D = alpha M + beta K (equation 4 of Jurnal Teknologi 75, 10.11113/jt.v75.5068) from what can be
 /// measured, the damping ratios of modes: zeta = (alpha / omega + beta omega) / 2. core::rayleigh_damping() is the case
@@ -28,13 +27,5 @@ core::RayleighDamping stiffness_proportional_damping(double ratio, double omega)
 /// @throws support::InputError if they are not so, or if alpha or beta would be negative: the ratios may not differ by
 ///         more than the frequencies do
 core::RayleighDamping two_mode_damping(double ratio_1, double omega_1, double ratio_2, double omega_2);
-
-/// What the damping is on springs: along each a dashpot, at each node a damper against the ground.
-struct Dampers {
-    std::vector<double> dashpot; ///< (S) beta k [N s/m]
-    std::vector<double> ground;  ///< (N) alpha m [N s/m]
-};
-
-Dampers dampers(const core::SpringNetwork &springs, const core::RayleighDamping &damping);
 
 } // namespace livermark::msm

@@ -11,8 +11,6 @@ FileKind kind_in(const std::filesystem::path &path) {
     const hdf5::InputFile file(path);
     if (file.has("/critical_time_step"))
         return FileKind::stability;
-    if (file.has("/histories"))
-        return FileKind::histories;
     if (file.has("/timings"))
         return FileKind::timings;
     if (file.has("/bodies") && file.has("/statistics"))

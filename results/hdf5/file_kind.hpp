@@ -17,7 +17,6 @@ enum class FileKind {
     result,
     modes,
     stability,
-    histories,
     timings,
     calibration,
     cohort,

@@ -91,8 +91,6 @@ void read_file(const std::filesystem::path &file, const std::string &name, Repor
     }
     case results::FileKind::stability:
         return keep(results::read_stability(file), data.stability, data.files.stability);
-    case results::FileKind::histories:
-        return keep(results::read_histories(file), data.histories, data.files.histories);
     case results::FileKind::timings:
         return keep(results::read_timings(file), data.timings, data.files.timings);
     case results::FileKind::arena:
@@ -153,8 +151,8 @@ ReportData read_report_data(const std::filesystem::path &folder) {
             data.faults.emplace_back(fault.what());
         }
     if (data.results.empty() && data.large.empty() && data.cohorts.empty() && data.arenas.empty() &&
-        data.stability.empty() && data.histories.empty() && data.timings.empty() && data.experiments.empty() &&
-        data.needles.empty() && data.sensitivities.empty())
+        data.stability.empty() && data.timings.empty() && data.experiments.empty() && data.needles.empty() &&
+        data.sensitivities.empty())
         throw support::InputError(
             data.faults.empty() ? fmt::format("{0}: there are no result files here; make some with `livermark run "
                                               "--output {0}`",

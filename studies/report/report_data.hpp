@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "results/hdf5/files/cohort_file.hpp"
-#include "results/hdf5/files/history_file.hpp"
 #include "results/hdf5/files/stability_file.hpp"
 #include "results/hdf5/files/timings_file.hpp"
 #include "results/records/arena.hpp"
@@ -18,8 +17,7 @@ namespace livermark::studies {
 
 /// Names of files relative to their folder, by what is in them, in the order of what ReportData has of them.
 struct ReportFiles {
-    std::vector<std::string> results, large, cohorts, arenas, stability, histories, timings, experiments, needles,
-        sensitivities;
+    std::vector<std::string> results, large, cohorts, arenas, stability, timings, experiments, needles, sensitivities;
     std::vector<std::string> others; ///< of other kinds, which no part of the report is about
 };
 
@@ -32,7 +30,6 @@ struct ReportData {
     std::vector<results::Cohort> cohorts; ///< their bodies are not among the results
     std::vector<results::Arena> arenas;
     std::vector<results::Stability> stability;
-    std::vector<results::Histories> histories;
     std::vector<results::Timings> timings;
     std::vector<results::ExperimentResult> experiments;
     std::vector<results::NeedleFile> needles;

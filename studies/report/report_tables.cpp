@@ -14,7 +14,6 @@
 #include "results/tables/studies/arena_table.hpp"
 #include "results/tables/studies/cohort_table.hpp"
 #include "results/tables/studies/experiment_table.hpp"
-#include "results/tables/studies/history_table.hpp"
 #include "results/tables/studies/needle_table.hpp"
 #include "results/tables/studies/ring_down_table.hpp"
 #include "results/tables/studies/sensitivity_table.hpp"
@@ -23,7 +22,6 @@
 #include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
 #include "results/tables/tool_cells.hpp"
-#include "studies/seed_paper/paper_tables.hpp"
 
 namespace livermark::studies {
 
@@ -237,23 +235,6 @@ toml::array stability_of(const ReportData &data) {
     return array;
 }
 
-/// Of what is let go, and not of what is pushed: that is the same upside down.
-results::Layout motions_let_go(std::vector<results::Histories> all) {
-    for (auto &histories : all)
-        std::erase_if(histories.cases, [](const auto &entry) { return entry.name.ends_with("_step_force"); });
-    return results::history_table(all);
-}
-
-toml::array papers_of(const ReportData &data) {
-    toml::array array;
-    for (const auto &paper : paper_tables(data))
-        array.push_back(toml::table{{"body", paper.body},
-                                    {"table", json_of(paper.rows)},
-                                    {"objections", array_of(paper.objections)},
-                                    {"command", paper.command}});
-    return array;
-}
-
 /// A sentence in which the files of a folder are named from there.
 std::string below(const std::filesystem::path &folder, std::string sentence) {
     const auto start = (folder / "").string();
@@ -282,7 +263,6 @@ std::string report_tables(const ReportData &data, const std::string &command_lin
         {"experiments", experiments_of(data)},
         {"needles", needles_of(data)},
         {"sensitivities", sensitivities_of(data)},
-        {"histories", array_of(data.files.histories)},
         {"timings", array_of(data.files.timings)},
         {"others", array_of(data.files.others)},
         {"faults", std::move(faults)},
@@ -294,15 +274,13 @@ std::string report_tables(const ReportData &data, const std::string &command_lin
         {"smallest_felt_difference", core::smallest_felt_difference},
         {"reference", results::reference_sentence(data.results)},
         {"large_reference", results::reference_sentence(data.large)},
-        {"paper", papers_of(data)},
         {"standings", toml::table{{"rest", json_of(results::standings_at_rest(data.results))},
                                   {"motion", json_of(results::standings_in_motion(data.results))}}},
         {"tables", toml::table{{"errors", json_of(results::error_table(data.results))},
                                {"rest", json_of(results::static_accuracy(data.results))},
                                {"motion", json_of(results::motion_accuracy(data.results))},
                                {"means", json_of(results::mean_errors(data.results))},
-                               {"summary", json_of(results::summary(data.large))},
-                               {"histories", json_of(motions_let_go(data.histories))}}}};
+                               {"summary", json_of(results::summary(data.large))}}}};
     std::ostringstream text;
     text << toml::json_formatter(tables, toml::json_formatter::default_flags & ~toml::format_flags::indentation);
     return text.str();

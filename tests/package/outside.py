@@ -26,8 +26,8 @@ if os.path.exists(os.path.join(os.path.dirname(livermark.__file__), "data")):
 from livermark.report import page  # noqa: E402
 from livermark.report.data import ReportData  # noqa: E402
 
-of_files = {name: [] for name in ("faults", "others", "results", "large", "arenas", "cohorts", "experiments", "needles", "stability", "histories",
-                                  "timings", "large_bodies", "paper", "slow", "large_slow", "sensitivities", "brief", "large_brief")}
+of_files = {name: [] for name in ("faults", "others", "results", "large", "arenas", "cohorts", "experiments", "needles", "stability",
+                                  "timings", "large_bodies", "slow", "large_slow", "sensitivities", "brief", "large_brief")}
 html = page.make(ReportData({"folder": "runs", "command": "livermark report runs", "tables": {}, **of_files,
                              "smallest_felt_difference": 0.07, "reference": "", "large_reference": "", "tool_legend": "",
                              "large_legend": "", "slow_legend": "",

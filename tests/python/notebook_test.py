@@ -13,8 +13,9 @@ FOLDER = pathlib.Path(__file__).resolve().parents[2] / "examples"
 PRINTS = {
     "compare_models": "volume terms help under pressure: True",
     "score_your_model": "of fem_p2p1, at most",
+    "seed_paper": "h = 0.005 s: 5 of 6 without tumour, 5 of 6 with tumour, 0 of 2 whole livers are stable",
     "springs_for_your_simulator": "reaction: -0.1000 N"}
-NEEDS = {"compare_models": "matplotlib"}
+NEEDS = {"compare_models": "matplotlib", "seed_paper": "matplotlib"}
 
 
 def test_every_notebook_is_tested():

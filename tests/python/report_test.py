@@ -44,8 +44,7 @@ def beam(tmp_path_factory):
 def sample(tmp_path_factory):
     """The report of a sample of each kind of file."""
     folder = tmp_path_factory.mktemp("sample")
-    for name in ("sample_result", "path_result", "sample_stability", "sample_histories", "sample_cohort", "sample_arena",
-                 "sample_timings"):
+    for name in ("sample_result", "path_result", "sample_stability", "sample_cohort", "sample_arena", "sample_timings"):
         shutil.copy(SAMPLES / f"{name}.h5", folder)
     with h5py.File(folder / "path_result.h5", "r+") as file:
         file["load_case"].attrs["regime"] = numpy.bytes_("large")
@@ -277,4 +276,4 @@ def test_a_figure_of_forces_names_every_model(sample):
 def test_every_section_is_a_target_of_a_link(sample):
     links = [link.get("href") for link in sample.find(f".//{XHTML}nav")]
     assert links == ["#" + section.get("id") for section in sample.iter(f"{XHTML}section")]
-    assert len(links) == 13
+    assert len(links) == 12

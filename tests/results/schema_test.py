@@ -18,7 +18,6 @@ OTHER_FILES = {
     "Experiment files": "sample_experiment.h5",
     "Sensitivity files": "sample_sensitivity.h5",
     "Stability files": "sample_stability.h5",
-    "History files": "sample_histories.h5",
     "Calibration files": "sample_calibration.h5",
     "Timing files": "sample_timings.h5",
 }
@@ -44,14 +43,13 @@ def read_tables(path, wanted_section):
 
 
 def general(path, file):
-    """The path with <model> for the name of a model, <case> for that of a history, <n> for the number of a step, and
-    <benchmark> for that of a benchmark."""
+    """The path with <model> for the name of a model, <n> for the number of a needle or a motion, and <benchmark> for that
+    of a benchmark."""
     path = re.sub(r"^/timings/[^@]+?(/seconds)?(?=@|$)", r"/timings/<benchmark>\1", path)
     path = re.sub(r"^/needles/\d+(/models/[^/@]+)?",
                   lambda found: "/needles/<n>" + ("/models/<model>" if found[1] else ""), path)
     path = re.sub(r"^/experiment/ring_downs/\d+", "/experiment/ring_downs/<n>", path)
     path = re.sub(r"^/cut/models/[^/@]+", "/cut/models/<model>", path)
-    path = re.sub(r"^/histories/[^/@]+(/\d+)?", lambda found: "/histories/<case>" + ("/<n>" if found[1] else ""), path)
     for model in file.get("/solutions", ()):
         path = re.sub(rf"(/solutions/|/comparisons/|/modes/|displacement_|error_){model}(?=[/@]|$)", r"\1<model>", path)
     return path
@@ -132,8 +130,6 @@ def sizes_of(file):
                 "L": file["/loads/held_out"].shape[0]}
     if "timings" in file:
         return {"K": file["/timings/step/newmark/fem_p1/box/seconds"].shape[0]}
-    if "histories" in file:
-        return {"K": file["/histories/release/0/time"].shape[0]}
     sizes = sizes_of_result(file)
     assert len(set(sizes.values())) == len(sizes) - 2, f"{sizes}: only R, P and G may be equal"
     return sizes

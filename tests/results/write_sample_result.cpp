@@ -6,7 +6,6 @@
 #include "results/hdf5/files/calibration_file.hpp"
 #include "results/hdf5/files/cohort_file.hpp"
 #include "results/hdf5/files/experiment_file.hpp"
-#include "results/hdf5/files/history_file.hpp"
 #include "results/hdf5/files/needle_file.hpp"
 #include "results/hdf5/files/sensitivity_file.hpp"
 #include "results/hdf5/files/stability_file.hpp"
@@ -42,15 +41,6 @@ int main(int argc, char **argv) {
     stability.limits = {{"symplectic_euler", {1e-3, 1.1e-3}, {2e-3}}, {"explicit_euler", {}, {3e-3, 3.1e-3}}};
     results::write_stability(folder / "sample_stability.h5", stability);
 
-    const results::StepHistory history{.time_step = 0.5, .time = {0.0, 0.5, 1.0}, .displacement = {1.0, 0.5, 0.1}};
-    results::Histories histories;
-    histories.cases = {{"as_printed_with_tumour_release",
-                        "",
-                        {{"mass", 1.0}, {"stiffness", 2.0}, {"damping", 3.0}},
-                        0.1,
-                        {history, history}},
-                       {"release", "", {{"alpha", 1.0}, {"beta", 2.0}}, 0.1, {history}}};
-    results::write_histories(folder / "sample_histories.h5", histories);
     results::write_calibration(folder / "sample_calibration.h5", tests::sample_calibration(*result.problem.body));
     results::write_cohort(folder / "sample_cohort.h5", tests::sample_cohort());
     results::write_arena(folder / "sample_arena.h5", tests::sample_arena());

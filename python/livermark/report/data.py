@@ -168,7 +168,7 @@ class ReportData:
     @property
     def has_no_results(self) -> bool:
         """Whether there is nothing but experiments, needles and sensitivities: the other parts would all be empty."""
-        kinds = ("results", "large", "cohorts", "arenas", "stability", "histories", "timings")
+        kinds = ("results", "large", "cohorts", "arenas", "stability", "timings")
         return not any(self.told[kind] for kind in kinds)
 
     def _result(self, entry: dict) -> Result:

@@ -167,7 +167,7 @@ def lead(data: ReportData) -> str:
 def facts(data: ReportData) -> list[tuple[str, str]]:
     told = data.told
     counts = {"runs": len(data.results) + len(data.large)}
-    counts |= {kind: len(told[kind]) for kind in ("cohorts", "arenas", "stability", "histories", "timings", "experiments",
+    counts |= {kind: len(told[kind]) for kind in ("cohorts", "arenas", "stability", "timings", "experiments",
                                                   "needles", "sensitivities")}
     found = [("Files", ", ".join(f"{count} of {kind}" for kind, count in counts.items() if count))]
     found += [("Left out", fault) for fault in data.faults]

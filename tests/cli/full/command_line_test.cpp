@@ -23,7 +23,7 @@ TEST(CommandLine, HelpAndVersionAreNoErrors) {
     for (const char *arguments :
          {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help", "mesh cut --help",
           "mesh check --help", "modes --help", "cohort --help", "arena --help", "calibrate --help", "stability --help",
-          "histories --help", "parameters --help", "table --help", "report --help", "--version"}) {
+          "table --help", "report --help", "--version"}) {
         const auto outcome = livermark(arguments);
         EXPECT_EQ(outcome.status, 0) << arguments << "\n" << outcome.output;
         EXPECT_FALSE(outcome.output.empty());

@@ -54,18 +54,6 @@ results::Stability sample_stability() {
                        {"velocity_verlet", {.predicted = 0.0028166, .observed = 0.0028112}, {.predicted = 0.0027}}}};
 }
 
-results::Histories sample_histories() {
-    return {.provenance = {},
-            .subject = "one_degree_of_freedom",
-            .integrator = "runge_kutta_4",
-            .cases = {{.name = "as_printed_without_tumour_release",
-                       .title = "without tumour: k in N/m",
-                       .parameters = {{"mass", 2.0}, {"stiffness", 5.0}, {"damping", 7.0}},
-                       .critical_time_step = 0.7,
-                       .steps = {{.time_step = 1.0, .time = {0, 1}, .displacement = {1, 9000}, .diverged_at = 1.0},
-                                 {.time_step = 0.5, .time = {0, 0.5, 1}, .displacement = {1, 0.5, 0.25}}}}}};
-}
-
 results::Result with_body(results::Result result, const std::function<void(core::Body &)> &change) {
     auto body = *result.problem.body;
     change(body);
@@ -98,31 +86,11 @@ TEST_F(Report, HasTheNumbersOfTheFiles) {
     write("large.h5", large);
     results::write_stability(directory_ / "stability.lloyd.h5", sample_stability());
     results::write_timings(directory_ / "timings.h5", tests::sample_timings());
-    results::write_histories(directory_ / "histories.h5", sample_histories());
     const auto text = page();
-    expect_parts(text, {"<strong>12.35</strong>",
-                        "every model under every large load case",
-                        "pull_and_hang: z_max",
-                        "± 3.01",
-                        "up to 1.234 mm",
-                        "pull_and_hang",
-                        "2.7850",
-                        "2.7830",
-                        "-0.07",
-                        "none",
-                        "2.8166",
-                        "2.8112",
-                        "-0.19",
-                        "not observed",
-                        "step/newmark/fem_p1/box",
-                        "200000",
-                        "h = 1 s: diverges",
-                        "h = 0.5 s: stable",
-                        "diverged at 1 s",
-                        "stable, ends at 0.25 m",
-                        "livermark run --body box",
-                        "livermark report ",
-                        "0123abc-dirty"});
+    expect_parts(text, {"<strong>12.35</strong>", "every model under every large load case", "pull_and_hang: z_max",
+                        "± 3.01", "up to 1.234 mm", "pull_and_hang", "2.7850", "2.7830", "-0.07", "none", "2.8166",
+                        "2.8112", "-0.19", "not observed", "step/newmark/fem_p1/box", "200000",
+                        "livermark run --body box", "livermark report ", "0123abc-dirty"});
     EXPECT_NE(text.find("<td class=\"number\">50</td>"), std::string::npos) << "part of the machine's limit [%]";
     EXPECT_EQ(text.find("<section id=\"arena\">"), std::string::npos);
 }
@@ -141,7 +109,7 @@ TEST_F(Report, SaysWhatIsMissingInItsPlaceAndNamesEmptyPartsAtTheEnd) {
                         "unfinished: not_converged: 100 iterations were not enough", "What else a report can show",
                         "Livers of other people: <code>livermark cohort",
                         "Time steps, predicted and observed: <code>livermark stability"});
-    for (const auto *part : {"cost", "poisson", "refinement", "steps", "timings", "paper", "arena", "large"})
+    for (const auto *part : {"cost", "poisson", "refinement", "steps", "timings", "arena", "large"})
         EXPECT_EQ(text.find(fmt::format("<section id=\"{}\">", part)), std::string::npos) << part;
 }
 
@@ -251,7 +219,6 @@ TEST_F(Report, DoesNotDrawWhatHasLeftTheRoom) {
 TEST_F(Report, ReadsFilesByTheirKind) {
     results::write_result(path_, tests::sample_result());
     results::write_stability(directory_ / "stability.lloyd.h5", sample_stability());
-    results::write_histories(directory_ / "histories.h5", sample_histories());
     results::write_timings(directory_ / "timings.h5", tests::sample_timings());
     auto modes = tests::sample_result();
     modes.models.clear();
@@ -271,12 +238,6 @@ TEST_F(Report, ReadsFilesByTheirKind) {
     EXPECT_EQ(data.stability[0].limits[0].integrator, "heun");
     EXPECT_EQ(data.stability[0].limits[0].damped.observed, 0.002783);
     EXPECT_TRUE(std::isnan(data.stability[0].limits[1].damped.observed));
-
-    ASSERT_EQ(data.histories.size(), 1u);
-    const auto &moved = data.histories[0].cases.at(0);
-    EXPECT_EQ(moved.parameters, sample_histories().cases[0].parameters);
-    EXPECT_EQ(moved.steps.at(1).displacement, (std::vector<double>{1, 0.5, 0.25}));
-    EXPECT_EQ(moved.steps.at(0).diverged_at, 1.0);
 
     ASSERT_EQ(data.timings.size(), 1u);
     auto expected = tests::sample_timings().timings;
@@ -312,17 +273,6 @@ TEST_F(Report, IsRefusedWithDamagedFilesAloneAndLeavesAnEarlierReport) {
     EXPECT_NE(outcome.output.find(path_.string()), std::string::npos) << outcome.output;
     EXPECT_EQ(text_of(directory_ / "report.html"), before);
     EXPECT_EQ(files().size(), 2u) << "something was left behind";
-}
-
-TEST_F(Report, SetsTable1BesideTheSpringsOfALiver) {
-    auto result = tests::sample_result(); // a box of two litres
-    result.models[1].name = "lloyd";
-    result.reference_uncertainty->refined = "lloyd";
-    result.motion_uncertainty->refined = "lloyd";
-    results::write_result(path_, result);
-    results::write_histories(directory_ / "histories.h5", sample_histories());
-    expect_parts(page(),
-                 {"mass 1.9825 kg", "stiffness 5.4225 kPa", "damping 7.4525 N/m^2", "Table 1 of the paper beside box"});
 }
 
 /// A folder with a module of that name that cannot be imported stands in for a machine without it.

@@ -17,7 +17,6 @@ function refuseOtherFiles(file: File): void {
   const kinds: [path: string, kind: string][] = [
     ['/modes', 'vibrations (livermark modes)'],
     ['/critical_time_step', 'time steps (livermark stability)'],
-    ['/histories', 'motions of single points (livermark histories)'],
     ['/springs', 'calibrated springs (livermark calibrate)'],
     ['/timings', 'timings of the benchmarks'],
     ['/statistics', 'errors over a cohort (livermark cohort)'],

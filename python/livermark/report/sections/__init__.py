@@ -2,8 +2,8 @@
 
 To add one, write its file and name it in this list, in the order of the page.
 """
-from livermark.report.sections import (arena, cards, cohort, cost, errors, experiments, large, needles, numbers, paper, pictures,
+from livermark.report.sections import (arena, cards, cohort, cost, errors, experiments, large, needles, numbers, pictures,
                                        poisson, refinement, relaxation, sensitivity, steps, timings)
 
 SECTIONS = (errors, large, relaxation, experiments, needles, sensitivity, arena, cards, cohort, pictures, cost, poisson, refinement,
-            steps, timings, paper, numbers)
+            steps, timings, numbers)
