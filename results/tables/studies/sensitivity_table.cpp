@@ -32,10 +32,11 @@ std::string index_cell(double value, double lower, double upper) {
 }
 
 std::string range_cell(const UncertainParameter &parameter) {
-    const double scale = parameter.unit == "m" ? core::millimetres : 1.0;
-    return fmt::format("{:g} to {:g}{}{}", scale * parameter.lower, scale * parameter.upper,
-                       parameter.unit.empty() ? "" : " " + std::string(parameter.unit == "m" ? "mm" : parameter.unit),
-                       parameter.is_logarithmic ? ", logarithmic" : "");
+    const bool is_length = parameter.unit == "m";
+    const double scale = is_length ? core::millimetres : 1.0;
+    const auto unit = is_length ? "mm" : parameter.unit;
+    return fmt::format("{:g} to {:g}{}{}{}", scale * parameter.lower, scale * parameter.upper, unit.empty() ? "" : " ",
+                       unit, parameter.is_logarithmic ? ", logarithmic" : "");
 }
 
 } // namespace
