@@ -1,4 +1,5 @@
 """Springs fitted to finite elements: the objective, its minimisation, the file, and what is refused."""
+import importlib
 import os
 import pathlib
 import subprocess
@@ -12,7 +13,9 @@ from conftest import BINARY
 from livermark.calibration import files, loads
 from livermark.suite import load
 
-objective = pytest.importorskip("livermark.calibration.objective", reason="scipy is missing")
+sparse = pytest.importorskip("scipy.sparse", reason="python3-scipy is missing")
+factor = importlib.import_module("livermark.calibration.factor")
+objective = importlib.import_module("livermark.calibration.objective")
 SAMPLES = pathlib.Path(os.environ["LIVERMARK_SAMPLES"])
 
 
@@ -79,6 +82,24 @@ class Task:
 
     def objective(self, penalty=0.0):
         return objective.Objective(self.springs, self.expected, self.volume, self.held_out, penalty)
+
+
+@pytest.mark.parametrize("size", [1, factor.BLOCK, 2 * factor.BLOCK + 1, 700])
+@pytest.mark.parametrize("width", [0, 3, 300])
+def test_the_factor_solves_as_a_dense_one(size, width):
+    random = numpy.random.default_rng(3)
+    band = numpy.tril(numpy.triu(random.uniform(-1, 1, (size, size)), -width))
+    matrix = band @ band.T + numpy.eye(size)
+    columns = random.uniform(-1, 1, (size, 2))
+    found = factor.EnvelopeCholesky(sparse.csc_matrix(matrix)).solve(columns)
+    assert found == pytest.approx(numpy.linalg.solve(matrix, columns), rel=1e-8, abs=1e-10)
+
+
+def test_a_matrix_that_is_not_positive_definite_has_no_factor():
+    matrix = numpy.eye(300)
+    matrix[250, 250] = -1e-9
+    with pytest.raises(numpy.linalg.LinAlgError):
+        factor.EnvelopeCholesky(sparse.csc_matrix(matrix))
 
 
 def test_gradient_is_that_of_differences():

@@ -5,11 +5,10 @@ import math
 from typing import TYPE_CHECKING, Any, Callable, NamedTuple
 
 import numpy
-import scipy.linalg
 import scipy.sparse
 from scipy.optimize import minimize
-from scipy.sparse.linalg import splu
 
+from livermark.calibration.factor import EnvelopeCholesky, along_the_longest_axis
 from livermark.calibration.loads import Expected
 
 if TYPE_CHECKING:
@@ -38,8 +37,9 @@ class Objective:
 
     def __init__(self, springs: Springs, expected: Expected, volume: NDArray[numpy.float64],
                  held_out: NDArray[numpy.bool_], penalty: float):
-        free = numpy.flatnonzero(~expected.fixed.ravel())
         size = expected.fixed.size
+        components = numpy.arange(size).reshape(-1, 3)[along_the_longest_axis(springs.points)].ravel()
+        free = components[~expected.fixed.ravel()[components]]
         rows, columns, values = springs.tangent(springs.points)
         tangent = scipy.sparse.csc_matrix((values, (rows, columns)), shape=(size, size))
         self.start = numpy.log(springs.stiffness)  #: (S) ln k0
@@ -57,8 +57,9 @@ class Objective:
         """At ln k, shape (S) with k in N/m: a factorisation, a solve for each load and one more for each training load."""
         stiffness = numpy.exp(log_stiffness)
         change = scipy.sparse.diags(stiffness - self._start_stiffness)
-        solve = _factorised((self._tangent + self._extension.T @ change @ self._extension).tocsc())
-        if solve is None:
+        try:
+            solve = EnvelopeCholesky(self._tangent + self._extension.T @ change @ self._extension).solve
+        except numpy.linalg.LinAlgError:
             return State(math.inf, numpy.zeros_like(stiffness), numpy.full(len(self._training), math.nan))
         displacement = solve(self._force)
         difference = displacement - self._wanted
@@ -83,16 +84,6 @@ def _extension_matrix(springs: Springs, size: int) -> Any:
     column = (3 * edges[:, :, None] + numpy.arange(3)).reshape(len(edges), 6)
     values = numpy.hstack([-direction, direction])
     return scipy.sparse.csc_matrix((values.ravel(), (row, column.ravel())), shape=(len(edges), size))
-
-
-def _factorised(matrix: Any) -> Any:
-    """Solves with a symmetric matrix for columns; None if it is not positive definite. Without pivoting the diagonal of
-    U has the signs of the eigenvalues."""
-    try:
-        factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    except RuntimeError:  # exactly singular
-        return None
-    return factor.solve if (factor.U.diagonal() > 0.0).all() else None
 
 
 class _RoundIsOver(Exception):
