@@ -66,7 +66,6 @@ int run(int argc, char **argv) {
         livermark::cli::add_view(app),
         livermark::cli::add_export(app, command_line),
         livermark::cli::add_score(app, command_line),
-        livermark::cli::add_calibrate(app, command_line),
     };
     livermark::cli::refuse_unknown_subcommand(app, words);
     auto in_order = livermark::cli::with_places_first(app, words, livermark::cli::is_body_or_path);

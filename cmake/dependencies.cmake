@@ -13,7 +13,6 @@ endif()
 
 find_package(CLI11 REQUIRED)
 find_package(tomlplusplus REQUIRED)
-find_package(NLopt 2.7 REQUIRED)
 
 include(finite_elements)
 

@@ -49,13 +49,13 @@ set(factorising_statics "(statics/(dynamic|equilibrium|load_path|rest|surface_)|
 livermark_install_headers(core support ONLY "^input_error")
 livermark_install_headers(core core)
 livermark_install_headers(msm msm
-  EXCEPT "-inl" "^kernels/(equilibria|layout|relaxation|simd|threads)/" "(scaled_mass_arrays|scaled_mass_steps|step_workspace|make_workspace|steps_of_body)" "^calibration" "^implicit" "dynamics/(release|spectrum)"
+  EXCEPT "-inl" "^kernels/(equilibria|layout|relaxation|simd|threads)/" "(scaled_mass_arrays|scaled_mass_steps|step_workspace|make_workspace|steps_of_body)" "^implicit" "dynamics/(release|spectrum)"
     "${factorising_statics}")
 set(components core msm)
 if(LIVERMARK_WITH_FEM_REFERENCE)
   list(APPEND components fem_reference)
   livermark_install_headers(fem_reference msm
-    ONLY "^calibration" "^implicit" "dynamics/(release|spectrum)" "${factorising_statics}")
+    ONLY "^implicit" "dynamics/(release|spectrum)" "${factorising_statics}")
   livermark_install_headers(fem_reference support ONLY "^(factors/(sparse_cholesky|supernodes)|processes/mpi_session|openmp)")
   livermark_install_headers(fem_reference fem_reference)
 endif()
@@ -107,7 +107,7 @@ set(CPACK_DEBIAN_FEM_REFERENCE_PACKAGE_NAME livermark-fem-reference-dev)
 set(CPACK_DEBIAN_CORE_PACKAGE_DEPENDS "libeigen3-dev, libfmt-dev")
 set(CPACK_DEBIAN_MSM_PACKAGE_DEPENDS "livermark-core-dev, libhwy-dev")
 set(CPACK_DEBIAN_FEM_REFERENCE_PACKAGE_DEPENDS
-  "livermark-msm-dev, libdeal.ii-dev, libsuitesparse-dev, libblas-dev, libspectra-dev, libnlopt-dev")
+  "livermark-msm-dev, libdeal.ii-dev, libsuitesparse-dev, libblas-dev, libspectra-dev")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION
   "Springs of Livermark, their motion, and its result files in Python. Licence: Apache-2.0 alone.")
 set(CPACK_COMPONENT_PYTHON_SUITE_DESCRIPTION
@@ -116,7 +116,7 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-livermark)
 set(CPACK_DEBIAN_PYTHON_SUITE_PACKAGE_NAME python3-livermark-suite)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${LIVERMARK_PYTHON_VERSION}, python3-numpy, python3-h5py")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS
-  "python3-pandas, python3-vtk9, python3-matplotlib, python3-jinja2, python3-livermark-suite")
+  "python3-pandas, python3-scipy, python3-vtk9, python3-matplotlib, python3-jinja2, python3-livermark-suite")
 set(CPACK_DEBIAN_PYTHON_SUITE_PACKAGE_DEPENDS "python3-livermark, libopenblas0-serial, python3-meshio")
 # The libraries that the extension modules are linked with.
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)

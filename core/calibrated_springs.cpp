@@ -40,12 +40,12 @@ void check_fit(const CalibratedSprings &springs, const Body &body) {
     if (springs.edges != edge_table(body.mesh.tetrahedra).edges || !has_same_lengths(springs, body.mesh))
         throw support::InputError(
             fmt::format("{}: was made for another mesh than that of {}; make one for this mesh with "
-                        "`livermark calibrate`",
+                        "`python3 -m livermark.calibration`",
                         springs.origin, body.name));
     if (!std::ranges::equal(springs.materials, body.materials, has_same_constants))
         throw support::InputError(
             fmt::format("{}: was made for Young's modulus and Poisson's ratio {}, not for {} of {}; make "
-                        "one for these with `livermark calibrate`",
+                        "one for these with `python3 -m livermark.calibration`",
                         springs.origin, constants_of(springs.materials), constants_of(body.materials), body.name));
 }
 

@@ -18,7 +18,6 @@ Command add_mesh(CLI::App &parent, const std::string &command_line);
 Command add_advise(CLI::App &parent, const std::string &command_line);
 Command add_arena(CLI::App &parent, const std::string &command_line);
 Command add_cohort(CLI::App &parent, const std::string &command_line);
-Command add_calibrate(CLI::App &parent, const std::string &command_line);
 Command add_modes(CLI::App &parent, const std::string &command_line);
 Command add_needle(CLI::App &parent, const std::string &command_line);
 Command add_cut(CLI::App &parent, const std::string &command_line);

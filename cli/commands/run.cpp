@@ -114,8 +114,9 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         ->check(positive_number());
     command->add_option("--young", options->young_modulus,
                         "Young's modulus of the first region [Pa]; the others keep their ratio to it");
-    command->add_option("--calibration", options->calibration,
-                        "A file of 'livermark calibrate' for the body: its springs join as calibrated_nodal_volume");
+    command->add_option(
+        "--calibration", options->calibration,
+        "A file of 'python3 -m livermark.calibration' for the body: its springs join as calibrated_nodal_volume");
     command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
     command->add_flag("--solve-reference", options->solve_reference,
                       "Solve the references even if results/references has their solutions");

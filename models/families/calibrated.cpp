@@ -29,7 +29,7 @@ ModelFamily calibrated() {
                 auto model = mass_spring_model(
                     "calibrated_nodal_volume",
                     fmt::format("springs fitted to finite elements on this mesh, with {}", term.summary),
-                    fmt::format("`livermark calibrate`; {}", term.source),
+                    fmt::format("`python3 -m livermark.calibration`; {}", term.source),
                     [calibration, term](const core::Body &body) {
                         return livermark::msm::springs_with_volume(body, springs_of(*calibration, body), term);
                     },

@@ -82,6 +82,21 @@ py::array_t<double> elastic_forces(const Springs &springs, const py::object &pos
     return to_array(force);
 }
 
+/// Entries of the second derivative of the energy: their rows, their columns and themselves.
+py::tuple tangent(const Springs &springs, const py::object &positions) {
+    const auto matrix = msm::elastic_hessian(springs.body, positions_of(springs, positions), msm::Tangent::exact);
+    py::array_t<int> rows(matrix.nonZeros()), columns(matrix.nonZeros());
+    py::array_t<double> values(matrix.nonZeros());
+    py::ssize_t k = 0;
+    for (Eigen::Index column = 0; column < matrix.outerSize(); ++column)
+        for (Eigen::SparseMatrix<double>::InnerIterator entry(matrix, column); entry; ++entry, ++k) {
+            rows.mutable_data()[k] = static_cast<int>(entry.row());
+            columns.mutable_data()[k] = static_cast<int>(column);
+            values.mutable_data()[k] = entry.value();
+        }
+    return py::make_tuple(rows, columns, values);
+}
+
 std::string summary(const Springs &springs) {
     return fmt::format("<livermark.Springs of {} nodes and {} edges>", springs.points.size(),
                        springs.network.edges.size());
@@ -163,6 +178,10 @@ void add_springs(py::module_ &module) {
         .def("elastic_forces", &elastic_forces, py::arg("positions"),
              "-dU/dx, shape (N, 3) [N], of positions of shape (N, 3) [m]: what springs and volumes pull the nodes "
              "with.")
+        .def("tangent", &tangent, py::arg("positions"),
+             "Second derivative of U [N/m] at positions of shape (N, 3) [m], as rows, columns and values of its "
+             "entries, both\ntriangles; component c of node i has the number 3 i + c. "
+             "scipy.sparse.csc_matrix((values, (rows, columns))) makes a\nmatrix of them.")
         .def("__repr__", &summary);
 
     module.def("springs", &make_springs, py::arg("points"), py::arg("tetrahedra"), py::arg("young_modulus"),

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from livermark import suite as _suite_functions
 from livermark._version import __version__
+from livermark.calibration import calibrate
 from livermark.convert import Mesh, from_meshio, to_sofa
 from livermark.errors import DivergedError, InputError
 from livermark.febio import Solid, from_febio, to_febio
@@ -20,7 +21,7 @@ if _TYPE_CHECKING:
 
 __all__ = [
     "CutBody", "DivergedError", "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solid", "Solution", "Springs",
-    "ToolScene", "advise", "bodies", "coupled_spring_models", "coupled_springs", "critical_time_step", "cut", "from_febio", "from_meshio", "integrators",
+    "ToolScene", "advise", "bodies", "calibrate", "coupled_spring_models", "coupled_springs", "critical_time_step", "cut", "from_febio", "from_meshio", "integrators",
     "largest_angular_frequency", "load_cases", "mass_proportional_damping", "models", "open", "problem",
     "rayleigh_damping", "read_tool_scene", "score", "solve", "spring_laws", "springs",
     "stiffness_proportional_damping", "to_febio", "to_pyvista", "to_slicer", "to_sofa", "to_vtk",

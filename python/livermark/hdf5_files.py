@@ -10,10 +10,12 @@ from livermark.hdf5_trial import read_all, try_apart
 from livermark.limits import limits_of
 from livermark.plain_files import plain_file
 
+RUN = "livermark run"  # the command that writes most files
 FAULTS = (KeyError, OSError, RuntimeError, ValueError, TypeError, IndexError, AttributeError)  # of h5py on what is damaged
 
 
-def _library() -> Any:
+def library() -> Any:
+    """h5py. Raises ImportError if it is missing."""
     try:
         import h5py
     except ImportError as error:
@@ -24,7 +26,7 @@ def _library() -> Any:
 def _fault(file: Any, most_bytes: int) -> Optional[str]:
     """The first place whose content is somewhere else: a link, or a dataset kept in another file. None is opened. Or the
     first dataset that takes more memory than a file of this size can hold."""
-    h5py = _library()
+    h5py = library()
     datasets: list[str] = []
 
     def look_at_link(name: bytes, info: Any) -> Optional[bytes]:
@@ -49,11 +51,11 @@ def _fault(file: Any, most_bytes: int) -> Optional[str]:
     return None
 
 
-def damaged(name: str, error: BaseException) -> InputError:
+def damaged(name: str, error: BaseException, maker: str = RUN) -> InputError:
     """What to raise for a part of a file that is not there or cannot be read."""
     words = (str(error.args[0] if error.args else "") or type(error).__name__).splitlines()[0]
     return InputError(f"{name}: it cannot be read ({words[:200]}), so it is damaged or of another version; make it again with "
-                      "`livermark run`")
+                      f"`{maker}`")
 
 
 def _in_our_words(function: Any) -> Any:
@@ -82,40 +84,40 @@ def says_what_is_damaged(kind: Any) -> Any:
     return kind
 
 
-def _refusal(name: str, error: OSError) -> InputError:
+def _refusal(name: str, error: OSError, maker: str) -> InputError:
     """Of a file that HDF5 cannot open."""
     if getattr(error, "errno", None) in (11, 13) or "unable to lock file" in str(error):
         return InputError(f"{name}: cannot be read ({error}); check its permissions, and whether a program has it open to write")
-    return InputError(f"{name}: this is no HDF5 file, or it is damaged; make it again with `livermark run`")
+    return InputError(f"{name}: this is no HDF5 file, or it is damaged; make it again with `{maker}`")
 
 
-def _read_whole(name: str) -> None:
+def _read_whole(name: str, maker: str) -> None:
     """What is tried in a process of its own. There the file has another driver: HDF5 would share an open file with the
     process that it was forked from, and with it the place in the file."""
-    h5py = _library()
+    h5py = library()
     try:
         file = h5py.File(name, "r", driver="stdio")
     except OSError as error:
-        raise _refusal(name, error) from error
+        raise _refusal(name, error, maker) from error
     try:
         fault = _fault(file, limits_of(name)[1])
     except FAULTS as error:
-        raise damaged(name, error) from error
+        raise damaged(name, error, maker) from error
     if fault is not None:
-        raise InputError(f"{name}: {fault}; copy what is there into the file, or make it again with `livermark run`")
+        raise InputError(f"{name}: {fault}; copy what is there into the file, or make it again with `{maker}`")
     read_all(file, FAULTS)
 
 
-def open_hdf5(path: Any) -> Any:
-    """An h5py.File to read, after a process of its own has read all of it.
+def open_hdf5(path: Any, maker: str = RUN) -> Any:
+    """An h5py.File to read, after a process of its own has read all of it. maker: the command that writes such files.
 
     Raises FileNotFoundError if there is none, and InputError for what is no HDF5 file, has a part in another file, has
     more in it than fits, or makes HDF5 crash: it would open whatever file is named there, and wait where that is a named pipe.
     """
-    h5py = _library()
-    name = plain_file(path, "give a file that `livermark run` wrote")
-    try_apart(name, _read_whole, getattr(h5py._objects, "phil", None) or contextlib.nullcontext())
+    h5py = library()
+    name = plain_file(path, f"give a file that `{maker}` wrote")
+    try_apart(name, functools.partial(_read_whole, maker=maker), getattr(h5py._objects, "phil", None) or contextlib.nullcontext())
     try:
         return h5py.File(name, "r")
     except OSError as error:
-        raise _refusal(name, error) from error
+        raise _refusal(name, error, maker) from error

@@ -77,6 +77,20 @@ def assert_same_bits(one, other):
     assert numpy.array_equal(one.elastic_forces(moved), other.elastic_forces(moved))
 
 
+def test_tangent_is_that_of_differences_of_the_forces(bar):
+    step = 1e-7
+    for springs in of_every_kind(*bar):
+        for moved in (springs.points, springs.points + 1e-4 * numpy.sin(1e3 * springs.points)):
+            rows, columns, values = springs.tangent(moved)
+            tangent = numpy.zeros((moved.size, moved.size))
+            numpy.add.at(tangent, (rows, columns), values)
+            steps = step * numpy.eye(moved.size).reshape(-1, *moved.shape)
+            differences = [(springs.elastic_forces(moved - s) - springs.elastic_forces(moved + s)).ravel() / (2.0 * step)
+                           for s in steps]
+            assert abs(tangent - differences).max() < 1e-6 * abs(tangent).max(), springs
+            assert len(set(zip(rows.tolist(), columns.tolist()))) == len(values)
+
+
 def test_a_masked_array_without_masked_entries_is_an_array(bar):
     points = numpy.ma.masked_invalid(bar[0])
     assert numpy.array_equal(livermark.springs(points, bar[1], 5000.0, 0.45).stiffness,

@@ -53,7 +53,7 @@ void write_calibration(const std::filesystem::path &path, const Calibration &cal
 
 Calibration read_calibration(const std::filesystem::path &path) {
     auto calibration = hdf5::read_record<Calibration>(
-        path, "livermark calibrate", [](auto root, auto &record) { describe_calibration(root, record); });
+        path, "python3 -m livermark.calibration", [](auto root, auto &record) { describe_calibration(root, record); });
     calibration.springs.origin = path.string();
     return calibration;
 }

@@ -28,7 +28,8 @@ struct Calibration {
     std::vector<double> error_after;     ///< (L)
 };
 
-/// Writes the "calibration files" of results/schema.md, as write_result() writes results.
+/// Writes the "calibration files" of results/schema.md, as write_result() writes results. Those of users are written by
+/// python/livermark/calibration/; its test compares the two.
 /// @throws support::InputError if the place cannot be written to
 void write_calibration(const std::filesystem::path &path, const Calibration &calibration);
 

@@ -26,7 +26,7 @@ models::ModelOptions model_options(const RunOptions &options) {
     if (options.calibration.empty() && std::ranges::find(options.models, calibrated) != options.models.end())
         throw support::InputError(
             fmt::format("model {} takes its springs from a file; name it with --calibration, or make "
-                        "one with `livermark calibrate`",
+                        "one with `python3 -m livermark.calibration`",
                         calibrated));
     if (!options.calibration.empty())
         chosen.calibration =

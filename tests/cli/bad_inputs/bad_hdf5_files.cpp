@@ -211,13 +211,13 @@ std::vector<BadInput> bad_hdf5_files() {
                    change(folder / "timings.h5", without_attribute("/timings/step/newmark/all", "clock"));
                }),
         calibration("NoCalibration", "HDF5 that is no calibration", 0.3, without("/springs"), "holds no calibration",
-                    "make the file again with `livermark calibrate`"),
+                    "make the file again with `python3 -m livermark.calibration`"),
         calibration("NegativeStiffness", "a calibration with a negative stiffness", 0.3,
                     with_entry("/springs/stiffness", 3, -1.0), "/springs/stiffness row 3 is -1",
-                    "make the file again with `livermark calibrate`"),
+                    "make the file again with `python3 -m livermark.calibration`"),
         calibration(
             "CalibrationOfAnotherMaterial", "a calibration for another material", 0.45, [](hid_t) {},
-            "Poisson's ratio 5000 Pa and 0.45", "make one for these with `livermark calibrate`"),
+            "Poisson's ratio 5000 Pa and 0.45", "make one for these with `python3 -m livermark.calibration`"),
     };
 }
 

@@ -20,10 +20,9 @@ std::filesystem::path scratch_folder() {
 }
 
 TEST(CommandLine, HelpAndVersionAreNoErrors) {
-    for (const char *arguments :
-         {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help", "mesh cut --help",
-          "mesh check --help", "modes --help", "cohort --help", "arena --help", "calibrate --help", "stability --help",
-          "table --help", "report --help", "--version"}) {
+    for (const char *arguments : {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help",
+                                  "mesh cut --help", "mesh check --help", "modes --help", "cohort --help",
+                                  "arena --help", "stability --help", "table --help", "report --help", "--version"}) {
         const auto outcome = livermark(arguments);
         EXPECT_EQ(outcome.status, 0) << arguments << "\n" << outcome.output;
         EXPECT_FALSE(outcome.output.empty());

@@ -17,7 +17,7 @@ function refuseOtherFiles(file: File): void {
   const kinds: [path: string, kind: string][] = [
     ['/modes', 'vibrations (livermark modes)'],
     ['/critical_time_step', 'time steps (livermark stability)'],
-    ['/springs', 'calibrated springs (livermark calibrate)'],
+    ['/springs', 'calibrated springs (python3 -m livermark.calibration)'],
     ['/timings', 'timings of the benchmarks'],
     ['/statistics', 'errors over a cohort (livermark cohort)'],
     ['/arena', 'accuracy and time of methods (livermark arena)'],

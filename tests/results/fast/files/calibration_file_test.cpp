@@ -62,10 +62,12 @@ TEST_F(CalibrationFile, ComesBackAsItWasWritten) {
 
 TEST_F(CalibrationFile, OfAnotherKindIsRefusedWithTheRemedy) {
     const auto read = [&] { results::read_calibration(path_); };
-    EXPECT_NE(refusal_by(read).find("make it with `livermark calibrate`"), std::string::npos) << refusal_by(read);
+    EXPECT_NE(refusal_by(read).find("make it with `python3 -m livermark.calibration`"), std::string::npos)
+        << refusal_by(read);
     results::write_stability(path_, {});
-    EXPECT_NE(refusal_by(read).find("holds no calibration; make the file again with `livermark calibrate`"),
-              std::string::npos)
+    EXPECT_NE(
+        refusal_by(read).find("holds no calibration; make the file again with `python3 -m livermark.calibration`"),
+        std::string::npos)
         << refusal_by(read);
 }
 
@@ -92,7 +94,7 @@ TEST(CalibratedSprings, AreRefusedForAnotherMeshOrMaterial) {
     for (const core::Body *other : {static_cast<const core::Body *>(&other_nodes), other_edges.get()}) {
         const auto message = refusal_by([&] { core::check_fit(springs, *other); });
         EXPECT_NE(message.find("another mesh"), std::string::npos) << message;
-        EXPECT_NE(message.find("`livermark calibrate`"), std::string::npos) << message;
+        EXPECT_NE(message.find("`python3 -m livermark.calibration`"), std::string::npos) << message;
     }
     for (const core::Material &other : {core::Material{1060.0, 5e3, 0.3}, core::Material{1060.0, 6e3, 0.45}}) {
         const auto message = refusal_by([&] { core::check_fit(springs, *tests::make_body(body->mesh, other)); });
