@@ -2,13 +2,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Callable, NamedTuple
+from typing import TYPE_CHECKING, Any, Callable, NamedTuple, Optional
 
 import numpy
 import scipy.sparse
 from scipy.optimize import minimize
+from scipy.sparse.linalg import splu
 
-from livermark.calibration.factor import EnvelopeCholesky, along_the_longest_axis
 from livermark.calibration.loads import Expected
 
 if TYPE_CHECKING:
@@ -38,8 +38,7 @@ class Objective:
     def __init__(self, springs: Springs, expected: Expected, volume: NDArray[numpy.float64],
                  held_out: NDArray[numpy.bool_], penalty: float):
         size = expected.fixed.size
-        components = numpy.arange(size).reshape(-1, 3)[along_the_longest_axis(springs.points)].ravel()
-        free = components[~expected.fixed.ravel()[components]]
+        free = numpy.flatnonzero(~expected.fixed)
         rows, columns, values = springs.tangent(springs.points)
         tangent = scipy.sparse.csc_matrix((values, (rows, columns)), shape=(size, size))
         self.start = numpy.log(springs.stiffness)  #: (S) ln k0
@@ -57,9 +56,8 @@ class Objective:
         """At ln k, shape (S) with k in N/m: a factorisation, a solve for each load and one more for each training load."""
         stiffness = numpy.exp(log_stiffness)
         change = scipy.sparse.diags(stiffness - self._start_stiffness)
-        try:
-            solve = EnvelopeCholesky(self._tangent + self._extension.T @ change @ self._extension).solve
-        except numpy.linalg.LinAlgError:
+        solve = solver((self._tangent + self._extension.T @ change @ self._extension).tocsc())
+        if solve is None:
             return State(math.inf, numpy.zeros_like(stiffness), numpy.full(len(self._training), math.nan))
         displacement = solve(self._force)
         difference = displacement - self._wanted
@@ -73,6 +71,15 @@ class Objective:
         work = ((self._extension @ displacement[:, training]) * (self._extension @ adjoint)).sum(axis=1)
         gradient = 2.0 * self._penalty / len(ratio) * ratio - stiffness * work
         return State(float(value), gradient, errors)
+
+
+def solver(matrix: Any) -> Optional[Callable[[NDArray[numpy.float64]], NDArray[numpy.float64]]]:
+    """X = A^-1 B of a symmetric matrix A; nothing if A is not positive definite, so that a pivot is not positive."""
+    try:
+        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:  # a pivot is zero
+        return None
+    return factors.solve if (factors.U.diagonal() > 0.0).all() else None
 
 
 def _extension_matrix(springs: Springs, size: int) -> Any:
