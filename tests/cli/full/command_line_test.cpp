@@ -75,13 +75,13 @@ TEST(CommandLine, BodiesMayStandBehindAList) {
         EXPECT_EQ(expected.status, 0) << expected.output;
         EXPECT_EQ(found.output, expected.output) << behind;
     };
-    same("parameters beam --damping-frequencies 1 10" + load_case,
-         "parameters --damping-frequencies 1 10 beam" + load_case);
     const auto folder = scratch_folder();
     const auto beam = " " LIVERMARK_SOURCE_DIR "/meshes/beam.toml";
     const auto rest = load_case + " --no-observed --output " + folder.string();
     same("stability" + std::string(beam) + " --integrator symplectic_euler heun" + rest,
          "stability --integrator symplectic_euler heun" + std::string(beam) + rest);
+    same("stability beam --damping-frequencies 1 10 --integrator heun" + rest,
+         "stability --integrator heun --damping-frequencies 1 10 beam" + rest);
     // What is no body and no path is a name of the list.
     const auto refused = livermark("stability --integrator heun symplectic_euler haun beam" + rest);
     EXPECT_EQ(refused.status, 2);
