@@ -1,9 +1,9 @@
 // The numbers of the body that moves. Each element also has its number as it is, in data-value.
 import { byId } from '../page/elements.ts';
 import { millimetres, short } from '../picture/scale.ts';
-import { length } from './tool/tool_state.ts';
 import type { Timing } from './session.ts';
 import type { LiveFrame } from './types.ts';
+import { length } from './vector.ts';
 
 /** Text and value of an output. @param value  in SI units; NaN where there is none */
 export function tell(id: string, value: number, text: string): void {

@@ -1,7 +1,7 @@
 // Everything that was asked of an engine, in order: enough to do the same again elsewhere.
 import type { CutAnswer, CutRequest } from './tool/blade/types.ts';
-import { length } from './tool/tool_state.ts';
 import type { Chosen, LiveFrame, LiveSettings, Tool } from './types.ts';
+import { length } from './vector.ts';
 
 export interface Move {
   kind: 'move';

@@ -17,7 +17,8 @@ import { differences, shownFields, shownValues } from './shown_field.ts';
 import { nodesThere, surfacesOf } from './tool/blade/cut_body.ts';
 import { needleMark } from './tool/needle/needle_mark.ts';
 import type { Truth } from './truth.ts';
-import type { LiveBody, LiveFrame, Tool, Vector } from './types.ts';
+import type { LiveBody, LiveFrame, Tool } from './types.ts';
+import type { Vector } from './vector.ts';
 
 export interface Scene {
   stage: Stage;

@@ -1,6 +1,6 @@
 // Places on the surface of a body that has moved.
-import { dot, length, plus } from './tool/tool_state.ts';
-import type { LiveBody, Vector } from './types.ts';
+import type { LiveBody } from './types.ts';
+import { dot, length, plus, type Vector } from './vector.ts';
 
 const vectorAt = (values: ArrayLike<number>, row: number): Vector => [values[3 * row]!, values[3 * row + 1]!, values[3 * row + 2]!];
 

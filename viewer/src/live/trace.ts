@@ -1,7 +1,7 @@
 // The force of the last seconds, as a line that goes on.
 import { roundedUp } from '../picture/scale.ts';
-import { length } from './tool/tool_state.ts';
 import type { Entry, Move } from './record.ts';
+import { length } from './vector.ts';
 
 const seconds = 10;
 const margin = { left: 38, right: 8, top: 8, bottom: 20 };

@@ -1,8 +1,8 @@
 // What finite elements say to the round load or the needle that the springs are under: one question under way, always about the latest frame.
 import { nodalVolumes } from '../data/nodal_volumes.ts';
-import { length, plus } from './tool/tool_state.ts';
 import type { NeedleFrame } from './tool/needle/types.ts';
 import type { LiveBody, LiveFrame, LiveSettings, TruthEngine } from './types.ts';
+import { length, plus } from './vector.ts';
 
 export interface Truth {
   displacement: Float32Array; // of finite elements, (N,3) [m]

@@ -1,10 +1,9 @@
-// What the live page and its engines say to each other. SI units; vectors are [x, y, z].
+// What the live page and its engines say to each other. SI units.
 
 import type { SoftBody } from '../data/types.ts';
 import type { CutAnswer, CutRequest } from './tool/blade/types.ts';
 import type { NeedleFrame, NeedleTool } from './tool/needle/types.ts';
-
-export type Vector = [number, number, number];
+import type { Vector } from './vector.ts';
 
 /** All of a result file that moves. */
 export interface LiveBody extends SoftBody {

@@ -6,7 +6,7 @@ import type { Skin } from '../picture/body.ts';
 import { watchPageColours } from '../picture/page_colours.ts';
 import { showDisc } from './tool/disc.ts';
 import { startFollowing, type Following } from './following.ts';
-import { atRest, goOn, isHolding, letGo, plus, take, toolOf, type ToolState } from './tool/tool_state.ts';
+import { atRest, goOn, isHolding, letGo, take, toolOf, type ToolState } from './tool/tool_state.ts';
 import { linkedLook, linkedSettings, writeLiveLink } from './live_link.ts';
 import { liveFrame } from './live_picture.ts';
 import { chosenStroke, drawStroke, listenToBlade, showCut, showRegions } from './tool/blade/blade_panel.ts';
@@ -28,6 +28,7 @@ import { drawTrace } from './trace.ts';
 import { createUndo, type Before } from './undo.ts';
 import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
 import { wasmEngine } from './engines/wasm_engine.ts';
+import { plus } from './vector.ts';
 
 /** Whether the page has springs in WebAssembly: see vite.config.js. */
 declare const HAS_KERNEL: boolean;

@@ -3,7 +3,8 @@ import { Fault } from '../../data/types.ts';
 import { readCut } from '../tool/blade/blade_messages.ts';
 import type { CutAnswer } from '../tool/blade/types.ts';
 import { needleMessage, readNeedle } from '../tool/needle/needle_messages.ts';
-import type { Chosen, LiveBody, LiveFrame, LiveSettings, Tool, Vector } from '../types.ts';
+import type { Chosen, LiveBody, LiveFrame, LiveSettings, Tool } from '../types.ts';
+import type { Vector } from '../vector.ts';
 
 export function bodyMessage(body: LiveBody): Float64Array {
   const parts = [

@@ -1,8 +1,8 @@
 // The disc that a tool presses or holds, and what is said of it.
 import { byId } from '../../page/elements.ts';
 import { tell } from '../readings.ts';
-import { length, plus } from './tool_state.ts';
-import type { LiveBody, LiveFrame, Vector } from '../types.ts';
+import type { LiveBody, LiveFrame } from '../types.ts';
+import { length, plus, type Vector } from '../vector.ts';
 
 const pointOf = ({ points }: Pick<LiveBody, 'points'>, node: number): Vector => [points[3 * node]!, points[3 * node + 1]!, points[3 * node + 2]!];
 

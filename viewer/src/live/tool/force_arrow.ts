@@ -2,8 +2,8 @@
 import { byId } from '../../page/elements.ts';
 import type { Stage } from '../../picture/stage.ts';
 import { createColourRange } from '../colour_range.ts';
-import { length } from './tool_state.ts';
-import type { LiveFrame, Vector } from '../types.ts';
+import type { LiveFrame } from '../types.ts';
+import { length, type Vector } from '../vector.ts';
 
 const longest = 0.35; // of the size of the body
 const least = 0.5; // force that the longest arrow stands for, at least [N]

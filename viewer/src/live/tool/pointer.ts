@@ -1,8 +1,9 @@
 // Mouse, finger and keys as motions of the tool.
 import type { Stage } from '../../picture/stage.ts';
 import { shortest, lengthOfStroke, strokeOf, type Stroke } from './blade/stroke.ts';
-import { goalOf, isHolding, letGo, plus, pushTo, slide, type Grasp, type ToolState } from './tool_state.ts';
-import type { LiveBody, Vector } from '../types.ts';
+import { goalOf, isHolding, letGo, pushTo, slide, type Grasp, type ToolState } from './tool_state.ts';
+import type { LiveBody } from '../types.ts';
+import { plus, type Vector } from '../vector.ts';
 
 export interface Handling {
   toolState(): ToolState;

@@ -1,6 +1,7 @@
 // What the tool of the reader does: which one, taken where, moved how far, pushed in how deep. Values in, values out.
 import type { NeedleValues } from './needle/types.ts';
-import type { Tool, Vector } from '../types.ts';
+import type { Tool } from '../types.ts';
+import { length, plus, type Vector } from '../vector.ts';
 
 export type Holding = Exclude<Tool['kind'], 'none'>;
 /** A blade takes hold of nothing: it is led across the picture, and then it has cut. */
@@ -34,10 +35,6 @@ const driving = 0.02; // speed of a needle [m/s]
 
 /** At first a finger, 24 mm across. */
 export const atRest: ToolState = { kind: 'probe', radius: { probe: 0.012, pull: 0.015, needle: 0.008 }, start: { probe: 0.005, pull: 0, needle: 0 }, grasp: null };
-
-export const plus = (a: Vector, b: Vector, factor = 1): Vector => [a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]];
-export const dot = (a: Vector, b: Vector) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-export const length = (a: Vector) => Math.hypot(...a);
 
 /** Sets the tool down where it just touches; it then goes to the depth that it starts with. */
 /** @param needle  where it goes, of a needle: all the way to its target unless it was to go less deep */

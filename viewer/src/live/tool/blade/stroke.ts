@@ -1,7 +1,6 @@
 // A stroke across the picture as a cut. Values in, values out.
-import { dot, length, plus } from '../tool_state.ts';
-import type { Vector } from '../../types.ts';
 import type { CutTool } from './types.ts';
+import { dot, length, plus, type Vector } from '../../vector.ts';
 
 /** How thick a blade is: what it touches goes [m]. */
 const thickness = 0.001;

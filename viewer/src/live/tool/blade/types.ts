@@ -1,5 +1,5 @@
 // Cuts of the live page; see live/messages.hpp. SI units.
-import type { Vector } from '../../types.ts';
+import type { Vector } from '../../vector.ts';
 
 export type CutTool =
   | { kind: 'region'; region: number; margin: number; keepsMargin: boolean } // a region with a margin [m], which is kept everywhere

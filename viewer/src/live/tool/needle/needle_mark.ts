@@ -1,9 +1,9 @@
 // A needle as the picture draws it.
 import type { NeedleMark } from '../../../picture/needle_mark.ts';
-import { plus } from '../tool_state.ts';
 import type { LiveFrame } from '../../types.ts';
 import type { NeedleTool } from './types.ts';
 import { pointAt } from './way.ts';
+import { plus } from '../../vector.ts';
 
 /** Of the shaft that is drawn before the target, so that the handle is outside wherever the tip is [m]. */
 const shaft = 0.1;

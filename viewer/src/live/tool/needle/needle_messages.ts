@@ -1,6 +1,6 @@
 // What the springs are told of a needle, and what they answer before all else: see live/messages.hpp.
-import type { Vector } from '../../types.ts';
 import type { NeedleFrame, NeedleTool } from './types.ts';
+import type { Vector } from '../../vector.ts';
 
 export function needleMessage({ entry, target, depth, values }: NeedleTool, numSteps: number): Float64Array {
   const { diameter, spread, toughness, friction, punctureForce } = values;

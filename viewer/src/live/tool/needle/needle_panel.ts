@@ -2,8 +2,9 @@
 import type { Lesion } from '../../../data/types.ts';
 import { byId, element } from '../../../page/elements.ts';
 import { tell } from '../../readings.ts';
-import type { LiveBody, LiveFrame, Tool, Vector } from '../../types.ts';
+import type { LiveBody, LiveFrame, Tool } from '../../types.ts';
 import { placeOfLesion, straightIn, targetErrors } from './way.ts';
+import type { Vector } from '../../vector.ts';
 
 const choice = () => byId<HTMLSelectElement>('live-needle-target');
 const millimetres = (metres: number) => `${(1000 * metres).toFixed(1).replace('-', '−')} mm`;

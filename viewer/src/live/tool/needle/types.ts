@@ -1,5 +1,5 @@
 // A needle of the live page; see core/tool/needle/needle.hpp and live/messages.hpp. SI units.
-import type { Vector } from '../../types.ts';
+import type { Vector } from '../../vector.ts';
 
 /** What kind of needle it is, and what it meets. */
 export interface NeedleValues {

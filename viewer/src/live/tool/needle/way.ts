@@ -1,8 +1,8 @@
 // Where a needle goes: from a place of the surface to what the reader has chosen. Values in, values out.
 import type { Lesion } from '../../../data/types.ts';
-import { length, plus } from '../tool_state.ts';
-import type { LiveBody, Vector } from '../../types.ts';
+import type { LiveBody } from '../../types.ts';
 import type { NeedleFrame, NeedleTool, NeedleValues } from './types.ts';
+import { length, plus, type Vector } from '../../vector.ts';
 
 /** What 18 G meets in liver (load_cases/needles/): toughness of bovine liver, and friction of the right size. */
 const diameter = 0.00127, toughness = 164, friction = 20;
