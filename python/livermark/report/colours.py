@@ -12,7 +12,7 @@ INK, SOFT, HAIR, AXIS, FAINT, BAND = "#1d2329", "#56606a", "#e8ebed", "#8a949d",
 PAPER = "#ffffff"
 #: Okabe and Ito's colours without the yellow, which is too light for lines on white.
 BLUE, VERMILION, GREEN, PINK, ORANGE, SKY = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"
-#: Finite elements, and the steps of Figures 5 and 6.
+#: Finite elements.
 GREYS = ("#111111", "#555555", "#888888", "#aaaaaa")
 SERIES = (BLUE, VERMILION, GREEN, PINK, ORANGE, SKY)
 VARIABLES = {
