@@ -60,7 +60,8 @@ class Mesher {
             throw support::InputError(fmt::format("{}: only one process can mesh a segmentation; mesh it first with "
                                                   "`livermark mesh {}`, and give the body file",
                                                   source, option));
-        const auto folder = studies::make_output_folder(output_, "");
+        const studies::OutputFolder output(output_, "");
+        const auto &folder = output.path();
         const auto sources = sources_of(command);
         const auto body_file = place_of(folder, stem, sources);
         const bool has_mesh = fs::exists(fs::path(body_file).replace_extension(".msh"));
@@ -76,13 +77,7 @@ class Mesher {
         command.command_line = command_line_;
         command.force = true;
         command.table = stderr;
-        try {
-            make(command);
-        } catch (const support::InputError &) {
-            std::error_code error;
-            fs::remove(folder, error); // unless something is in it
-            throw;
-        }
+        make(command);
         return body_file.string();
     }
 

@@ -67,6 +67,7 @@ int run(int argc, char **argv) {
         livermark::cli::add_export(app, command_line),
         livermark::cli::add_score(app, command_line),
     };
+    livermark::cli::refuse_empty_places(app);
     livermark::cli::refuse_unknown_subcommand(app, words);
     auto in_order = livermark::cli::with_places_first(app, words, livermark::cli::is_body_or_path);
     std::ranges::reverse(in_order); // which CLI11 takes from the back

@@ -78,6 +78,19 @@ void describe_arguments_once(CLI::App &app) {
     app.formatter(std::make_shared<ArgumentsOnce>());
 }
 
+void refuse_empty_places(CLI::App &app) {
+    for (const auto *const name : {"--output", "--picture", "--scan"})
+        if (auto *option = app.get_option_no_throw(name))
+            option->check(CLI::Validator(
+                [](const std::string &place) {
+                    return place.empty() ? std::string("the name is empty; give one, or leave the option out")
+                                         : std::string();
+                },
+                ""));
+    for (auto *subcommand : app.get_subcommands({}))
+        refuse_empty_places(*subcommand);
+}
+
 void refuse_unknown_subcommand(const CLI::App &app, const std::vector<std::string> &words) {
     const auto known = subcommand_names(app);
     if (known.empty() || words.empty() || words.front().starts_with('-'))
@@ -94,13 +107,13 @@ std::string usage_sentence(const CLI::App &app, const CLI::ParseError &error) {
     // What is missing may be missing because of a slip here, so this comes first.
     if (const auto option = std::ranges::find_if(unexpected, is_option); option != unexpected.end())
         return about_unexpected(*option, command);
+    if (dynamic_cast<const CLI::ValidationError *>(&error)) // checks say what would be right
+        return error.what();
     if (const auto names = subcommand_names(command); !names.empty())
         return fmt::format("a subcommand is missing behind `{}`; give one of {}", full_name(command),
                            fmt::join(names, ", "));
     if (!unexpected.empty())
         return about_unexpected(unexpected.front(), command);
-    if (dynamic_cast<const CLI::ValidationError *>(&error)) // checks say what would be right
-        return error.what();
     return fmt::format("{}; see `{} --help`", error.what(), full_name(command));
 }
 

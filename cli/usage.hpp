@@ -17,6 +17,10 @@ void refuse_unknown_subcommand(const CLI::App &app, const std::vector<std::strin
 /// later inherit it.
 void describe_arguments_once(CLI::App &app);
 
+/// Lets every option that names a place to write to, such as --output, refuse an empty name. Called when all commands
+/// are there.
+void refuse_empty_places(CLI::App &app);
+
 /// The sentence for a command line that CLI11 has refused.
 std::string usage_sentence(const CLI::App &app, const CLI::ParseError &error);
 

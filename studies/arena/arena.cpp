@@ -193,7 +193,7 @@ ArenaResults run_arena(const ArenaOptions &options, const std::string &command_l
         std::optional<results::ToolReference> reference;
         if (options.tool == ArenaTool::glued || has_stored_tool_reference(problem))
             reference = stored_tool_reference(problem);
-        const auto folder = make_output_folder(options.output, problem);
+        const OutputFile file(options.output, problem, arena_file_of(options));
         auto arena = empty_arena(problem, reference ? &*reference : nullptr, command_line);
         std::ranges::transform(methods, std::back_inserter(arena.methods), texts_of);
         const auto changes = reference ? volume_changes(problem.body->mesh, reference->history) : std::vector<double>{};
@@ -207,7 +207,7 @@ ArenaResults run_arena(const ArenaOptions &options, const std::string &command_l
                 std::ranges::move(run_series(method, scene, options.iterations), std::back_inserter(arena.series));
             }
         }
-        results::write_arena(folder / arena_file_of(options), arena);
+        results::write_arena(file.path(), arena);
         done.of_body.push_back(std::move(arena));
     }
     return done;

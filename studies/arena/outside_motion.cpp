@@ -30,7 +30,8 @@ ExportedProblem export_tool_scene(const ExportOptions &options, const std::strin
         for (std::size_t i = 0; i < place.nodes.size(); ++i)
             tool.displacement.push_back(place.displacement(i, position));
     }
-    const auto file = make_output_folder(options.output, problem) / (problem.load_case.name + ".scene.h5");
+    const OutputFile output(options.output, problem, problem.load_case.name + ".scene.h5");
+    const auto &file = output.path();
     results::write_tool_scene(file, problem, tool, results::current_provenance(command_line));
     ExportedProblem exported{{file}, std::move(notes)};
     std::istringstream written(support::run_python(
@@ -83,8 +84,8 @@ MotionScore score_motion(const ScoreOptions &options, const std::string &command
     auto [problems, notes, left_out] = read_arena_problems({options.body}, options.load_case);
     const auto &problem = problems.front();
     const auto motion = read_motion(options, problem);
-    const auto folder = make_output_folder(options.output, problem);
-    const auto reference = reference_for(problem, folder, command_line, report, notes);
+    const OutputFile file(options.output, problem, fmt::format("{}.{}.h5", problem.load_case.name, options.name));
+    const auto reference = reference_for(problem, file.path().parent_path(), command_line, report, notes);
     results::ArenaRun run;
     run.method = options.name;
     run.setting = "unverified cost";
@@ -93,8 +94,7 @@ MotionScore score_motion(const ScoreOptions &options, const std::string &command
     judge_shape(run, problem.body->mesh, motion.history, reference.history);
     run.errors = core::compare(problem.body->mesh, *problem.load_case.tool, motion.history, reference.history);
     run.force = motion.history.force;
-    MotionScore score{empty_arena(problem, &reference, command_line),
-                      folder / fmt::format("{}.{}.h5", problem.load_case.name, options.name), std::move(notes)};
+    MotionScore score{empty_arena(problem, &reference, command_line), file.path(), std::move(notes)};
     score.arena.runs.push_back(std::move(run));
     results::write_arena(score.file, score.arena);
     return score;

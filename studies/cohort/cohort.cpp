@@ -15,11 +15,11 @@
 #include "studies/cohort/cohort_body.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/run_cases.hpp"
+#include "studies/run/solutions/output_folder.hpp"
 #include "studies/run/work/run_task.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/memory.hpp"
 #include "support/processes/mpi_session.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::studies {
 
@@ -76,7 +76,6 @@ void make_folders(const CohortOptions &options) {
     if (error)
         throw support::InputError(fmt::format("{}: cannot be made ({}); choose another --output",
                                               bodies_in(options).string(), error.message()));
-    support::check_place(fs::path(options.run.output) / "cohort.h5");
 }
 
 /// Makes and reads one body with its load cases.
@@ -152,13 +151,14 @@ void run_body(int number, const CohortOptions &options, RunOptions run, const Pr
 CohortOutcome run_cohort(const CohortOptions &options, const std::string &command_line, const ProgressReport &report) {
     const auto run = options_of_cohort(options);
     check_all(options, run);
+    const OutputFile file(options.run.output, "", "cohort.h5");
     make_folders(options);
     CohortOutcome all;
     all.cohort.tetrahedra = options.tetrahedra;
     for (const int number : options.bodies)
         run_body(number, options, run, report, all);
     all.cohort.provenance = results::current_provenance(command_line);
-    results::write_cohort(fs::path(options.run.output) / "cohort.h5", all.cohort);
+    results::write_cohort(file.path(), all.cohort);
     all.is_well =
         all.cohort.failures.empty() && std::ranges::all_of(all.cohort.errors, [](const results::CohortError &error) {
             return error.status == core::SolutionStatus::ok || may_fail(error.model, error.regime);

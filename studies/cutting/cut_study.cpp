@@ -284,7 +284,11 @@ CutResults let_blade_in(const CutStudyOptions &options, const std::string &comma
                                               before.load_case.name));
     const auto file_of_loads = find_toml_files({options.load_case}, load_cases_folder, "load case").front();
     const SameLoads loads(file_of_loads, before.load_case);
-    ModelsUnderBlade models(models_under_blade(options, before), before.body->name, loads, way.num_steps + 1, report);
+    const auto chosen = models_under_blade(options, before);
+    const bool is_other_regime = !meets_moved_body && before.load_case.regime == core::Regime::large;
+    const OutputFile output(options.output, before,
+                            fmt::format("cut.{}{}.h5", before.load_case.name, is_other_regime ? ".large" : ""));
+    ModelsUnderBlade models(chosen, before.body->name, loads, way.num_steps + 1, report);
     const auto stages = models.go(before.body, way, meets_moved_body);
     CutResults done{.file = {.provenance = results::current_provenance(command_line),
                              .body = before.body->name,
@@ -317,10 +321,7 @@ CutResults let_blade_in(const CutStudyOptions &options, const std::string &comma
         done.file.frames_per_step = options.motion.frames_per_step;
         done.file.motions = move_under_blade(options.motion, stages, problems, report);
     }
-    const auto folder = make_output_folder(options.output, before);
-    const bool is_other_regime = !meets_moved_body && before.load_case.regime == core::Regime::large;
-    results::write_cut(folder / fmt::format("cut.{}{}.h5", done.file.load_case, is_other_regime ? ".large" : ""),
-                       done.file);
+    results::write_cut(output.path(), done.file);
     return done;
 }
 

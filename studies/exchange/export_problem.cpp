@@ -21,10 +21,10 @@ ExportedProblem export_problem(const ExportOptions &options, const std::string &
         throw support::InputError(fmt::format("load case {} has a ball that touches, which the exported files cannot "
                                               "describe; choose one without a [touch]",
                                               problem.load_case.name));
-    const auto folder = make_output_folder(options.output, problem);
+    const OutputFolder folder(options.output, problem.body->name);
     ExportedProblem exported{{}, std::move(notes)};
     const auto file = [&](const char *extension) {
-        return exported.files.emplace_back(folder / (problem.load_case.name + extension));
+        return exported.files.emplace_back(folder.path() / (problem.load_case.name + extension));
     };
 
     results::Result result;

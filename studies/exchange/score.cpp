@@ -152,9 +152,9 @@ Score score(const ScoreOptions &options, const std::string &command_line, const 
     const auto &problem = problems.front();
     refuse_motion(problem);
     const auto displacement = read_displacement(options, problem);
-    const auto folder = make_output_folder(options.output, problem);
+    const OutputFile file(options.output, problem, fmt::format("{}.{}.h5", problem.load_case.name, options.name));
     Score scored{.result = evaluate_beside(std::move(models), problem, displacement, options, command_line, report),
-                 .file = folder / fmt::format("{}.{}.h5", problem.load_case.name, options.name),
+                 .file = file.path(),
                  .notes = std::move(notes)};
     results::write_result(scored.file, scored.result);
     std::ranges::move(question_of_unit(scored.result, options), std::back_inserter(scored.notes));

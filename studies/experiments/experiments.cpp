@@ -21,7 +21,6 @@
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::studies {
 
@@ -294,13 +293,11 @@ ExperimentResults run_experiments(const ExperimentOptions &options, const std::s
     if (read.empty())
         throw support::InputError(
             fmt::format("{}; or give the .toml of an experiment of your own", fmt::join(found.notes, "; ")));
-    const auto folder = make_output_folder(options.output, "");
     for (const auto &experiment : read) {
-        const auto file = folder / (experiment.name + ".h5");
-        support::check_place(file);
+        const OutputFile file(options.output, "", experiment.name + ".h5");
         found.of_experiment.push_back(evaluate_experiment(experiment, options, command_line, report));
-        results::write_experiment(file, found.of_experiment.back());
-        found.files.push_back(file.string());
+        results::write_experiment(file.path(), found.of_experiment.back());
+        found.files.push_back(file.path().string());
     }
     return found;
 }

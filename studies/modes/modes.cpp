@@ -38,14 +38,14 @@ ModesResults find_modes(const ModesOptions &options, const std::string &command_
     ModesResults found{{}, notes};
     Steps steps(static_cast<int>(problems.size() * models.size()), report);
     for (const auto &problem : problems) {
-        const auto folder = make_output_folder(options.output, problem);
+        const OutputFile file(options.output, problem, fmt::format("modes.{}.h5", problem.load_case.name));
         results::Result result{
             .provenance = results::current_provenance(command_line), .problem = problem, .models = {}, .modes = {}};
         for (const auto &model : models) {
             steps.next(fmt::format("{} / {}", problem.body->name, model.name));
             result.modes.push_back({model.name, model.modes(problem, options.count)});
         }
-        results::write_result(folder / fmt::format("modes.{}.h5", problem.load_case.name), result);
+        results::write_result(file.path(), result);
         found.of_body.push_back(std::move(result));
     }
     return found;

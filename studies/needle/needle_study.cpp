@@ -168,8 +168,9 @@ NeedleResults drive_needles(const NeedleOptions &options, const std::string &com
         num_needles += needles.size();
     Steps steps(static_cast<int>(num_needles) * meshes_of(models, options.regime), report);
     for (const auto &[problem, needles] : problems) {
-        const auto folder = make_output_folder(options.output, problem);
         const bool is_large = options.regime == core::Regime::large;
+        const OutputFile output(options.output, problem,
+                                fmt::format("needle.{}{}.h5", problem.load_case.name, is_large ? ".large" : ""));
         results::NeedleFile file{.provenance = results::current_provenance(command_line),
                                  .body = problem.body->name,
                                  .load_case = problem.load_case.name,
@@ -178,8 +179,7 @@ NeedleResults drive_needles(const NeedleOptions &options, const std::string &com
                                  .needles = {}};
         for (const auto &needle : needles)
             file.needles.push_back(drive(problem, needle, models, steps));
-        results::write_needles(folder / fmt::format("needle.{}{}.h5", problem.load_case.name, is_large ? ".large" : ""),
-                               file);
+        results::write_needles(output.path(), file);
         done.of_body.push_back(std::move(file));
     }
     return done;

@@ -15,8 +15,10 @@
 #include "results/hdf5/resumable_result.hpp"
 #include "results/provenance.hpp"
 #include "studies/progress.hpp"
+#include "studies/run/amplitudes.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/loads.hpp"
+#include "studies/run/solutions/output_folder.hpp"
 #include "studies/run/work/case_groups.hpp"
 #include "studies/run/work/work_items.hpp"
 #include "studies/run/work/worker_messages.hpp"
@@ -87,6 +89,17 @@ Case case_of(const LoadedProblem &load, const RunOptions &options, const results
     return one;
 }
 
+/// The result files of a run, which no other process may write meanwhile.
+std::vector<OutputFile> files_to_write(const RunTask &task, const RunOptions &options) {
+    std::vector<OutputFile> files;
+    for (const auto &problem : task.problems)
+        for (const auto &amplified : at_amplitudes(problem, options.amplitudes)) {
+            const auto file = result_file_of(amplified, options);
+            files.emplace_back(file.parent_path().parent_path(), problem, file.filename().string());
+        }
+    return files;
+}
+
 /// For each model in each case that has a result already.
 std::vector<std::string> kept_steps(const std::vector<Case> &cases, const Run &run) {
     std::vector<std::string> steps;
@@ -115,6 +128,7 @@ std::string sentence_on_lost(const std::string &where, const std::string &how) {
 Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::string &command_line,
                    const ProgressReport &report) {
     Outcomes outcomes{std::vector<Outcome>(task.problems.size()), {}, {}};
+    const auto files = files_to_write(task, options);
     Worker worker{PreparedModels(most_shared(task.problems))};
     outcomes.spent.begin(other_work);
     const auto provenance = results::current_provenance(command_line);

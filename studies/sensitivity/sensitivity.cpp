@@ -21,7 +21,6 @@
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 #include "support/root_folder.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::studies {
 
@@ -33,7 +32,7 @@ constexpr std::size_t samples_between_files = 16;
 struct SampledCase {
     core::Problem nominal;
     std::vector<Output> outputs;
-    std::filesystem::path file;
+    OutputFile output;
     results::Sensitivity found;
     std::vector<std::vector<double>> unit_points{}; ///< (S, P) in the unit cube
 
@@ -66,8 +65,7 @@ SampledCase sampled_case(const core::Problem &nominal, const Ranges &ranges, con
                                               acting.parameters.size(), least_samples(acting.parameters.size())));
     SampledCase sampled{.nominal = nominal,
                         .outputs = outputs_of(nominal),
-                        .file = make_output_folder(options.output, nominal) /
-                                fmt::format("sensitivity.{}.h5", nominal.load_case.name),
+                        .output = {options.output, nominal, fmt::format("sensitivity.{}.h5", nominal.load_case.name)},
                         .found = {}};
     auto &found = sampled.found;
     found.provenance = results::current_provenance(command_line);
@@ -78,7 +76,6 @@ SampledCase sampled_case(const core::Problem &nominal, const Ranges &ranges, con
     found.fingerprint = results::fingerprint(nominal, options.model);
     found.groups = groups_of(acting.parameters);
     found.parameters = std::move(acting.parameters);
-    support::check_place(sampled.file);
     return sampled;
 }
 
@@ -96,10 +93,10 @@ void place_points(SampledCase &sampled, int num_samples) {
 void take_kept_samples(SampledCase &sampled) {
     std::error_code nobody_cares;
     auto &found = sampled.found;
-    if (!std::filesystem::exists(sampled.file, nobody_cares) ||
-        results::kind_of_file(sampled.file) != results::FileKind::sensitivity)
+    if (!std::filesystem::exists(sampled.output.path(), nobody_cares) ||
+        results::kind_of_file(sampled.output.path()) != results::FileKind::sensitivity)
         return;
-    const auto before = results::read_sensitivity(sampled.file);
+    const auto before = results::read_sensitivity(sampled.output.path());
     if (before.fingerprint != found.fingerprint || before.parameters != found.parameters)
         return;
     for (std::size_t s = 0; s < std::min(found.points.size(), before.values.size()); ++s) {
@@ -138,7 +135,7 @@ void solve_samples(SampledCase &sampled, const core::Model &model, Steps &steps,
                                         "long as it moves by much less than it is thick; fem_p2p1 is linear",
                                         sampled.name(), model.name));
         if ((s + 1) % samples_between_files == 0)
-            results::write_sensitivity(sampled.file, found);
+            results::write_sensitivity(sampled.output.path(), found);
     }
 }
 
@@ -226,11 +223,11 @@ SensitivityResults study_sensitivity(const SensitivityOptions &options, const st
         place_points(sampled, options.num_samples);
         take_kept_samples(sampled);
         solve_samples(sampled, model, steps, done.notes);
-        results::write_sensitivity(sampled.file, sampled.found);
+        results::write_sensitivity(sampled.output.path(), sampled.found);
         add_indices(sampled, done.notes);
         add_budget(sampled, options.body, budget, steps);
-        results::write_sensitivity(sampled.file, sampled.found);
-        done.folder = sampled.file.parent_path().string();
+        results::write_sensitivity(sampled.output.path(), sampled.found);
+        done.folder = sampled.output.path().parent_path().string();
         done.of_load_case.push_back(std::move(sampled.found));
     }
     return done;

@@ -149,10 +149,11 @@ StabilityResults find_stability(const StabilityOptions &options, const std::stri
     for (const auto &problem : problems)
         for (const auto &named : all_springs) {
             const auto springs = named.make(problem.body); // which may refuse, before anything is written
-            const auto folder = make_output_folder(options.output, problem);
+            const OutputFile file(options.output, problem,
+                                  fmt::format("stability.{}.h5", named.model.empty() ? named.law : named.model));
             auto stability = examine(problem, named, springs, integrators, options, steps);
             stability.provenance = results::current_provenance(command_line);
-            results::write_stability(folder / fmt::format("stability.{}.h5", stability.springs()), stability);
+            results::write_stability(file.path(), stability);
             found.of_body.push_back(std::move(stability));
         }
     return found;

@@ -120,7 +120,7 @@ NeedleArenaResults run_needle_arena(const ArenaOptions &options, const NeedleAre
     Steps steps(static_cast<int>(num_needles * (1 + methods.size() * options.meshes.size())), report);
     for (const auto &with_needles : problems) {
         const auto &problem = with_needles.problem;
-        const auto folder = make_output_folder(options.output, problem);
+        const OutputFile output(options.output, problem, fmt::format("needle_arena.{}.h5", problem.load_case.name));
         results::NeedleFile file{.provenance = results::current_provenance(command_line),
                                  .body = problem.body->name,
                                  .load_case = problem.load_case.name,
@@ -142,7 +142,7 @@ NeedleArenaResults run_needle_arena(const ArenaOptions &options, const NeedleAre
             }
             file.needles.push_back(std::move(study));
         }
-        results::write_needles(folder / fmt::format("needle_arena.{}.h5", problem.load_case.name), file);
+        results::write_needles(output.path(), file);
         done.of_body.push_back(std::move(file));
     }
     return done;

@@ -1,23 +1,41 @@
 #include "studies/run/solutions/output_folder.hpp"
 
 #include <fmt/format.h>
+#include <system_error>
 
 #include "support/input_error.hpp"
+#include "support/whole_file.hpp"
 
 namespace livermark::studies {
 
-std::filesystem::path make_output_folder(const std::filesystem::path &output, const core::Problem &problem) {
-    return make_output_folder(output, problem.body->name);
-}
-
-std::filesystem::path make_output_folder(const std::filesystem::path &output, const std::string &name) {
-    auto folder = output / name;
+OutputFolder::OutputFolder(const std::filesystem::path &output, const std::string &name)
+    : path_(name.empty() ? output : output / name) {
     std::error_code error;
-    std::filesystem::create_directories(folder, error);
+    for (auto folder = path_; !folder.empty() && !std::filesystem::exists(folder, error);
+         folder = folder.parent_path()) {
+        if (folder.has_filename()) // none of "runs/", whose parent is "runs"
+            made_.push_back(folder);
+    }
+    std::filesystem::create_directories(path_, error);
     if (error)
         throw support::InputError(
-            fmt::format("{}: cannot be made ({}); choose another --output", folder.string(), error.message()));
-    return folder;
+            fmt::format("{}: cannot be made ({}); choose another --output", path_.string(), error.message()));
+}
+
+OutputFolder::~OutputFolder() {
+    std::error_code error;
+    for (const auto &folder : made_)
+        if (!std::filesystem::remove(folder, error)) // something is in it, or in the one around it
+            break;
+}
+
+OutputFile::OutputFile(const std::filesystem::path &output, const core::Problem &problem, const std::string &name)
+    : OutputFile(output, problem.body->name, name) {}
+
+OutputFile::OutputFile(const std::filesystem::path &output, const std::string &body, const std::string &name)
+    : folder_(std::make_unique<OutputFolder>(output, body)), path_(folder_->path() / name) {
+    support::check_place(path_);
+    claim_ = std::make_unique<support::FileClaim>(path_);
 }
 
 } // namespace livermark::studies

@@ -86,7 +86,7 @@ RunTask prepare_on_this_rank(const RunOptions &options) {
     auto task = read_task(options);
     if (support::mpi_rank() == 0)
         for (const auto &problem : task.problems)
-            make_output_folder(output_folder(options, problem), problem);
+            const OutputFolder can_be_made(output_folder(options, problem), problem.body->name);
     return task;
 }
 

@@ -129,7 +129,7 @@ void evaluate_item(const Run &run, std::size_t load, PreparedModels &prepared, c
 } // namespace
 
 std::filesystem::path result_file_of(const core::Problem &problem, const RunOptions &options) {
-    return make_output_folder(output_folder(options, problem), problem) / (problem.load_case.name + ".h5");
+    return output_folder(options, problem) / problem.body->name / (problem.load_case.name + ".h5");
 }
 
 void do_item(const Run &run, int item, Worker &worker, const support::SendMessage &send) {

@@ -27,8 +27,7 @@ struct Worker {
     int at_group = -1; ///< of the item before
 };
 
-/// <output>/<body>/<load case>.h5. Makes the folder.
-/// @throws support::InputError if it cannot be made
+/// <output>/<body>/<load case>.h5
 std::filesystem::path result_file_of(const core::Problem &problem, const RunOptions &options);
 
 /// Does an item of the plan: lets models solve, whose solutions the cache keeps, or evaluates the benchmark case of a

@@ -1,9 +1,12 @@
 #include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <unistd.h>
 
 #include "results/hdf5/result_file.hpp"
+#include "support/file_claim.hpp"
 #include "tests/livermark_command.hpp"
 
 namespace livermark {
@@ -27,6 +30,68 @@ TEST(CommandLine, HelpAndVersionAreNoErrors) {
         EXPECT_EQ(outcome.status, 0) << arguments << "\n" << outcome.output;
         EXPECT_FALSE(outcome.output.empty());
     }
+}
+
+/// Every option that names a place to write to, of every command.
+TEST(CommandLine, RefusesPlacesWithoutAName) {
+    for (const auto *arguments : {"run", "modes", "needle", "cut beam --blade 0 0 0 0 1 0 1 1 0 1 0 0", "arena",
+                                  "experiment", "sensitivity", "cohort --bodies 2", "stability", "report .",
+                                  "score beam beam_bend x.csv", "export beam beam_bend", "advise beam", "mesh liver",
+                                  "mesh box --size 1 1 1 --edge 1", "mesh cut beam --region solid", "mesh --phantom"}) {
+        const auto outcome = livermark(std::string(arguments) + " --output ''");
+        EXPECT_EQ(outcome.status, 2) << arguments << '\n' << outcome.output;
+        EXPECT_NE(outcome.output.find("--output: the name is empty; give one, or leave the option out"),
+                  std::string::npos)
+            << arguments << '\n'
+            << outcome.output;
+    }
+}
+
+/// Two runs with other models would write the same file, and one result would be lost.
+TEST(CommandLine, RefusesToWriteWhatAnotherProcessIsAboutToWrite) {
+    const auto folder = scratch_folder();
+    const auto modes = "modes beam --model lloyd --count 1 --load-case beam_bend --output " + (folder / "out").string();
+    std::filesystem::create_directories(folder / "out" / "beam");
+    {
+        const support::FileClaim other(folder / "out" / "beam" / "modes.beam_bend.h5");
+        const auto refused = livermark(modes);
+        EXPECT_EQ(refused.status, 2) << refused.output;
+        EXPECT_NE(refused.output.find(fmt::format("(process {}) is about to write this file", getpid())),
+                  std::string::npos)
+            << refused.output;
+        const auto run = livermark("run beam --model lloyd --reference-on-mesh --load-case beam_bend --output " +
+                                   (folder / "out").string()); // another file
+        EXPECT_EQ(run.status, 0) << run.output;
+        const support::FileClaim of_run(folder / "out" / "beam" / "beam_bend.h5");
+        EXPECT_EQ(livermark("run beam --model van_gelder --reference-on-mesh --load-case beam_bend --output " +
+                            (folder / "out").string())
+                      .status,
+                  2);
+    }
+    EXPECT_EQ(livermark(modes).status, 0);
+    EXPECT_FALSE(std::filesystem::exists(folder / "out" / "beam" / ".livermark.lock"));
+}
+
+TEST(CommandLine, LeavesNoFolderOfARefusedExperiment) {
+    const auto folder = scratch_folder();
+    std::ofstream(folder / "box.toml")
+        << "title = \"t\"\nsource = \"me\"\nmarkers = \"box.csv\"\nunit = \"mm\"\n[body]\n"
+           "box = { size = [0.06, 0.03, 0.03], edge_length = 0.015 }\n[material]\n"
+           "density = 1000.0\nyoung_modulus = 5000.0\npoisson_ratio = 0.45\n"
+           "source = \"x\"\n[[state]]\nname = \"s\"\nregime = \"small\"\n"
+           "acceleration = [0.0, 0.0, -1.0]\n[[state.condition]]\npatch = \"x_min\"\n"
+           "displacement = [0.0, 0.0, 0.0]\n";
+    std::ofstream(folder / "box.csv") << "marker,drives,x,y,z,s_x,s_y,s_z\na,,60,0,0,60,0,-0.1\nb,,60,30,0,60,30,-0.1\n"
+                                         "c,,60,0,30,60,0,29.9\n";
+    const auto experiment = "experiment " + (folder / "box.toml").string() + " --output " +
+                            (folder / "new" / "folder").string() + " --reference-on-mesh --model ";
+    const auto refused = livermark(experiment + "fem_p1_neo_hookean"); // of the other regime
+    EXPECT_EQ(refused.status, 2) << refused.output;
+    EXPECT_FALSE(std::filesystem::exists(folder / "new")) << refused.output;
+    const auto done = livermark(experiment + "fem_p1");
+    EXPECT_EQ(done.status, 0) << done.output;
+    EXPECT_NE(done.output.find("box: a mesh of about 140 tetrahedra"), std::string::npos) << done.output;
+    EXPECT_TRUE(std::filesystem::exists(folder / "new" / "folder" / "box.h5"));
 }
 
 TEST(CommandLine, ListsWhatShips) {
