@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "core/mesh/bounding_box.hpp"
+#include "core/units.hpp"
 #include "experiments/marker_field.hpp"
 #include "support/input_error.hpp"
 
@@ -13,7 +14,8 @@ namespace {
 
 using core::Vector3;
 
-constexpr double largest_peg = 0.2; ///< of the extent of a body: how far a marker may stand off it
+/// Parts of the extent and of the thinnest side of a body: how far a marker may stand off it.
+constexpr double largest_peg = 0.2, largest_peg_of_side = 0.5;
 constexpr std::size_t fewest_compared = 3;
 
 } // namespace
@@ -21,16 +23,19 @@ constexpr std::size_t fewest_compared = 3;
 void check(const Experiment &experiment, const std::string &place) {
     const auto body = experiment.body(experiment.edge_length);
     const double extent = core::extent(body.mesh.points);
+    const double thinnest = core::bounding_box(body.mesh.points).sizes().minCoeff();
+    const double farthest = std::min(largest_peg * extent, largest_peg_of_side * thinnest);
     std::vector<Vector3> positions;
     for (const auto &marker : experiment.markers)
         positions.push_back(marker.position);
     const auto outside = MarkerField(body.mesh, positions).outside();
     for (std::size_t k = 0; k < outside.size(); ++k)
-        if (!(outside[k] <= largest_peg * extent))
-            throw support::InputError(
-                fmt::format("{}: marker {} is {:.3g} m outside the body, which is {:.3g} m across; check the unit and "
-                            "the frame of the markers, and where the body is",
-                            place, experiment.markers[k].name, outside[k], extent));
+        if (!(outside[k] <= farthest))
+            throw support::InputError(fmt::format(
+                "{}: marker {} is {:.3g} mm outside the body, and {:.3g} mm are the most for one on a peg (half "
+                "of the thinnest side, a fifth of the diagonal); check the unit and the frame of the "
+                "markers, and where the body is",
+                place, experiment.markers[k].name, core::millimetres * outside[k], core::millimetres * farthest));
     if (experiment.states.empty())
         throw support::InputError(fmt::format("{}: nothing was measured; add a state", place));
     for (const auto &ring_down : experiment.ring_downs)

@@ -36,6 +36,8 @@ struct Experiment {
     std::vector<std::string> assumptions; ///< sentences on what the source does not say
     /// The body at about this length of edges [m]. A body of a mesh file has the edges of the file.
     std::function<core::Body(double edge_length)> body;
+    /// How many tetrahedra that body has, about; empty of a mesh file.
+    std::function<double(double edge_length)> expected_tetrahedra{};
     double edge_length = 0.0;    ///< that models are compared at [m]; 0 of a mesh file
     int fit_degree = 2;          ///< of the polynomials that driven places move by
     std::vector<Marker> markers; ///< (K)
@@ -66,8 +68,9 @@ bool has_data(const PublicExperiment &experiment);
 /// @throws support::InputError if they are not there, with where to get them and where to put them; for a fault of them
 Experiment read_public(const PublicExperiment &experiment);
 
-/// Refuses what no experiment can be: markers far outside the body or displacements larger than it, as of another unit
-/// or frame; numbers that are not finite where they are needed; fewer than three markers to compare.
+/// Refuses what no experiment can be: markers outside the body by more than half of its thinnest side or displacements
+/// larger than it, as of another unit or frame; numbers that are not finite where they are needed; fewer than three
+/// markers to compare.
 /// @param place  named in messages
 /// @throws support::InputError
 void check(const Experiment &experiment, const std::string &place);

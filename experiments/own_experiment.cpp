@@ -11,6 +11,7 @@
 #include "load_cases/readers/load_case_table.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/generators/cylinder_generator.hpp"
+#include "meshes/generators/expected_tetrahedra.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/material_reader.hpp"
 #include "meshes/io/mesh_reader.hpp"
@@ -77,16 +78,25 @@ void read_body(const toml::table &table, const std::filesystem::path &file, Expe
         const auto &box = support::required_table(body, "box");
         support::refuse_unknown_keys(box, {"size", "edge_length", "corner"});
         experiment.edge_length = support::required_number(box, "edge_length");
-        mesh = [size = support::required_vector(box, "size"), corner = optional_vector(box, "corner")](double edge) {
+        const auto size = support::required_vector(box, "size");
+        experiment.expected_tetrahedra = [=](double edge) {
+            return meshes::expected_tetrahedra(meshes::side_of_cube_like_box(size, edge), edge);
+        };
+        mesh = [size, corner = optional_vector(box, "corner")](double edge) {
             return moved(meshes::generate_box(size, edge, meshes::BoxTopology::body_centred), corner);
         };
     } else {
         const auto &cylinder = support::required_table(body, "cylinder");
         support::refuse_unknown_keys(cylinder, {"radius", "height", "edge_length", "base"});
         experiment.edge_length = support::required_number(cylinder, "edge_length");
-        mesh = [radius = support::required_number(cylinder, "radius"),
-                height = support::required_number(cylinder, "height"), base = optional_vector(cylinder, "base")](
-                   double edge) { return moved(meshes::generate_cylinder(radius, height, edge), base); };
+        const double radius = support::required_number(cylinder, "radius");
+        const double height = support::required_number(cylinder, "height");
+        experiment.expected_tetrahedra = [=](double edge) {
+            return meshes::expected_tetrahedra(meshes::side_of_cube_like_cylinder(radius, height, edge), edge);
+        };
+        mesh = [radius, height, base = optional_vector(cylinder, "base")](double edge) {
+            return moved(meshes::generate_cylinder(radius, height, edge), base);
+        };
     }
     experiment.body = [mesh, material, name = experiment.name](double edge) {
         return core::Body{.name = name, .mesh = mesh(edge), .materials = {material}};
@@ -225,7 +235,8 @@ void read_states(toml::table &table, const std::filesystem::path &file, const Ma
 
 } // namespace
 
-Experiment read_experiment(const std::filesystem::path &toml_file) {
+Experiment read_experiment(const std::filesystem::path &toml_file,
+                           const std::function<void(const std::string &)> &say) {
     auto table = parse(toml_file);
     Experiment experiment;
     experiment.name = toml_file.stem().string();
@@ -241,6 +252,9 @@ Experiment read_experiment(const std::filesystem::path &toml_file) {
         experiment.fit_degree = static_cast<int>(degree);
     }
     read_body(table, toml_file, experiment);
+    if (say && experiment.expected_tetrahedra && experiment.edge_length > 0.0)
+        say(fmt::format("{}: a mesh of {}", experiment.name,
+                        meshes::text_of_expected_tetrahedra(experiment.expected_tetrahedra(experiment.edge_length))));
     const auto file = toml_file.parent_path() / support::required_string(table, "markers");
     const auto markers = read_markers(file, unit_of(table));
     for (std::size_t k = 0; k < markers.names.size(); ++k)

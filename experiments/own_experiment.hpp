@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <string>
 
 #include "experiments/experiment.hpp"
 
@@ -40,7 +42,9 @@ namespace livermark::experiments {
 ///     damping_from = true                        # damping is fitted on this one; on the first if it stands nowhere
 ///
 /// The regime of a state is "large" if it says nothing.
+/// @param say  is told how many tetrahedra are expected before any is made; may be empty
 /// @throws support::InputError with file, line and remedy
-Experiment read_experiment(const std::filesystem::path &toml_file);
+Experiment read_experiment(const std::filesystem::path &toml_file,
+                           const std::function<void(const std::string &)> &say = {});
 
 } // namespace livermark::experiments

@@ -16,16 +16,19 @@ namespace {
 enum CylinderPatch { side = 0, bottom = 1, top = 2 };
 
 core::TetraMesh filled_cylinder(double radius, double height, double edge_length) {
-    return delaunay_mesh(
-        {.name = "cylinder",
-         .size = fmt::format("{:g} m radius and {:g} m height", radius, height),
-         .side_of_cube = std::cbrt(std::numbers::pi) * std::pow(std::cbrt(radius), 2) * std::cbrt(height),
-         .longest_side = std::max(2.0 * radius, height),
-         .add = [&] { gmsh::model::occ::addCylinder(0.0, 0.0, 0.0, 0.0, 0.0, height, radius); }},
-        edge_length);
+    return delaunay_mesh({.name = "cylinder",
+                          .size = fmt::format("{:g} m radius and {:g} m height", radius, height),
+                          .side_of_cube = side_of_cube_like_cylinder(radius, height, edge_length),
+                          .longest_side = std::max(2.0 * radius, height),
+                          .add = [&] { gmsh::model::occ::addCylinder(0.0, 0.0, 0.0, 0.0, 0.0, height, radius); }},
+                         edge_length);
 }
 
 } // namespace
+
+double side_of_cube_like_cylinder(double radius, double height, double edge_length) {
+    return std::cbrt(std::numbers::pi) * std::pow(std::cbrt(radius), 2) * std::cbrt(std::max(height, edge_length));
+}
 
 core::TetraMesh generate_cylinder(double radius, double height, double edge_length) {
     for (const auto &[length, what] : {std::pair{radius, "radius"}, {height, "height"}, {edge_length, "edge length"}})

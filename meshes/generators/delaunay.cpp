@@ -1,9 +1,9 @@
 #include "meshes/generators/delaunay.hpp"
 
-#include <cmath>
 #include <fmt/format.h>
 #include <stdexcept>
 
+#include "meshes/generators/expected_tetrahedra.hpp"
 #include "meshes/generators/gmsh_collector.hpp"
 #include "meshes/generators/gmsh_session.hpp"
 #include "support/input_error.hpp"
@@ -12,14 +12,9 @@ namespace livermark::meshes {
 
 namespace {
 
-/// Unlike that of lattices, the number of tetrahedra is not known before gmsh has made them: it works for days.
-void check_number(const Solid &solid, double edge_length) {
-    constexpr double most_tetrahedra = 2e7, longest = 1e6; // [m], of what OpenCASCADE calculates with
-    const double volume_of_each = std::pow(edge_length, 3) / (6.0 * std::sqrt(2.0));
-    if (!(std::pow(solid.side_of_cube / std::cbrt(volume_of_each), 3) <= most_tetrahedra))
-        throw support::InputError(
-            fmt::format("the edges are too short: a {} of {} would have more than {:g} tetrahedra; make them longer",
-                        solid.name, solid.size, most_tetrahedra));
+void check_size(const Solid &solid, double edge_length) {
+    constexpr double longest = 1e6; // [m], of what OpenCASCADE calculates with
+    check_number_of_tetrahedra(fmt::format("a {} of {}", solid.name, solid.size), solid.side_of_cube, edge_length);
     if (!(solid.longest_side <= longest))
         throw support::InputError(
             fmt::format("a side of {:g} m is too long to mesh; give lengths in metres", solid.longest_side));
@@ -28,7 +23,7 @@ void check_number(const Solid &solid, double edge_length) {
 } // namespace
 
 core::TetraMesh delaunay_mesh(const Solid &solid, double edge_length) {
-    check_number(solid, edge_length);
+    check_size(solid, edge_length);
     core::TetraMesh mesh;
     try {
         const GmshSession session;

@@ -3,19 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fmt/format.h>
 #include <numbers>
 
 #include "meshes/io/orientation.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 
 namespace {
 
 using Cell = std::array<int, 3>;
-
-constexpr double most_bricks = 1e7;
 
 /// Mean edge over the side of a cube, for a node inside: of seven edges (halves of its fourteen) four lead to middles
 /// and three along sides; or three along sides, three across squares and one across the cube.
@@ -46,15 +42,8 @@ struct Bricks {
 
 Bricks bricks_of(const core::Vector3 &size, double side) {
     Bricks bricks;
-    double total = 1.0;
     for (int i = 0; i < 3; ++i) {
         const double wanted = std::max(1.0, std::round(size[i] / side));
-        total *= wanted;
-        if (!(total <= most_bricks))
-            throw support::InputError(
-                fmt::format("the edges are too short: a box of {:g} x {:g} x {:g} m would have more "
-                            "than {:g} bricks; make them longer",
-                            size.x(), size.y(), size.z(), most_bricks));
         bricks.count[i] = static_cast<int>(wanted);
         bricks.side[i] = size[i] / wanted;
     }

@@ -18,7 +18,7 @@ enum class Lattice {
 /// whole number of them can be.
 /// @param size       a, b, c [m], > 0
 /// @param mean_edge  wanted mean length of the edges inside [m], > 0
-/// @throws support::InputError for more bricks than node numbers can count
+///                   and so long that node numbers can count the bricks: see check_number_of_tetrahedra()
 core::TetraMesh lattice_box(const core::Vector3 &size, double mean_edge, Lattice lattice);
 
 } // namespace livermark::meshes

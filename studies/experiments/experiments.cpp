@@ -13,6 +13,7 @@
 #include "core/mesh/refinement.hpp"
 #include "experiments/marker_field.hpp"
 #include "experiments/own_experiment.hpp"
+#include "meshes/generators/expected_tetrahedra.hpp"
 #include "models/model_table.hpp"
 #include "models/tool_motion/moving_method.hpp"
 #include "results/hdf5/files/experiment_file.hpp"
@@ -242,6 +243,10 @@ results::ExperimentResult evaluate_experiment(const experiments::Experiment &exp
     std::vector<Vector3> positions;
     for (const auto &marker : experiment.markers)
         positions.push_back(marker.position);
+    if (options.edge_length && experiment.expected_tetrahedra && report)
+        report(1, 1,
+               fmt::format("{}: a mesh of {}", experiment.name,
+                           meshes::text_of_expected_tetrahedra(experiment.expected_tetrahedra(*options.edge_length))));
     const auto states = states_on_mesh(experiment, options.edge_length.value_or(experiment.edge_length), positions);
     const auto reference = reference_of(states);
     const auto chosen = chosen_models(options, states, reference);
@@ -277,10 +282,15 @@ ExperimentResults run_experiments(const ExperimentOptions &options, const std::s
                                   const ProgressReport &report) {
     ExperimentResults found;
     std::vector<experiments::Experiment> read;
+    const auto num_names = static_cast<int>(options.names.size());
+    const auto say = [&](const std::string &about) {
+        if (report)
+            report(static_cast<int>(read.size()) + 1, num_names, about);
+    };
     for (const auto &name : options.names)
         read.push_back(
             support::file_ending(name) == ".toml"
-                ? experiments::read_experiment(name)
+                ? experiments::read_experiment(name, say)
                 : experiments::read_public(support::find_named(experiments::all_public_data(), name, "experiment")));
     if (options.names.empty())
         for (const auto &experiment : experiments::all_public_data()) {

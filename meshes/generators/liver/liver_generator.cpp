@@ -8,6 +8,7 @@
 
 #include "meshes/anatomy/liver_patches.hpp"
 #include "meshes/generators/cube_root.hpp"
+#include "meshes/generators/expected_tetrahedra.hpp"
 #include "meshes/generators/gmsh_volume.hpp"
 #include "meshes/generators/liver/liver_shape.hpp"
 #include "meshes/io/mesh_figures.hpp"
@@ -130,6 +131,9 @@ int checked_target(int asked_for, bool has_lesions) {
     if (target < smallest_target)
         throw support::InputError(fmt::format("a liver of {} tetrahedra cannot show its anatomy; ask for {} or more",
                                               target, smallest_target));
+    if (target > most_tetrahedra)
+        throw support::InputError(
+            fmt::format("a liver of {} tetrahedra is too large; ask for {:g} or fewer", target, most_tetrahedra));
     return target;
 }
 

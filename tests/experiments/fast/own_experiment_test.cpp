@@ -145,6 +145,35 @@ TEST_F(OwnExperiment, InAnotherUnitIsRefused) {
     expect_refused({toml_.string(), "positive"});
 }
 
+TEST_F(OwnExperiment, WithAMarkerBesideTheBodyIsRefused) {
+    // Pegs are followed: a fifth of the diagonal is 17.5 mm, half of the thinnest side 20 mm.
+    const auto at = markers_.rfind("inside4");
+    markers_ = markers_.substr(0, at) + "inside4,,0,65,30,0,65,30\n";
+    EXPECT_EQ(read().markers.size(), 29u);
+    markers_ = markers_.substr(0, at) + "inside4,,0,75,30,0,75,30\n";
+    expect_refused({csv_.string(), "marker inside4 is 25 mm outside the body", "17.5 mm are the most",
+                    "check the unit and the frame"});
+}
+
+TEST_F(OwnExperiment, SaysHowManyTetrahedraAreExpectedAndRefusesTooMany) {
+    std::vector<std::string> said;
+    const auto read_and_hear = [&] {
+        read();
+        said.clear();
+        return read_experiment(toml_, [&](const std::string &sentence) { said.push_back(sentence); });
+    };
+    const auto experiment = read_and_hear();
+    EXPECT_EQ(said, std::vector<std::string>{"jelly: a mesh of about 130 tetrahedra"});
+    EXPECT_NEAR(experiment.expected_tetrahedra(0.02), 127.3, 0.1);
+    text_ = replaced(text_, "size = [0.06, 0.05, 0.04]", "size = [0.06, 3000, 0.04]");
+    expect_refused({"a box of 0.06 x 3000 x 0.04 m", "tetrahedra", "make them longer"});
+    said.clear();
+    tests::expect_input_error(
+        [&] { read_experiment(toml_, [&](const std::string &sentence) { said.push_back(sentence); }); },
+        {"tetrahedra"});
+    EXPECT_EQ(said, std::vector<std::string>{"jelly: a mesh of about 7600000 tetrahedra"});
+}
+
 TEST_F(OwnExperiment, WithDisplacementsForPositionsIsRefused) {
     const auto at = markers_.rfind("inside4");
     markers_ = markers_.substr(0, at) + "inside4,,0,25,30,0,400,30\n";

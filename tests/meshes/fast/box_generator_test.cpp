@@ -4,9 +4,11 @@
 
 #include <limits>
 
+#include "meshes/generators/expected_tetrahedra.hpp"
 #include "meshes/io/mesh_figures.hpp"
 #include "meshes/io/orientation.hpp"
 #include "support/input_error.hpp"
+#include "tests/bad_input.hpp"
 
 namespace livermark {
 
@@ -87,12 +89,28 @@ TEST(LatticeBox, IsConforming) {
     }
 }
 
-TEST(LatticeBox, RefusesMoreBricksThanThereAreNumbersFor) {
-    EXPECT_THROW(meshes::generate_box(size, 1e-6, BoxTopology::kuhn), support::InputError);
+TEST_P(BoxGenerator, RefusesMoreTetrahedraThanABenchmarkHas) {
+    tests::expect_input_error(
+        [] {
+            meshes::generate_box({0.06, 3000.0, 0.03}, 0.015, GetParam());
+        },
+        {"the edges are too short: a box of 0.06 x 3000 x 0.03 m with edges of 0.015 m would "
+         "have about 14000000 tetrahedra, and 2000000 are the most"});
+    EXPECT_THROW(meshes::generate_box({0.06, 3000.0, 1e-9}, 0.0005, GetParam()), support::InputError); // a thin sheet
+    EXPECT_THROW(meshes::generate_box(size, 1e-9, GetParam()), support::InputError);
 }
 
-TEST(DelaunayBox, RefusesWhatGmshWouldMeshForDays) {
-    EXPECT_THROW(meshes::generate_box(size, 1e-5, BoxTopology::delaunay), support::InputError);
+TEST_P(BoxGenerator, MakesAboutAsManyTetrahedraAsExpected) {
+    const core::Vector3 box(0.3, 0.2, 0.1);
+    const double edge = 0.02, expected = meshes::expected_tetrahedra(meshes::side_of_cube_like_box(box, edge), edge);
+    const double found = meshes::generate_box(box, edge, GetParam()).num_tetrahedra();
+    EXPECT_GT(found, 0.5 * expected);
+    EXPECT_LT(found, 1.5 * expected); // six tetrahedra to a brick are the most
+    EXPECT_EQ(meshes::text_of_expected_tetrahedra(13576.0), "about 14000 tetrahedra");
+    EXPECT_EQ(meshes::text_of_expected_tetrahedra(7.2), "about 7 tetrahedra");
+}
+
+TEST(DelaunayBox, RefusesWhatGmshCannotCalculateWith) {
     EXPECT_THROW(meshes::generate_box({1e300, 1.0, 1.0}, 1e-3, BoxTopology::delaunay), support::InputError);
     EXPECT_THROW(meshes::generate_box({1e7, 1e7, 1e7}, 1e6, BoxTopology::delaunay), support::InputError);
 }

@@ -38,6 +38,8 @@ TEST(CylinderGenerator, OfLengthsThatAreNoneIsRefused) {
     tests::expect_input_error([] { meshes::generate_cylinder(-0.03, 0.08, 0.01); }, {"radius", "positive"});
     tests::expect_input_error([] { meshes::generate_cylinder(0.03, std::nan(""), 0.01); }, {"height", "positive"});
     tests::expect_input_error([] { meshes::generate_cylinder(0.03, 0.08, 0.04); }, {"edges", "shorter"});
+    tests::expect_input_error([] { meshes::generate_cylinder(30.0, 80.0, 0.01); },
+                              {"a cylinder of 30 m radius and 80 m height", "tetrahedra", "lengths are in metres"});
 }
 
 } // namespace

@@ -229,6 +229,7 @@ TEST(LiverGenerator, MakesOtherSizesToo) {
 TEST(LiverGenerator, RefusesSizesThatCannotShowTheAnatomy) {
     EXPECT_THROW(generate_liver({.target_tetrahedra = 100}), support::InputError);
     EXPECT_THROW(generate_liver({.target_tetrahedra = -1}), support::InputError);
+    EXPECT_THROW(generate_liver({.target_tetrahedra = 3000000}), support::InputError);
 }
 
 TEST(MshWriter, WritesWhatTheReaderReads) {
