@@ -1,11 +1,16 @@
 #include <filesystem>
 #include <fmt/format.h>
+#include <map>
 #include <memory>
+#include <optional>
+#include <sstream>
 #include <string>
+#include <utility>
 
 #include "cli/commands/commands.hpp"
 #include "studies/report/report_data.hpp"
 #include "studies/report/report_tables.hpp"
+#include "support/input_error.hpp"
 #include "support/processes/python_program.hpp"
 #include "support/root_folder.hpp"
 #include "support/whole_file.hpp"
@@ -19,14 +24,38 @@ struct ReportOptions {
     std::string output;
 };
 
+std::string page_of(const studies::ReportData &data, const std::string &command_line) {
+    return support::run_python("report", {}, studies::report_tables(data, command_line), "a report",
+                               "python3-matplotlib python3-jinja2 python3-h5py");
+}
+
+/// A file that Python refuses where this program does not, with the sentence: what livermark.report prints in place of
+/// a page.
+std::optional<std::pair<std::string, std::string>> refused_by_python(const std::string &page) {
+    std::istringstream lines(page);
+    std::string first, file, sentence;
+    if (!std::getline(lines, first) || first != "left out")
+        return std::nullopt;
+    std::getline(lines, file);
+    std::getline(lines, sentence);
+    return std::pair(file, sentence);
+}
+
 int make_report(const ReportOptions &options, const std::string &command_line) {
     const std::filesystem::path folder = options.folder;
     const std::filesystem::path output =
         options.output.empty() ? folder / "report.html" : std::filesystem::path(options.output);
-    const auto data = studies::read_report_data(folder);
     support::check_place(output);
-    support::write_whole(output, support::run_python("report", {}, studies::report_tables(data, command_line),
-                                                     "a report", "python3-matplotlib python3-jinja2 python3-h5py"));
+    std::map<std::string, std::string> left_out;
+    auto data = studies::read_report_data(folder);
+    auto page = page_of(data, command_line);
+    while (const auto refused = refused_by_python(page)) {
+        if (!left_out.insert(*refused).second)
+            throw support::InputError(refused->second);
+        data = studies::read_report_data(folder, left_out);
+        page = page_of(data, command_line);
+    }
+    support::write_whole(output, page);
     fmt::print("{}\n", output.string());
     for (const auto &fault : data.faults)
         fmt::print(stderr, "livermark: left out: {}\n", fault);

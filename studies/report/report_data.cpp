@@ -134,7 +134,7 @@ std::vector<SpokenFor> read_cohorts(std::vector<std::filesystem::path> &files, R
 
 } // namespace
 
-ReportData read_report_data(const std::filesystem::path &folder) {
+ReportData read_report_data(const std::filesystem::path &folder, const std::map<std::string, std::string> &left_out) {
     std::error_code error;
     if (!std::filesystem::is_directory(folder, error))
         throw support::InputError(
@@ -142,6 +142,10 @@ ReportData read_report_data(const std::filesystem::path &folder) {
     ReportData data;
     data.folder = folder;
     auto files = results::hdf5_files_below(folder);
+    for (const auto &[name, fault] : left_out) {
+        std::erase(files, folder / name);
+        data.faults.push_back(fault);
+    }
     const auto spoken_for = read_cohorts(files, data);
     for (const auto &file : files)
         try {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -40,7 +41,9 @@ struct ReportData {
 /// Reads every .h5 below a folder. Result files of the bodies of a cohort stand below its file and are left out: they
 /// are many, and what they come to is in that file. Of results against several references those of the one that most
 /// files have stay; the others are faults.
+/// @param left_out  names of files that are not to be read, and why: the sentences are faults
 /// @throws support::InputError if the folder cannot be listed, or none of the files has anything for a report
-ReportData read_report_data(const std::filesystem::path &folder);
+ReportData read_report_data(const std::filesystem::path &folder,
+                            const std::map<std::string, std::string> &left_out = {});
 
 } // namespace livermark::studies

@@ -33,17 +33,24 @@ def rows_of(folder, status_file):
         yield common
     for name in status["files"]:
         path = status_file.parent / name
-        with h5py.File(path) as file:
-            uncertainty = file["reference"].attrs.get("reference_uncertainty", float("nan")) if "reference" in file else float("nan")
-            for model, solution in file["solutions"].items():
-                row = common | {"model": model, "file": os.path.relpath(path, folder), "uncertainty": uncertainty,
-                                "status": text(solution.attrs["status"]), "message": text(solution.attrs["message"]),
-                                "solve_seconds": solution.attrs["solve_seconds"]}
-                if model in file.get("comparisons", {}):
-                    comparison = file["comparisons"][model].attrs
-                    row |= {"relative_l2": comparison["relative_l2"], "reaction_error": comparison["reaction_error"],
-                            "stiffness_at_tool": comparison.get("stiffness_at_tool", float("nan"))}
-                yield row
+        try:
+            yield from list(rows_of_file(folder, path, common))
+        except (OSError, RuntimeError, KeyError) as error:  # of h5py on a damaged file, which leaves the others as they are
+            yield common | {"status": "unreadable", "message": f"{path}: cannot be read ({error}); make it again"}
+
+
+def rows_of_file(folder, path, common):
+    with h5py.File(path) as file:
+        uncertainty = file["reference"].attrs.get("reference_uncertainty", float("nan")) if "reference" in file else float("nan")
+        for model, solution in file["solutions"].items():
+            row = common | {"model": model, "file": os.path.relpath(path, folder), "uncertainty": uncertainty,
+                            "status": text(solution.attrs["status"]), "message": text(solution.attrs["message"]),
+                            "solve_seconds": solution.attrs["solve_seconds"]}
+            if model in file.get("comparisons", {}):
+                comparison = file["comparisons"][model].attrs
+                row |= {"relative_l2": comparison["relative_l2"], "reaction_error": comparison["reaction_error"],
+                        "stiffness_at_tool": comparison.get("stiffness_at_tool", float("nan"))}
+            yield row
 
 
 def text(value):

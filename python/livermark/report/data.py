@@ -4,6 +4,7 @@ Texts come from files that anybody may have written: characters that no page may
 """
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
 import pathlib
@@ -13,10 +14,31 @@ from typing import Any, Iterator, NamedTuple, Optional
 
 import h5py
 
-from livermark.hdf5_files import open_hdf5
+from livermark.errors import InputError
+from livermark.hdf5_files import damaged, open_hdf5
 from livermark.results import ResultFile, _attributes
 
 _NO_CHARACTER = re.compile("[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
+
+
+class FileRefused(InputError):
+    """A file of the folder that h5py refuses, though the program has read it."""
+
+    def __init__(self, file: str, sentence: str):
+        super().__init__(sentence)
+        self.file = file  #: relative to the folder
+
+
+@contextlib.contextmanager
+def _refusals_of(file: str, path: pathlib.Path) -> Iterator[None]:
+    try:
+        yield
+    except FileRefused:
+        raise
+    except InputError as error:
+        raise FileRefused(file, str(error)) from error
+    except (OSError, RuntimeError) as error:  # what h5py raises for damaged content
+        raise FileRefused(file, str(damaged(str(path), error))) from error
 
 
 def cleaned(value: Any) -> Any:
@@ -86,8 +108,10 @@ class Result:
     leaves_regime: bool
     remarks: list[str]  #: why its models are not what they were meant to be, a sentence each
 
-    def open(self) -> ResultFile:
-        return ResultFile(self.path)
+    @contextlib.contextmanager
+    def open(self) -> Iterator[ResultFile]:
+        with _refusals_of(self.file, self.path), ResultFile(self.path) as file:
+            yield file
 
     @property
     def command(self) -> str:
@@ -129,7 +153,7 @@ def _model(file: ResultFile, name: str) -> Model:
 
 def read_result(path: pathlib.Path, told: dict) -> Result:
     """told: what report_tables() says of the file"""
-    with ResultFile(path) as result:
+    with _refusals_of(told["file"], path), ResultFile(path) as result:
         load_case = result.load_case_attributes
         models = [_model(result, name) for name in result.models]
         return Result(path=path, file=told["file"], label=told["label"], body=cleaned(result.body),
@@ -174,9 +198,11 @@ class ReportData:
     def _result(self, entry: dict) -> Result:
         return read_result(self.folder / entry["file"], entry)
 
-    def open(self, file: str) -> h5py.File:
+    @contextlib.contextmanager
+    def open(self, file: str) -> Iterator[h5py.File]:
         """A file that is no result file; file is relative to the folder."""
-        return open_hdf5(self.folder / file)
+        with _refusals_of(file, self.folder / file), open_hdf5(self.folder / file) as opened:
+            yield opened
 
     @functools.cached_property
     def models(self) -> list[str]:

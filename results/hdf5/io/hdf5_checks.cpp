@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "results/hdf5/file_kind.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::results::hdf5 {
 
@@ -71,6 +72,20 @@ void check_not_in_use(const std::filesystem::path &path) {
     if (is_locked(path))
         throw FileInUse(fmt::format("{}: another program has the file open to write; close it there, or wait for it",
                                     path.string()));
+}
+
+void check_all_parts(const std::filesystem::path &path) {
+    const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    if (!file.valid())
+        return; // the reader says it
+    const auto visit_object = [](hid_t, const char *, const H5O_info_t *, void *) -> herr_t { return 0; };
+    const auto visit_link = [](hid_t, const char *, const H5L_info_t *, void *) -> herr_t { return 0; };
+    if (H5Lvisit(file.get(), H5_INDEX_NAME, H5_ITER_INC, visit_link, nullptr) < 0 ||
+        H5Ovisit2(file.get(), H5_INDEX_NAME, H5_ITER_INC, visit_object, nullptr, H5O_INFO_BASIC) < 0)
+        throw support::InputError(
+            fmt::format("{}: a part of the file is damaged; make it again with the command that wrote it, which its "
+                        "attribute 'command' has",
+                        path.string()));
 }
 
 bool has_checksums(const std::filesystem::path &path) {

@@ -16,6 +16,11 @@ bool has_checksums(const std::filesystem::path &path);
 /// @throws FileInUse if another program has the file open to write
 void check_not_in_use(const std::filesystem::path &path);
 
+/// Opens all groups and datasets and looks at all links of a file, as h5py does before it reads one, so that what no
+/// other reader opens is refused here too. Beside a file that is damaged this may crash.
+/// @throws support::InputError
+void check_all_parts(const std::filesystem::path &path);
+
 /// Why the numbers of a dataset are not in the file itself: they are in files beside it, or in datasets of other files;
 /// empty if they are. Opens none of these.
 std::string fault_of_place(hid_t dataset);

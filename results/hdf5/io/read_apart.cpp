@@ -15,6 +15,7 @@ void try_apart(const std::filesystem::path &path, const std::function<void()> &r
     constexpr double bytes_per_byte = 100.0; // compressed, and read into other types
     support::in_own_process(path, support::limits_for(path, bytes_per_byte), [&] {
         read();
+        check_all_parts(path);
         return std::string();
     });
 }

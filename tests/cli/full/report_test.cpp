@@ -3,6 +3,7 @@
 #include <fstream>
 #include <functional>
 #include <gtest/gtest.h>
+#include <hdf5.h>
 #include <memory>
 
 #include "results/hdf5/file_kind.hpp"
@@ -111,6 +112,45 @@ TEST_F(Report, SaysWhatIsMissingInItsPlaceAndNamesEmptyPartsAtTheEnd) {
                         "Time steps, predicted and observed: <code>livermark stability"});
     for (const auto *part : {"cost", "poisson", "refinement", "steps", "timings", "arena", "large"})
         EXPECT_EQ(text.find(fmt::format("<section id=\"{}\">", part)), std::string::npos) << part;
+}
+
+/// Puts a dataset of 8 GB into a file of which nothing is written.
+void add_empty_dataset(const std::filesystem::path &path) {
+    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    ASSERT_GE(file, 0);
+    const hsize_t extent = hsize_t{1} << 30, chunk = 1024;
+    const hid_t space = H5Screate_simple(1, &extent, nullptr), properties = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_chunk(properties, 1, &chunk);
+    const hid_t dataset = H5Dcreate2(file, "/nothing", H5T_IEEE_F64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT);
+    ASSERT_GE(dataset, 0);
+    H5Dclose(dataset);
+    H5Pclose(properties);
+    H5Sclose(space);
+    H5Fclose(file);
+}
+
+/// One has damage where this program reads nothing and h5py looks when it opens a file; the other has what the reader
+/// in Python alone refuses.
+TEST_F(Report, IsMadeOfTheOtherFilesWhereOneIsRefused) {
+    write("good.h5", tests::without_motion(tests::sample_result()));
+    write("damaged.h5", tests::without_motion(tests::sample_result()));
+    auto bytes = text_of(directory_ / "damaged.h5");
+    const auto last_header = bytes.rfind("OHDR");
+    ASSERT_NE(last_header, std::string::npos);
+    bytes[last_header + 8] = static_cast<char>(bytes[last_header + 8] ^ 1);
+    std::ofstream(directory_ / "damaged.h5", std::ios::binary) << bytes;
+    write("empty.h5", tests::without_motion(tests::sample_result()));
+    add_empty_dataset(directory_ / "empty.h5");
+    const auto outcome = tests::livermark("report " + directory_.string());
+    EXPECT_EQ(outcome.status, 1) << outcome.output;
+    for (const auto *file : {"damaged.h5", "empty.h5"})
+        EXPECT_NE(outcome.output.find("left out: " + (directory_ / file).string()), std::string::npos)
+            << outcome.output;
+    EXPECT_EQ(outcome.output.find("Traceback"), std::string::npos) << outcome.output;
+    EXPECT_NE(text_of(directory_ / "report.html").find("good.h5"), std::string::npos);
+    const auto table = tests::livermark("table " + directory_.string());
+    EXPECT_EQ(table.status, 0) << table.output;
+    EXPECT_NE(table.output.find("passed over: "), std::string::npos) << table.output;
 }
 
 TEST_F(Report, IsThereWithoutAnyRun) {

@@ -9,6 +9,7 @@
 
 #include "results/hdf5/result_file.hpp"
 #include "support/input_error.hpp"
+#include "support/whole_file.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_result.hpp"
 
@@ -68,6 +69,22 @@ template <class T> void set_attribute(hid_t file, const char *path, const char *
     EXPECT_GE(H5Awrite(attribute, type, &value), 0);
     H5Aclose(attribute);
     H5Oclose(object);
+}
+
+/// Checksums guard each header; h5py looks at all of them when it opens a file, so one that it refuses is refused here.
+TEST_F(DamagedResultFile, IsRefusedForAnyHeaderThoughNothingInItIsRead) {
+    write_result(path_, tests::sample_result());
+    const auto whole = support::read_text(path_);
+    std::size_t num_headers = 0;
+    for (auto at = whole.find("OHDR"); at != std::string::npos; at = whole.find("OHDR", at + 4)) {
+        auto damaged = whole;
+        constexpr std::size_t to_times = 8; // behind signature, version and flags
+        damaged[at + to_times] = static_cast<char>(damaged[at + to_times] ^ 1);
+        std::ofstream(path_, std::ios::binary) << damaged;
+        EXPECT_NE(refusal_of_file(path_), "") << "header " << num_headers;
+        ++num_headers;
+    }
+    EXPECT_GT(num_headers, 40U);
 }
 
 TEST_F(DamagedResultFile, ReadsFilesFromBeforeTheReferenceHadAnUncertainty) {
