@@ -117,9 +117,9 @@ void print_source(const studies::Advice &advice) {
                "the reference, minus 1: median of absolute values; worst: with its sign, positive is too stiff; !: "
                "above {:.0f} %, which fingers tell apart. Small loads with tools of {:.1f} to {:.1f} edges in radius\n",
                percent * core::smallest_felt_difference, evidence.least_radius, evidence.largest_radius);
-    fmt::print("L2: expected relative error of the displacement over the whole body: median over small loads on {} "
-               "bodies of about {} tetrahedra\n",
-               evidence.num_bodies, evidence.tetrahedra);
+    fmt::print(
+        "L2: expected relative error of the displacement over the whole body: median over small loads on {} {}\n",
+        evidence.num_bodies, studies::size_in_words("bodies", evidence.tetrahedra));
     if (!evidence.large_reference.empty())
         fmt::print("large: the same under loads of surgical size, at Poisson's ratio {:g}, against {}; models are "
                    "ranked by the larger of both\n",
@@ -140,6 +140,8 @@ void print_advice(const studies::Advice &advice, bool markdown) {
     print_ranking("For touch, by the stiffness at the tool", advice.touch, advice.linear_tetrahedra, markdown);
     print_ranking("For position, by the error of the displacement", advice.position, advice.linear_tetrahedra,
                   markdown);
+    print_ranking("For engines whose springs have one stiffness on each edge, by the stiffness at the tool",
+                  advice.uncoupled, advice.linear_tetrahedra, markdown);
     if (!advice.over_budget.empty())
         fmt::print("Not ranked, because a frame takes longer than {:g} ms: {}\n\n", milliseconds * *advice.budget,
                    fmt::join(advice.over_budget, ", "));
@@ -182,7 +184,8 @@ int advise(const AdviseCommand &command, const std::string &command_line) {
 
 Command add_advise(CLI::App &parent, const std::string &command_line) {
     auto *command =
-        parent.add_subcommand("advise", "Describe a body, rank springs for touch and for position, and print their "
+        parent.add_subcommand("advise", "Describe a body, rank springs for touch and for position, also those with one "
+                                        "stiffness on each edge, and print their "
                                         "steps, their cost on this machine, their expected errors, and caveats");
     auto options = std::make_shared<AdviseCommand>();
     options->output = (support::root_folder() / "results" / "runs").string();

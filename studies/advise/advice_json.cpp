@@ -111,6 +111,7 @@ std::string to_json(const Advice &advice) {
                     {"evidence", json_of_evidence(advice.evidence)},
                     {"touch", json_of_models(advice.touch)},
                     {"position", json_of_models(advice.position)},
+                    {"uncoupled", json_of_models(advice.uncoupled)},
                     {"over_budget", json_array(advice.over_budget)},
                     {"caveats", std::move(caveats)}};
     if (advice.linear_tetrahedra)

@@ -22,6 +22,7 @@ struct KnownSprings {
     ExpectedError error;
     std::string summary;
     msm::ElasticBody springs;
+    bool is_coupled; ///< no spring has a stiffness of its own
 };
 
 std::vector<KnownSprings> known_springs(const core::Body &body, const Evidence &evidence) {
@@ -30,7 +31,7 @@ std::vector<KnownSprings> known_springs(const core::Body &body, const Evidence &
     for (const auto &model : models::all_models())
         if (const auto *error = evidence.find(model.name))
             if (auto springs = models::springs_of(model, shared))
-                known.push_back({*error, model.summary, std::move(springs->body)});
+                known.push_back({*error, model.summary, std::move(springs->body), springs->springs.stiffness.empty()});
     return known;
 }
 
@@ -116,6 +117,9 @@ Advice advise(const core::Body &body, const AdviceOptions &options, const Progre
     Costs costs(body, known, options.find_cost, steps);
     advice.touch =
         best_of(ranked_by(known, &ExpectedError::in_both_at_tool, &ExpectedError::at_tool), known, costs, advice);
+    auto uncoupled = ranked_by(known, &ExpectedError::in_both_at_tool, &ExpectedError::at_tool);
+    std::erase_if(uncoupled, [&](std::size_t k) { return known[k].is_coupled; });
+    advice.uncoupled = best_of(uncoupled, known, costs, advice);
     advice.position = best_of(ranked_by(known, &ExpectedError::in_both_relative_l2, &ExpectedError::relative_l2), known,
                               costs, advice);
     if (advice.position.empty())

@@ -47,6 +47,9 @@ struct Advice {
     Evidence evidence;
     std::vector<ModelAdvice> touch;    ///< the best first, num_ranked at most: by ExpectedError::in_both_at_tool()
     std::vector<ModelAdvice> position; ///< the same by in_both_relative_l2()
+    /// As `touch`, of models whose springs have one stiffness on each edge, as engines know them: those that are
+    /// coupled have none. Some have a volume term beside it.
+    std::vector<ModelAdvice> uncoupled;
     std::optional<ExpectedError> linear_tetrahedra; ///< what most programs move, to compare with
     std::optional<double> budget;                   ///< as in the options [s]
     std::vector<std::string> over_budget;           ///< models that take longer, which are not ranked

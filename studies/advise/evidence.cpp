@@ -192,6 +192,11 @@ std::vector<KnownCohort> shipped_cohorts() {
     return cohorts;
 }
 
+std::string size_in_words(const char *bodies, int tetrahedra) {
+    return tetrahedra > 0 ? fmt::format("{} of about {} tetrahedra", bodies, tetrahedra)
+                          : fmt::format("{} of as many tetrahedra as those that ship", bodies);
+}
+
 Evidence find_evidence(std::span<const KnownCohort> cohorts, const BodyInQuestion &question) {
     auto known = errors_of_unseen(cohorts, core::Regime::small);
     if (known.empty())
@@ -216,8 +221,8 @@ Evidence find_evidence(std::span<const KnownCohort> cohorts, const BodyInQuestio
     }
     for (const auto &[file, cohort] : cohorts)
         evidence.sources.push_back(
-            fmt::format("{}: {} {} of about {} tetrahedra, `livermark cohort` of {} at commit {}", file,
-                        cohort.bodies.size(), cohort.bodies.size() == 1 ? "liver" : "livers", cohort.tetrahedra,
+            fmt::format("{}: {} {}, `livermark cohort` of {} at commit {}", file, cohort.bodies.size(),
+                        size_in_words(cohort.bodies.size() == 1 ? "liver" : "livers", cohort.tetrahedra),
                         cohort.provenance.created.substr(0, 10), cohort.provenance.git_commit.substr(0, 12)));
     return evidence;
 }

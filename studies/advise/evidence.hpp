@@ -50,7 +50,7 @@ struct Evidence {
     double poisson_ratio = 0.0;                                    ///< the nearest one at which errors are known
     double least_poisson_ratio = 0.0, largest_poisson_ratio = 0.0; ///< of all that are known
     double least_radius = 0.0, largest_radius = 0.0;               ///< of the tools of ExpectedError::at_tool, in edges
-    int tetrahedra = 0;                ///< of the bodies of ExpectedError::relative_l2, about
+    int tetrahedra = 0;                ///< of the bodies of ExpectedError::relative_l2, as results::Cohort has it
     std::size_t num_bodies = 0;        ///< of the same
     std::string reference;             ///< that errors under small loads are against
     std::string large_reference{};     ///< the same of large ones; empty where none are known
@@ -71,6 +71,10 @@ struct KnownCohort {
 /// Those that ship.
 /// @throws support::InputError if there is none, or one cannot be read
 std::vector<KnownCohort> shipped_cohorts();
+
+/// "livers of about 5000 tetrahedra".
+/// @param tetrahedra  of results::Cohort: 0 where nobody asked for another number than the livers that ship have
+std::string size_in_words(const char *bodies, int tetrahedra);
 
 /// Errors of the unseen halves at the nearest Poisson's ratio. Under small loads those at the tool are of all cohorts
 /// and of load cases whose tools have nearly as many edges in their radius; those of the displacement are of the cohort

@@ -49,11 +49,16 @@ int StepCost::steps_per_frame() const {
     return static_cast<int>(std::ceil(frame / safe_time_step()));
 }
 
+double critical_time_step(const core::Body &body, const msm::ElasticBody &springs) {
+    const auto &positions = body.mesh.points;
+    return 2.0 / msm::largest_angular_frequency(springs, positions, nothing_constrained(positions.size()));
+}
+
 StepCost step_cost(const core::Body &body, const msm::ElasticBody &springs) {
     const auto &positions = body.mesh.points;
     const auto conditions = nothing_constrained(positions.size());
     StepCost cost;
-    cost.critical_time_step = 2.0 / msm::largest_angular_frequency(springs, positions, conditions);
+    cost.critical_time_step = critical_time_step(body, springs);
     auto steps = msm::FastSteps::prepare(springs, positions, conditions, {}, "symplectic_euler", cost.safe_time_step());
     cost.is_on_vector_units = steps.has_value();
     cost.seconds_per_step = steps ? shortest_time([&] { steps->take(1); })

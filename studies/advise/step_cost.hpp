@@ -25,6 +25,9 @@ struct StepCost {
     double seconds_per_frame() const { return steps_per_frame() * seconds_per_step; }
 };
 
+/// Critical step of springs with nothing constrained, as StepCost has it [s].
+double critical_time_step(const core::Body &body, const msm::ElasticBody &springs);
+
 /// Finds the step and times real steps of symplectic Euler: the shortest of some, because other programs take turns.
 /// @param springs  of the body
 StepCost step_cost(const core::Body &body, const msm::ElasticBody &springs);

@@ -15,10 +15,11 @@ TEST(AdviseCommand, NamesModelsStepsErrorsAndCaveatsOfAMeshAlone) {
     const auto mesh = (folder_with_bar("advise") / "bar.msh").string();
     const auto advised = livermark("advise " + mesh);
     ASSERT_EQ(advised.status, 0) << advised.output;
-    for (const auto *part : {"For touch", "For position", "What matters on this body", "critical step [ms]",
-                             "results/cohorts/", "one layer of tetrahedra thick", "  3. "})
+    for (const auto *part : {"For touch", "For position", "one stiffness on each edge", "What matters on this body",
+                             "critical step [ms]", "results/cohorts/", "one layer of tetrahedra thick", "  3. "})
         EXPECT_TRUE(says(advised, part)) << part << '\n' << advised.output;
     EXPECT_FALSE(says(advised, "nan")) << advised.output;
+    EXPECT_FALSE(says(advised, "about 0 ")) << advised.output;
     const auto json = livermark("advise --body " + mesh + " --poisson 0.3 --json");
     EXPECT_EQ(json.status, 0);
     EXPECT_TRUE(says(json, "{\n    \"body\" : {")) << json.output;

@@ -101,6 +101,23 @@ TEST(Advice, RanksThreeModelsByTheWorseOfSmallAndLargeLoads) {
     EXPECT_TRUE(std::ranges::is_sorted(advice.caveats, std::ranges::greater(), &Caveat::weight));
 }
 
+TEST(Advice, NamesModelsWhoseSpringsHaveOneStiffnessOnEachEdge) {
+    const auto body = std::make_shared<const core::Body>(block(false));
+    const auto advice = advise(*body, {}, {});
+    const auto known = models::all_models();
+    ASSERT_FALSE(advice.uncoupled.empty());
+    for (const auto &model : advice.uncoupled) {
+        const auto springs = models::springs_of(support::find_named(known, model.error.model, "model"), body);
+        ASSERT_TRUE(springs);
+        EXPECT_EQ(springs->springs.stiffness.size(), springs->springs.edges.size()) << model.error.model;
+        EXPECT_FALSE(springs->springs.edges.empty()) << model.error.model;
+        EXPECT_GT(model.cost.critical_time_step, 0.0);
+    }
+    for (std::size_t m = 1; m < advice.uncoupled.size(); ++m)
+        EXPECT_FALSE(advice.uncoupled[m].error.in_both_at_tool() < advice.uncoupled[m - 1].error.in_both_at_tool());
+    EXPECT_NE(to_json(advice).find("\"uncoupled\""), std::string::npos);
+}
+
 TEST(Advice, LeavesOutWhatTakesLongerThanTheBudget) {
     // Real times change from one look to the next: here each model that is looked at takes a millisecond more.
     const auto advise_within = [](std::optional<double> budget) {

@@ -55,6 +55,20 @@ TEST(Evidence, IsOfUnseenBodiesAndCountsFailuresAsInfinitelyWrong) {
     EXPECT_EQ(evidence.find("others"), nullptr);
 }
 
+TEST(Evidence, SaysHowLargeTheMeshesOfItsBodiesAre) {
+    auto known = cohort_of(0, {error_of("liver_2", "springs", -0.04, 0.05, 1.0)});
+    known.cohort.bodies.resize(6);
+    known.cohort.provenance.git_commit = "0123abc";
+    known.cohort.provenance.created = "2026-11-01T00:00:00";
+    EXPECT_EQ(
+        find_evidence(std::vector{known}, question).sources.front(),
+        "made_up.h5: 6 livers of as many tetrahedra as those that ship, `livermark cohort` of 2026-11-01 at commit "
+        "0123abc");
+    EXPECT_EQ(size_in_words("bodies", 5000), "bodies of about 5000 tetrahedra");
+    for (const auto &source : shipped_evidence(question).sources)
+        EXPECT_EQ(source.find("about 0 "), std::string::npos) << source;
+}
+
 TEST(Evidence, AtTheToolIsOfToolsOfNearlyTheSameRadiusInEdges) {
     std::vector<results::CohortError> errors;
     for (const auto *body : {"a_0", "a_2", "a_4", "a_6", "a_8", "b_0"}) {
