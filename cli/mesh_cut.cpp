@@ -7,11 +7,16 @@
 
 #include "cli/progress.hpp"
 #include "cli/usage.hpp"
+#include "core/units.hpp"
 #include "meshes/cutting/cut_body_file.hpp"
 #include "meshes/cutting/cut_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/mesh_figures.hpp"
+#include "models/mass_spring_model.hpp"
+#include "models/model_table.hpp"
+#include "studies/advise/step_cost.hpp"
 #include "studies/catalogue.hpp"
+#include "support/known_names.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::cli {
@@ -23,6 +28,20 @@ struct CutCommand {
     meshes::CutWords words;
     std::string output;
 };
+
+/// The longest stable steps of some springs before and after: where the surface splits tetrahedra, small ones make them
+/// short.
+void print_steps(const core::Body &before, const core::Body &after) {
+    const auto known = models::all_models();
+    const auto step = [&](const core::Body &body, const char *name) {
+        const auto springs =
+            models::springs_of(support::find_named(known, name, "model"), std::make_shared<const core::Body>(body));
+        return core::milliseconds * studies::critical_time_step(body, springs.value().body);
+    };
+    for (const auto *const name : {"lloyd", "nodal_neo_hookean"})
+        fmt::print("longest step      {:.3f} ms before, {:.3f} ms after, of {}\n", step(before, name),
+                   step(after, name), name);
+}
 
 int make_cut_body(const CutCommand &command, const std::string &command_line) {
     support::check_place(command.output);
@@ -38,6 +57,10 @@ int make_cut_body(const CutCommand &command, const std::string &command_line) {
     fmt::print("{}", meshes::to_text(meshes::mesh_figures(result.body.mesh)));
     fmt::print("removed           {:.3f} mL, {:.3f} g\nwound             {:.2f} cm^2\n", 1e6 * result.removed_volume,
                1e3 * result.removed_mass, 1e4 * result.wound_area);
+    if (command.words.margin)
+        fmt::print("margin            {:.2f} mm where the wound is nearest, {:.2f} mm were asked for\n",
+                   core::millimetres * result.least_margin, core::millimetres * *command.words.margin);
+    print_steps(body, result.body);
     return 0;
 }
 

@@ -28,6 +28,11 @@ int print_cut(studies::CutStudyOptions options, bool markdown, const std::string
                    file.runs.front().model, markdown ? results::to_markdown(table) : results::to_text(table),
                    results::cut_levels_note(file));
     }
+    if (const auto table = results::cut_steps_table(file); !table.rows.empty())
+        fmt::print(
+            "Longest stable step of springs, by symplectic Euler with nothing damped and nothing constrained:\n\n"
+            "{}\n",
+            markdown ? results::to_markdown(table) : results::to_text(table));
     if (!file.motions.empty()) {
         const auto table = results::cut_motions_table(file);
         fmt::print("Methods that move in frames of {:.1f} ms, {} for each step of the blade:\n\n{}\n",

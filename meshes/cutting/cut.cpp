@@ -1,7 +1,10 @@
 #include "meshes/cutting/cut.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
@@ -162,6 +165,27 @@ double volume_of(const core::TetraMesh &mesh) {
     return std::accumulate(volumes.begin(), volumes.end(), 0.0);
 }
 
+/// Smallest distance between the wound and the region that was taken away, as it was [m]; NaN without a margin.
+double least_margin(const core::TetraMesh &before, const core::TetraMesh &left, const CutTool &tool) {
+    const auto *cut = std::get_if<RegionCut>(&tool);
+    if (!cut || cut->margin == 0.0)
+        return std::numeric_limits<double>::quiet_NaN();
+    using Corners = std::array<core::Vector3, 3>;
+    std::vector<std::array<int, 4>> inside;
+    for (std::size_t t = 0; t < before.tetrahedra.size(); ++t)
+        if (before.region_names[before.region[t]] == cut->region)
+            inside.push_back(before.tetrahedra[t]);
+    std::vector<Corners> surface, wound;
+    for (const auto &[a, b, c] : core::outer_faces(inside))
+        surface.push_back({before.points[a], before.points[b], before.points[c]});
+    for (int f = 0; f < left.num_boundary_triangles(); ++f)
+        if (left.patch_names[left.boundary_patch[f]] == wound_patch) {
+            const auto &[a, b, c] = left.boundary_triangles[f];
+            wound.push_back({left.points[a], left.points[b], left.points[c]});
+        }
+    return distance_between(wound, surface);
+}
+
 /// Volume and mass of what is in none of the pieces that stay.
 void add_up_removed(const CutMesh &cut, const std::vector<std::vector<int>> &pieces, CutBody &result) {
     std::vector<bool> stays(cut.alive.size(), false);
@@ -179,10 +203,13 @@ void add_up_removed(const CutMesh &cut, const std::vector<std::vector<int>> &pie
 void add_notes(const core::TetraMesh &before, const Cut &cut, std::span<const double> small_volumes, CutBody &result) {
     const auto &mesh = result.body.mesh;
     auto &notes = result.notes;
-    notes.push_back(fmt::format("cut {} {}: {:.4g} mL of {:.4g} mL are removed, and the wound has {:.4g} cm^2",
-                                cut.way == CutWay::facets ? "along facets" : "exactly", to_text(cut.tool),
-                                millilitres * result.removed_volume, millilitres * result.volume_before,
-                                square_centimetres * result.wound_area));
+    notes.push_back(fmt::format(
+        "cut {} {}: {:.4g} mL of {:.4g} mL are removed, and the wound has {:.4g} cm^2{}",
+        cut.way == CutWay::facets ? "along facets" : "exactly", to_text(cut.tool), millilitres * result.removed_volume,
+        millilitres * result.volume_before, square_centimetres * result.wound_area,
+        std::isfinite(result.least_margin)
+            ? fmt::format(", {:.3g} mm from the region where it is nearest", millimetres * result.least_margin)
+            : ""));
     for (const double volume : small_volumes)
         notes.push_back(fmt::format("a loose piece of {:.3g} mL is {}", millilitres * volume,
                                     cut.small_pieces == SmallPieces::keep ? "a body of its own" : "taken away"));
@@ -264,6 +291,7 @@ CutBody cut(const core::Body &body, const Cut &cut) {
     }
     add_up_removed(cut_mesh, clean.pieces, result);
     result.wound_area = area_of_patch(result.body.mesh, wound_patch);
+    result.least_margin = least_margin(body.mesh, result.body.mesh, cut.tool);
     result.num_crumbs = clean.num_crumbs;
     result.num_spikes = clean.num_spikes;
     result.num_bridges = clean.num_bridges;

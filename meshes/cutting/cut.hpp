@@ -92,6 +92,7 @@ struct CutBody {
     double removed_volume = 0.0;           ///< [m^3], summed over what was taken away
     double removed_mass = 0.0;             ///< [kg]
     double wound_area = 0.0;               ///< [m^2] of the body
+    double least_margin = 0.0;             ///< from the region of a RegionCut to the wound [m]; NaN without a margin
     int num_crumbs = 0;                    ///< pieces that were too small to stay
     int num_spikes = 0;                    ///< tetrahedra that hung on one face, with two or three in the wound
     int num_bridges = 0;                   ///< tetrahedra that alone joined two parts
@@ -109,7 +110,8 @@ struct CutBody {
 ///
 /// Along the exact surface nodes inside the body move onto it where they are nearer than 0.3 of an edge, and those on
 /// its boundary or between regions stay and count as on it within 0.2 of an edge: so far the rim of the wound may be
-/// off. Features smaller than an edge are lost.
+/// off. Features smaller than an edge are lost. The facets of the wound are chords: around a region that bulges they
+/// are nearer to it than the margin (CutBody::least_margin).
 /// @throws support::InputError   for a tool that is none: a negative margin or thickness, a normal of length 0, a blade
 ///                               without an area
 /// @throws CutMissesBody         if the cut touches nothing

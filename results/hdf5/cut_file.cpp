@@ -15,6 +15,9 @@ template <class At> void describe_cut_run(At at, hdf5::Of<At, CutRun> &run, std:
     at.rows("tool_stiffness", run.tool_stiffness, "N/m", num_records);
     at.rows("setup_seconds", run.setup_seconds, "s", num_records);
     at.rows("solve_seconds", run.solve_seconds, "s", num_records);
+    if (at.has("critical_time_step",
+               !run.critical_time_step.empty())) // of springs, and not in files of an older version
+        at.rows("critical_time_step", run.critical_time_step, "s");
 }
 
 template <class At> void describe_cut_motions(At at, hdf5::Of<At, CutFile> &cut) {

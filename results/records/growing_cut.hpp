@@ -20,6 +20,9 @@ struct CutRun {
     std::vector<double> tool_stiffness{};
     std::vector<double> setup_seconds{}; ///< (K) for all of the model that comes before the loads, set up anew [s]
     std::vector<double> solve_seconds{}; ///< (K) for the equilibrium, with that [s]; both 0 where nothing was parted
+    /// Of springs: critical step of symplectic Euler with nothing damped and nothing constrained [s], before the first
+    /// step of the blade, after the last one, and after the exact cut where there is one. Empty of other models.
+    std::vector<double> critical_time_step{};
 
     /// What the cut has set free until then: work of the loads less what is stored, each less that before the cut [J].
     double released(std::size_t record) const { return (work[record] - work[0]) - (stored[record] - stored[0]); }

@@ -5,15 +5,18 @@
 #include <fmt/format.h>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "core/tool/place_stiffness.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "models/cut_motion/body_under_blade.hpp"
+#include "models/mass_spring_model.hpp"
 #include "models/model_table.hpp"
 #include "results/hdf5/cut_file.hpp"
 #include "results/provenance.hpp"
+#include "studies/advise/step_cost.hpp"
 #include "studies/catalogue.hpp"
 #include "studies/cutting/growing_cut.hpp"
 #include "studies/cutting/wound_reference.hpp"
@@ -225,11 +228,11 @@ class ModelsUnderBlade {
 /// The reference in the end on finer meshes of the body, and of the same body cut exactly where that is asked for.
 /// @param notes  what could not be solved or cut is added
 std::vector<results::CutLevel> refine_in_the_end(const core::Model &reference, const CutStage &last,
-                                                 const core::Body *body_before, const BladeWay &way,
-                                                 const SameLoads &loads, int times, std::vector<std::string> &notes,
+                                                 const CutStage *exact, const BladeWay &way, const SameLoads &loads,
+                                                 int times, std::vector<std::string> &notes,
                                                  const ProgressReport &report) {
     std::vector<results::CutLevel> levels;
-    Steps steps((body_before ? 2 : 1) * (times + 1), report);
+    Steps steps((exact ? 2 : 1) * (times + 1), report);
     const auto add = [&](const CutStage &stage, const std::string &way_of_cut) {
         std::string failure;
         const auto found = solve_finer_at_wound(
@@ -245,14 +248,29 @@ std::vector<results::CutLevel> refine_in_the_end(const core::Model &reference, c
                                         way_of_cut, reference.name, found.size(), failure));
     };
     add(last, "facets");
-    if (!body_before)
-        return levels;
+    if (exact)
+        add(*exact, "exact");
+    return levels;
+}
+
+/// The exact cut of the same way; nothing where it does not fit the body, which is noted.
+std::optional<CutStage> exact_cut(const core::Body &body, const BladeWay &way, std::vector<std::string> &notes) {
     try {
-        add(cut_exactly(*body_before, way), "exact");
+        return cut_exactly(body, way);
     } catch (const meshes::CutNotOnBody &error) {
         notes.push_back(error.what());
+        return std::nullopt;
     }
-    return levels;
+}
+
+/// Of springs on bodies; empty of other models.
+std::vector<double> critical_time_steps(const core::Model &model,
+                                        const std::vector<std::shared_ptr<const core::Body>> &bodies) {
+    std::vector<double> found;
+    for (const auto &body : bodies)
+        if (const auto springs = models::springs_of(model, body))
+            found.push_back(critical_time_step(*body, springs->body));
+    return found;
 }
 
 /// Models of which regime are compared.
@@ -304,14 +322,18 @@ CutResults let_blade_in(const CutStudyOptions &options, const std::string &comma
         done.file.cut_seconds.push_back(stage.seconds);
         done.file.nodes.push_back(stage.body->mesh.num_nodes());
     }
+    const auto exact = meets_moved_body ? std::nullopt : exact_cut(*before.body, way, done.notes);
+    std::vector bodies{before.body, stages.back().body};
+    if (exact)
+        bodies.push_back(exact->body);
     for (const auto &model : models.models()) {
         done.file.runs.push_back(model.run());
+        done.file.runs.back().critical_time_step = critical_time_steps(model.model(), bodies);
         done.notes.insert(done.notes.end(), model.notes().begin(), model.notes().end());
     }
     if (options.num_refined > 0)
-        done.file.levels = refine_in_the_end(models.models().front().model(), stages.back(),
-                                             meets_moved_body ? nullptr : before.body.get(), way, loads,
-                                             options.num_refined, done.notes, report);
+        done.file.levels = refine_in_the_end(models.models().front().model(), stages.back(), exact ? &*exact : nullptr,
+                                             way, loads, options.num_refined, done.notes, report);
     if (has_motions) {
         std::vector<core::Problem> problems;
         for (const auto &stage : stages)

@@ -198,6 +198,18 @@ std::string cut_levels_note(const CutFile &file) {
     return note;
 }
 
+Layout cut_steps_table(const CutFile &file) {
+    Layout table{{{"springs"}, {"before [ms]", true}, {"cut along facets [ms]", true}, {"cut exactly [ms]", true}}, {}};
+    for (const auto &run : file.runs)
+        if (!run.critical_time_step.empty()) {
+            auto &row = table.rows.emplace_back(std::vector<std::string>{run.model});
+            for (const double step : run.critical_time_step)
+                row.push_back(fixed(core::milliseconds * step, 3));
+            row.resize(table.columns.size(), "-");
+        }
+    return table;
+}
+
 Layout cut_motions_table(const CutFile &file) {
     Layout table{{{"method"},
                   {"budget [ms]", true},

@@ -29,6 +29,10 @@ Layout cut_levels_table(const CutFile &file);
 /// how far the reference on the coarsest one is from that. Empty if there is none.
 std::string cut_levels_note(const CutFile &file);
 
+/// A row for each model of springs: its critical step before the cut, after it along facets, and after the exact cut
+/// [ms]. No rows where no model has springs.
+Layout cut_steps_table(const CutFile &file);
+
 /// A row for each method that moves within each budget, in the order of budgets, and of the larger one of the errors of
 /// opening and stiffness in one; methods that are too slow for it come last: budget [ms], whether it is kept (always,
 /// but for frames with a cut, or never), steps and iterations, opening [mm] and stiffness at the tool [N/m] in the end,

@@ -103,6 +103,35 @@ TEST_P(CutBody, RegionGoesWithItsNameItsMaterialAndItsMargin) {
         EXPECT_DOUBLE_EQ(area_of(after.body.mesh, side), area_of(body.mesh, side));
 }
 
+/// The facets of a wound around a ball are chords, which come nearer to it than their corners.
+TEST_P(CutBody, KnowsHowNearTheWoundComesToTheRegion) {
+    constexpr double margin = 0.004;
+    const auto body = bar_with_lump();
+    const auto after = meshes::cut(body, {RegionCut{"lump", margin}, GetParam()});
+    std::vector<Vector3> lump, wound;
+    for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t)
+        if (body.mesh.region[t] == 1)
+            for (const int node : body.mesh.tetrahedra[t])
+                lump.push_back(body.mesh.points[node]);
+    const auto &mesh = after.body.mesh;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (mesh.patch_names[mesh.boundary_patch[f]] == meshes::wound_patch)
+            for (const int node : mesh.boundary_triangles[f])
+                wound.push_back(mesh.points[node]);
+    double nearest_corners = std::numeric_limits<double>::infinity();
+    for (const auto &a : lump)
+        for (const auto &b : wound)
+            nearest_corners = std::min(nearest_corners, (a - b).norm());
+    EXPECT_LE(after.least_margin, nearest_corners);
+    if (GetParam() == CutWay::exact) {
+        EXPECT_LT(after.least_margin, margin);
+        EXPECT_GT(after.least_margin, 0.5 * margin);
+    }
+    EXPECT_NE(after.notes.front().find("mm from the region where it is nearest"), std::string::npos);
+    const auto half = meshes::cut(body, {HalfSpaceCut{{0.093, 0.0, 0.0}, {1.0, 0.0, 0.0}}, GetParam()});
+    EXPECT_TRUE(std::isnan(half.least_margin));
+}
+
 TEST_P(CutBody, BladeWithoutThicknessPartsAndTakesNothingAway) {
     const auto body = bar_with_lump();
     const auto after = meshes::cut(body, {blade_at(0.031, 0.025), GetParam()});

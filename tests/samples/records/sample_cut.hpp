@@ -29,7 +29,8 @@ inline results::CutFile sample_cut() {
                  .opening = {0.0, 0.003, 0.003},
                  .tool_stiffness = {50.0, 36.0, 36.0},
                  .setup_seconds = {0.1, 0.05, 0.0},
-                 .solve_seconds = {0.2, 0.3, 0.0}}};
+                 .solve_seconds = {0.2, 0.3, 0.0},
+                 .critical_time_step = {0.00282, 0.002, 0.00047}}};
     cut.regime = core::Regime::large;
     cut.levels = {{"facets", 200, 2e-4, 0.018, 0.002, 30.0, 3.0},
                   {"facets", 300, 2e-4, 0.018, 0.0024, 29.0, 6.0},

@@ -4,8 +4,10 @@
 #include <fstream>
 #include <utility>
 
+#include "models/mass_spring_model.hpp"
 #include "models/model_table.hpp"
 #include "results/hdf5/cut_file.hpp"
+#include "studies/advise/step_cost.hpp"
 #include "studies/cutting/growing_cut.hpp"
 #include "studies/cutting/wound_reference.hpp"
 #include "support/known_names.hpp"
@@ -138,7 +140,20 @@ TEST(GrowingCuts, SetFreeAsMuchAsTheyStoreUnderConstantLoads) {
         for (std::size_t k = 0; k < file.num_records(); ++k)
             EXPECT_GE(run.solve_seconds[k], run.setup_seconds[k]) << run.model;
     }
+    // Of springs alone: before, along facets, and exactly, where tetrahedra are split and steps get shorter.
+    EXPECT_TRUE(file.runs[0].critical_time_step.empty());
+    EXPECT_TRUE(file.runs[1].critical_time_step.empty());
+    const auto &steps = file.runs[2].critical_time_step;
+    ASSERT_EQ(steps.size(), 3U);
+    const auto bar = meshes::read_body(options.body);
+    const auto known = models::all_models();
+    const auto springs = models::springs_of(support::find_named(known, std::string("nodal_springs"), "model"),
+                                            std::make_shared<const core::Body>(bar));
+    EXPECT_NEAR(steps[0], critical_time_step(bar, springs.value().body), 1e-9 * steps[0]);
+    EXPECT_GT(steps[1], 0.2 * steps[0]);
+    EXPECT_LT(steps[2], steps[0]);
     const auto read = results::read_cut_file(std::filesystem::path(options.output) / file.body / "cut.pull.h5");
+    EXPECT_EQ(read.runs[2].critical_time_step, steps);
     EXPECT_EQ(read.area, file.area);
     EXPECT_EQ(read.runs[2].work, file.runs[2].work);
     EXPECT_EQ(read.cut_seconds, file.cut_seconds);

@@ -34,6 +34,8 @@ TEST_F(CutFiles, HoldWhatWasWritten) {
     EXPECT_EQ(read.runs[1].tool_stiffness, written.runs[1].tool_stiffness);
     EXPECT_EQ(read.runs[1].setup_seconds, written.runs[1].setup_seconds);
     EXPECT_EQ(read.runs[1].solve_seconds, written.runs[1].solve_seconds);
+    EXPECT_TRUE(read.runs[0].critical_time_step.empty());
+    EXPECT_EQ(read.runs[1].critical_time_step, written.runs[1].critical_time_step);
     EXPECT_EQ(read.regime, core::Regime::large);
     EXPECT_EQ(read.levels, written.levels);
     EXPECT_EQ(read.frame_interval, 0.02);
@@ -131,6 +133,17 @@ TEST_F(CutFiles, CompareWithTheFinestMeshOfTheReference) {
     EXPECT_FALSE(file.judge_in_the_end().is_refined);
     EXPECT_EQ(cut_models_table(file).rows[0][0], "judge (reference)");
     EXPECT_EQ(cut_judge_note(file), "Errors are against judge on the mesh of the models, which has no error bar.\n");
+}
+
+TEST_F(CutFiles, TellTheStepsOfSpringsBeforeAndAfter) {
+    auto file = tests::sample_cut();
+    const std::vector<std::string> row{"springs", "2.820", "2.000", "0.470"};
+    ASSERT_EQ(cut_steps_table(file).rows.size(), 1U); // of the model that has springs
+    EXPECT_EQ(cut_steps_table(file).rows.front(), row);
+    file.runs[1].critical_time_step.pop_back();
+    EXPECT_EQ(cut_steps_table(file).rows.front().back(), "-"); // no exact cut
+    file.runs.pop_back();
+    EXPECT_TRUE(cut_steps_table(file).rows.empty());
 }
 
 TEST_F(CutFiles, AreRefusedWhereTheyCannotBe) {
