@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Solves a load case with CalculiX, and scores what it finds.
 
     examples/score_calculix.py liver_healthy large_traction out

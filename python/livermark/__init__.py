@@ -4,6 +4,13 @@ Arrays come in and go out as numpy arrays, all quantities are in SI units. See d
 """
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
+try:
+    import numpy as _numpy  # noqa: F401 -- all functions take its arrays
+except ModuleNotFoundError as _error:
+    import sys as _sys
+    raise ModuleNotFoundError(f"livermark needs {_error.name}, which {_sys.executable} does not have; start /usr/bin/python3 with "
+                              "Debian's python3-numpy, or install numpy there", name=_error.name) from _error
+
 from livermark import suite as _suite_functions
 from livermark._version import __version__
 from livermark.calibration import calibrate
@@ -40,5 +47,5 @@ def __getattr__(name):
     if name in ("CutBody", "Problem", "Score", "Solution"):  # they come with finite elements, which load when they are asked for
         return getattr(_suite_functions.load(), name)
     if name in __all__:
-        raise ImportError(f"livermark.{name} is compiled, and this package is not; see docs/reference/python.md")
+        raise ImportError(f"livermark.{name} is compiled, and {_suite_functions.lack_of('_livermark')}")
     raise AttributeError(f"module 'livermark' has no attribute '{name}'")

@@ -5,6 +5,7 @@ import json
 import math
 import os
 import pathlib
+import sys
 from typing import TYPE_CHECKING, Any, Optional, Sequence, Union
 
 from livermark.errors import InputError
@@ -17,6 +18,18 @@ if TYPE_CHECKING:
 Path = Union[str, "os.PathLike[str]"]
 
 
+def lack_of(module: str) -> str:
+    """Why an extension module of the package is not found, and the remedy."""
+    folder = pathlib.Path(__file__).parent
+    others = sorted(folder.glob(f"{module}.*.so"))
+    version = ".".join(map(str, sys.version_info[:2]))
+    if others:
+        return (f"{others[0].name} is for another interpreter than {sys.executable} (Python {version}); start /usr/bin/python3, or "
+                "build with -DPython_EXECUTABLE of that one")
+    return (f"{folder} has no compiled part; in the source tree run scripts/bootstrap --program, and set PYTHONPATH to its "
+            "build/release/python (docs/reference/python.md)")
+
+
 def load():
     """The extension module. An installed package has the bodies and load cases in its folder data/."""
     data = pathlib.Path(__file__).resolve().parent / "data"
@@ -25,8 +38,8 @@ def load():
     try:
         from livermark import _suite
     except ImportError as error:
-        raise ImportError("the suite with its finite elements is not here: install python3-livermark-suite, or build "
-                          f"with -DLIVERMARK_WITH_FEM_REFERENCE=ON ({error})") from error
+        raise ImportError("the suite with its finite elements is not here: install python3-livermark-suite, or build with "
+                          f"-DLIVERMARK_WITH_FEM_REFERENCE=ON; {lack_of('_suite')} ({error})") from error
     return _suite
 
 

@@ -28,6 +28,15 @@ def dead_links_of(pages):
         return docs.dead_links(pathlib.Path(folder))
 
 
+class Examples(unittest.TestCase):
+    def test_in_python_can_be_started_by_their_names(self):
+        scripts = [path for path in docs.files(ROOT) if path.parent == ROOT / "examples" and path.suffix == ".py"]
+        self.assertGreater(len(scripts), 2)
+        for path in scripts:
+            self.assertRegex(path.read_text(), r"\A#!/usr/bin/(env )?python3\n\"\"\"", path.name)
+            self.assertTrue(path.stat().st_mode & 0o100, f"{path.name} is not executable")
+
+
 class Links(unittest.TestCase):
     def test_of_this_tree_lead_somewhere(self):
         self.assertGreater(len([path for path in docs.files(ROOT) if path.suffix == ".md"]), 20)

@@ -11,6 +11,7 @@ import numpy
 import pytest
 from conftest import RUNS
 
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
 SAMPLES = pathlib.Path(os.environ["LIVERMARK_SAMPLES"])
 BENDING = RUNS / "beam" / "beam_bend.h5"
 RELEASE = RUNS / "beam" / "beam_release.h5"
@@ -280,3 +281,22 @@ def test_a_file_that_is_closed_says_so():
     for read in (lambda: result.points, lambda: lloyd.displacement, lambda: result["lloyd"]):
         with pytest.raises(livermark.InputError, match="the file is closed; open it again"):
             read()
+
+
+def words_of_a_start(code, **environment):
+    """The last line of an interpreter that has the sources of the package, and none of its compiled parts."""
+    started = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
+                             env={**os.environ, "PYTHONPATH": str(SOURCE / "python"), **environment})
+    assert started.returncode == 1, started.stdout
+    return started.stderr.splitlines()[-1]
+
+
+def test_an_interpreter_without_numpy_is_told_so():
+    said = words_of_a_start("import sys; sys.modules['numpy'] = None; import livermark")
+    assert said.startswith(f"ModuleNotFoundError: livermark needs numpy, which {sys.executable} does not have; start /usr/bin/python3")
+
+
+@pytest.mark.parametrize("name", ["springs", "bodies()"])
+def test_a_package_without_its_compiled_part_names_the_command_that_makes_it(name):
+    said = words_of_a_start(f"import livermark; livermark.{name}")
+    assert said.startswith("ImportError: ") and "run scripts/bootstrap --program" in said
