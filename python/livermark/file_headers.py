@@ -18,9 +18,6 @@ class Counts(NamedTuple):
     types: Optional[tuple[str, ...]] = None  #: which begin so are counted; None: all
 
 
-FIRST_LINES = 1 << 16  #: bytes that have the first line without a comment
-
-
 def _all(pattern: bytes, data: bytes) -> list[int]:
     return [int(word) for word in re.findall(pattern, data, re.MULTILINE | re.IGNORECASE)]
 
@@ -42,15 +39,6 @@ def _of_gmsh(data: bytes) -> Optional[Counts]:
             words = data[found.end():found.end() + 200].split()
             counts.append(int(words[1] if version >= 4.0 else words[0]))
     return Counts(*counts)
-
-
-def _of_ucd(data: bytes) -> Optional[Counts]:
-    """The first line without a comment: numbers of nodes, cells, and values of three sorts."""
-    for line in data[:FIRST_LINES].splitlines():
-        words = line.split()
-        if words and not words[0].startswith(b"#"):
-            return Counts(int(words[0]), int(words[1])) if len(words) == 5 and all(word.isdigit() for word in words) else None
-    return None
 
 
 VOLUME_AND_FACES = ("tetra", "hexahedron", "triangle", "quad")
@@ -111,13 +99,8 @@ def _of_dolfin(data: bytes) -> Optional[Counts]:
 
 
 COUNTED: dict[str, Callable[[bytes], Optional[Counts]]] = {
-    ".msh": _of_gmsh, ".avs": _of_ucd, ".inp": _of_ucd, ".mesh": _of_medit, ".meshb": _of_binary_medit, ".su2": _of_su2,
+    ".msh": _of_gmsh, ".mesh": _of_medit, ".meshb": _of_binary_medit, ".su2": _of_su2,
     ".xdmf": _of_xdmf, ".xmf": _of_xdmf, ".xml": _of_dolfin}
-
-
-def is_ucd(data: bytes) -> bool:
-    """Whether a file that ends in .inp is of AVS and not of Abaqus."""
-    return _of_ucd(data) is not None
 
 
 def check_counts(mesh: Any, ending: str, data: bytes) -> list[str]:

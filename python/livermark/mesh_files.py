@@ -10,13 +10,13 @@ import signal
 import subprocess
 import sys
 import tempfile
-from typing import Any, NamedTuple, Optional
+from typing import Any, NamedTuple
 
 import numpy
 
-from livermark import abaqus, med, nastran, tetgen, vtk_files, vtk_grids
+from livermark import abaqus, avs, med, nastran, tetgen, vtk_files, vtk_grids
 from livermark.errors import InputError
-from livermark.file_headers import check_counts, is_ucd
+from livermark.file_headers import check_counts
 from livermark.groups import TETRAHEDRA, groups_of, refuse_other_cells
 from livermark.limits import limits_of, put_limits
 from livermark.plain_files import plain_file
@@ -42,13 +42,13 @@ def _of_vtk(path: str) -> Any:
     return vtk_grids.mesh_of(vtk_files.read_dataset(data))
 
 
-def _of_meshio(path: str, ending: str, file_format: Optional[str] = None) -> Any:
+def _of_meshio(path: str, ending: str) -> Any:
     """What meshio reads, compared with what the file says of itself."""
     import meshio
     if ending not in meshio.extension_to_filetypes:
         raise InputError(f"no mesh can be read from it as {ending[1:20].upper()}, which is no format that is known here"
                          if ending else "its name has no ending that says its format")
-    mesh = meshio.read(path, file_format)
+    mesh = meshio.read(path)
     with open(path, "rb") as file:
         mesh.remarks = check_counts(mesh, ending, file.read())
     return mesh
@@ -56,9 +56,7 @@ def _of_meshio(path: str, ending: str, file_format: Optional[str] = None) -> Any
 
 def _of_inp(path: str) -> Any:
     """Abaqus, or AVS-UCD."""
-    with open(path, "rb") as file:
-        is_of_avs = is_ucd(file.read(1 << 16))
-    return _of_meshio(path, ".inp", "avsucd") if is_of_avs else abaqus.read(path)
+    return avs.read(path) if avs.is_avs(path) else abaqus.read(path)
 
 
 def _space_of(mesh: Any, path: str) -> str:
@@ -102,7 +100,7 @@ def read(source: Any, to_lps: bool = True) -> Any:
         raise InputError(f"no mesh can be read from it as {ending[1:].upper()}, so it is damaged or of another format") from None
 
 
-OWN = {".inp": _of_inp, ".ele": tetgen.read, ".node": tetgen.read, ".vtk": _of_vtk, ".vtu": _of_vtk, ".vtp": _of_vtk,
+OWN = {".inp": _of_inp, ".avs": avs.read, ".ucd": avs.read, ".ele": tetgen.read, ".node": tetgen.read, ".vtk": _of_vtk, ".vtu": _of_vtk, ".vtp": _of_vtk,
        ".med": med.read, ".rmed": med.read, ".bdf": nastran.read, ".nas": nastran.read, ".fem": nastran.read}
 #: Formats that mesh generators write, and the program that converts each.
 NOT_READ = {".unv": "gmsh converts it: gmsh FILE.unv -save -format msh22 -o FILE.msh",

@@ -111,7 +111,7 @@ def test_what_is_no_plain_file_is_not_waited_for(tmp_path):
 def test_a_reader_that_crashes_hangs_or_fills_the_memory_ends_alone(tmp_path, monkeypatch, reader, why):
     (tmp_path / "meshio").mkdir()
     (tmp_path / "meshio" / "__init__.py").write_text(
-        f"import os\nextension_to_filetypes = {{'.mesh': ['medit']}}\ndef read(path, file_format):\n    {reader}\n")
+        f"import os\nextension_to_filetypes = {{'.mesh': ['medit']}}\ndef read(path):\n    {reader}\n")
     (tmp_path / "sitecustomize.py").write_text("import resource\nresource.setrlimit(resource.RLIMIT_CPU, (2, 2))\n")
     (tmp_path / "a.mesh").write_text("x")
     monkeypatch.syspath_prepend(str(tmp_path))

@@ -199,8 +199,23 @@ def test_a_file_of_avs_is_told_from_one_of_abaqus(read, name):
     mesh = read(UCD, name)
     assert mesh.region.tolist() == [6, 42] and mesh.points.shape == (5, 3)
     assert [sorted(corners) for corners in mesh.tetrahedra.tolist()] == [[0, 1, 2, 3], [1, 2, 3, 4]]
-    with pytest.raises(livermark.InputError, match="no mesh can be read|finds 5 nodes"):
+    with pytest.raises(livermark.InputError, match="no mesh can be read|ends too early"):
         read(UCD.replace("5 2 0", "6 2 0"), name)
+
+
+def test_values_of_avs_are_named(read):
+    values = ("1 1\nheat, K\n" + "".join(f"{n} 1.5\n" for n in range(1, 6)), "2 1 3\nquality, none\nflow, m/s\n1 0 0 0 0\n2 0 0 0 0\n")
+    for sizes, text, names in (("1 0", values[0], "heat"), ("0 4", values[1], "quality, flow"), ("1 4", values[0] + values[1], "heat, quality, flow")):
+        with pytest.warns(UserWarning, match=f"values that are not used: {names}$"):
+            assert read(UCD.replace("5 2 0 0", f"5 2 {sizes}") + text, "mesh.inp").region.tolist() == [6, 42]
+
+
+@pytest.mark.parametrize("old, new, sentence", [
+    ("tet 2 5 3 4", "tet 2 5 3 9", "there is no node 9; correct the cell"), ("tet 2 5 3 4", "tet 2 5 3", "has 3 nodes and not 4"),
+    ("tet 2 5 3 4", "hex 1 2 3 4 5 1 2 3", "1 of type hexahedron"), ("5 2 0 0 0", "500000000000 2 0 0 0", "ends too early")])
+def test_a_file_of_avs_that_says_more_is_refused(read, old, new, sentence):
+    with pytest.raises(livermark.InputError, match=sentence):
+        read(UCD.replace(old, new), "mesh.avs")
 
 
 FAMILIES = {"FAM_-6_tumour": (-6, ["tumour"]), "FAM_-8_both": (-8, ["tumour", "liver"]), "FAM_-9": (-9, [])}
@@ -257,7 +272,7 @@ def test_a_med_file_that_says_more_is_refused(med_file, more, sentence):
 
 WRITTEN_BY_MESHIO = [("mesh.msh", {"file_format": "gmsh22", "binary": True}), ("mesh.msh", {"file_format": "gmsh", "binary": True}),
                      ("mesh.msh", {"file_format": "gmsh22", "binary": False}), ("mesh.msh", {"file_format": "gmsh", "binary": False}),
-                     ("mesh.avs", {}), ("mesh.mesh", {}), ("mesh.meshb", {}), ("mesh.su2", None), ("mesh.xdmf", {"data_format": "XML"}),
+                     ("mesh.mesh", {}), ("mesh.meshb", {}), ("mesh.su2", None), ("mesh.xdmf", {"data_format": "XML"}),
                      ("mesh.xml", {})]
 
 

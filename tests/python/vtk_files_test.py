@@ -96,7 +96,15 @@ def test_files_of_xml_are_read_in_every_encoding(grid, tmp_path, mode, compresso
 @pytest.mark.parametrize("writer, ending", [("vtkUnstructuredGridWriter", "vtk"), ("vtkXMLUnstructuredGridWriter", "vtu")])
 def test_axes_of_field_data_are_turned_to_lps(grid, tmp_path, writer, ending):
     vtk = pytest.importorskip("vtk")
-    path = write(getattr(vtk, writer)(), grid(space="RAS"), tmp_path / f"grid.{ending}")
+    made, displacement = grid(space="RAS"), vtk.vtkDoubleArray()
+    displacement.SetName("displacement")
+    displacement.SetNumberOfComponents(3)
+    for _ in POINTS:
+        displacement.InsertNextTuple3(1.0, 2.0, 3.0)
+    made.GetPointData().AddArray(displacement)
+    path = write(getattr(vtk, writer)(), made, tmp_path / f"grid.{ending}")
+    assert numpy.array_equal(mesh_files.read(path).point_data["displacement"], [[-1.0, -2.0, 3.0]] * len(POINTS))
+    assert numpy.array_equal(mesh_files.read(path, to_lps=False).points, POINTS)
     with pytest.warns(UserWarning, match="it says that it is in RAS, and is turned to LPS"):
         mesh = livermark.from_meshio(path)
     assert numpy.array_equal(mesh.points, POINTS * [-1, -1, 1]) and numpy.array_equal(mesh.tetrahedra, TETRAHEDRA)
