@@ -10,8 +10,7 @@ import numpy
 
 from livermark.errors import InputError
 
-#: By the names that MED has for them. Tetrahedra whose corners turn them inside out are put right
-#: later, as in every format.
+#: By the names that MED has for them. Tetrahedra whose corners turn them inside out are put right later, as in every format.
 CELL_TYPES = {"PO1": "vertex", "SE2": "line", "SE3": "line3", "TR3": "triangle", "TR6": "triangle6", "TR7": "triangle7",
               "QU4": "quad", "QU8": "quad8", "QU9": "quad9", "TE4": "tetra", "T10": "tetra10", "HE8": "hexahedron",
               "H20": "hexahedron20", "H27": "hexahedron27", "PY5": "pyramid", "P13": "pyramid13", "PE6": "wedge", "P15": "wedge15"}

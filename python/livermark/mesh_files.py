@@ -100,16 +100,16 @@ def read(source: Any, to_lps: bool = True) -> Any:
         raise InputError(f"no mesh can be read from it as {ending[1:].upper()}, so it is damaged or of another format") from None
 
 
-OWN = {".inp": _of_inp, ".avs": avs.read, ".ucd": avs.read, ".ele": tetgen.read, ".node": tetgen.read, ".vtk": _of_vtk, ".vtu": _of_vtk, ".vtp": _of_vtk,
-       ".med": med.read, ".rmed": med.read, ".bdf": nastran.read, ".nas": nastran.read, ".fem": nastran.read}
+OWN = {".inp": _of_inp, ".avs": avs.read, ".ucd": avs.read, ".ele": tetgen.read, ".node": tetgen.read, ".vtk": _of_vtk,
+       ".vtu": _of_vtk, ".vtp": _of_vtk, ".med": med.read, ".rmed": med.read, ".bdf": nastran.read, ".nas": nastran.read,
+       ".fem": nastran.read}
 #: Formats that mesh generators write, and the program that converts each.
 NOT_READ = {".unv": "gmsh converts it: gmsh FILE.unv -save -format msh22 -o FILE.msh",
             ".pvtu": "it only names other files; open it in ParaView and save one VTU",
             ".vtm": "it only names other files; open it in ParaView, merge the blocks and save one VTU",
             ".vtkhdf": "open it in ParaView and save it as VTU",
             ".key": "save it as Abaqus INP or Nastran BDF", ".k": "save it as Abaqus INP or Nastran BDF",
-            ".cdb": "save it as Abaqus INP or Nastran BDF",
-            ".feb": "it is read by livermark.from_febio() in Python"}
+            ".cdb": "save it as Abaqus INP or Nastran BDF"}
 
 
 def checked_points(points: Any, corners: numpy.ndarray) -> numpy.ndarray:

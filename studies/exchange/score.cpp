@@ -134,16 +134,18 @@ void refuse_motion(const core::Problem &problem) {
                         problem.load_case.name));
 }
 
-/// The name of a model, and a word before long work.
+/// The name of a model, and on what it is solved, with a word before what takes long.
 std::string announced(const core::Model &model, const core::Problem &problem, const ScoreOptions &options) {
-    const bool is_stored_somewhere =
-        !options.solve_reference && !SolutionCache(stored_references_folder()).where(model, problem).empty();
-    if (!is_stored(model, problem) || is_stored_somewhere)
+    if (model.name == options.name)
         return model.name;
-    const bool is_refined = model.role_at_rest(problem.load_case.regime) == core::Role::refined_reference;
-    return fmt::format("{}, which is solved {} {} tetrahedra and takes the longest{}", model.name,
-                       is_refined ? "on finer meshes than these" : "on", problem.body->mesh.num_tetrahedra(),
-                       is_refined ? "; --reference-on-mesh does without" : "");
+    const auto on_mesh = fmt::format("{} on {} tetrahedra", model.name, problem.body->mesh.num_tetrahedra());
+    if (!is_stored(model, problem))
+        return on_mesh;
+    if (!options.solve_reference && !SolutionCache(stored_references_folder()).where(model, problem).empty())
+        return model.name + ", which is stored";
+    return on_mesh + (model.role_at_rest(problem.load_case.regime) == core::Role::refined_reference
+                          ? " and finer meshes, which takes longest; --reference-on-mesh does without"
+                          : ", which takes longest");
 }
 
 results::Result evaluate_beside(std::vector<core::Model> models, const core::Problem &problem,
@@ -151,7 +153,8 @@ results::Result evaluate_beside(std::vector<core::Model> models, const core::Pro
                                 const std::string &command_line, const ProgressReport &report) {
     models.push_back(outside_model(options, displacement));
     PreparedModels prepared;
-    Steps steps(static_cast<int>(models.size()), report);
+    const auto num_steps = std::ranges::count_if(models, [&](const auto &m) { return m.takes_part_in(problem); });
+    Steps steps(static_cast<int>(num_steps), report);
     const auto solve = [&](const core::Model &model, const core::Problem &to_solve) {
         steps.next(announced(model, to_solve, options));
         return prepared.solve(model, to_solve);

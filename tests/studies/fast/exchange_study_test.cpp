@@ -165,18 +165,24 @@ TEST_F(ExchangeStudy, SaysWhatWillTakeLongBeforeItIsSolved) {
     own.models[0].name = "own";
     own.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Zero());
     write_csv(own, "own", 1.0);
-    const auto long_steps = [&] {
-        int count = 0;
-        score(scored, "test", [&](int, int, const std::string &about) {
-            count += about.find(fmt::format("on finer meshes than these {} tetrahedra and takes the longest; "
-                                            "--reference-on-mesh does without",
-                                            problem.body->mesh.num_tetrahedra())) != std::string::npos;
+    const auto steps = [&] {
+        std::vector<std::string> found;
+        score(scored, "test", [&](int step, int num_steps, const std::string &about) {
+            EXPECT_EQ(step, static_cast<int>(found.size()) + 1);
+            EXPECT_LE(step, num_steps);
+            found.push_back(step == num_steps ? about + ", the last" : about);
         });
-        return count;
+        return found;
     };
-    EXPECT_EQ(long_steps(), 1);
+    const auto size = fmt::format(" on {} tetrahedra", problem.body->mesh.num_tetrahedra());
+    const auto found = steps();
+    EXPECT_EQ(found.front(), "fem_p1" + size);
+    EXPECT_EQ(found.back(), "mine, the last");
+    const auto refined = size + " and finer meshes, which takes longest; --reference-on-mesh does without";
+    EXPECT_EQ(std::ranges::count_if(found, [&](const auto &about) { return about.ends_with(refined); }), 1);
     scored.reference_on_mesh = true;
-    EXPECT_EQ(long_steps(), 0);
+    for (const auto &about : steps())
+        EXPECT_EQ(about.find("finer"), std::string::npos) << about;
 }
 
 TEST_F(ExchangeStudy, TakesCoordinatesInTheUnitOfTheDisplacementsToo) {
