@@ -117,7 +117,7 @@ set(CPACK_DEBIAN_PYTHON_SUITE_PACKAGE_NAME python3-livermark-suite)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${LIVERMARK_PYTHON_VERSION}, python3-numpy, python3-h5py")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS
   "python3-pandas, python3-scipy, python3-vtk9, python3-matplotlib, python3-jinja2, python3-livermark-suite")
-set(CPACK_DEBIAN_PYTHON_SUITE_PACKAGE_DEPENDS "python3-livermark, libopenblas0-serial, python3-meshio")
+set(CPACK_DEBIAN_PYTHON_SUITE_PACKAGE_DEPENDS "python3-livermark, libopenblas0-serial, python3-meshio, python3-lz4")
 # The libraries that the extension modules are linked with.
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PYTHON_SUITE_PACKAGE_SHLIBDEPS ON)

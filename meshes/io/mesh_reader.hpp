@@ -8,10 +8,10 @@
 
 namespace livermark::meshes {
 
-/// Reads a mesh of any format: MSH in ASCII with read_msh(), everything else (binary MSH, VTK, VTU, Abaqus INP and what
-/// else meshio knows) after scripts/convert_mesh, a process of its own that may fail without harm.
+/// Reads a mesh of any format: MSH in ASCII with read_msh(), everything else (binary MSH, VTK, VTU, INP, Nastran, MED
+/// and what else meshio knows) after scripts/convert_mesh, a process of its own that may fail without harm.
 /// @param remarks  gets a sentence for each change that the conversion made
-/// @return coordinates as they are in the file
+/// @return coordinates as they are in the file, turned to LPS where it says that they are in RAS
 /// @throws support::InputError with the file, what is wrong and a remedy
 core::TetraMesh read_mesh(const std::filesystem::path &file, std::vector<std::string> &remarks);
 

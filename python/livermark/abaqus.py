@@ -41,7 +41,8 @@ class Part:
         self.title: dict[str, str] = {}  # as it was first written
 
 
-def _lines(path: str) -> list[str]:
+def lines_of(path: str, comment: str) -> list[str]:
+    """Lines of text that have something and do not begin as a comment does."""
     with open(path, "rb") as file:
         data = file.read()
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
@@ -50,7 +51,7 @@ def _lines(path: str) -> list[str]:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = data.decode("latin-1")
-    return [line for line in text.splitlines() if line.strip() and not line.startswith("**")]
+    return [line for line in text.splitlines() if line.strip() and not line.startswith(comment)]
 
 
 def _keywords(lines: list[str]) -> Iterator[Keyword]:
@@ -204,7 +205,7 @@ def read(path: str) -> Any:
     part_of_instance: dict[str, str] = {}
     instances: list[tuple[str, Keyword]] = []
     current, unused, unknown = "", [], {}
-    for keyword in _keywords(_lines(path)):
+    for keyword in _keywords(lines_of(path, "**")):
         name, given = keyword.name, keyword.parameters
         if name == "INCLUDE" or (name in ("NODE", "ELEMENT", "ELSET") and given.get("INPUT")):
             raise InputError(f"it goes on in another file, '{given.get('INPUT', '')[:80]}'; put that into it")

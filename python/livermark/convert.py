@@ -61,7 +61,10 @@ def _doubts(points: NDArray[numpy.float64]) -> list[str]:
 
 
 def from_meshio(mesh: Any, metres_per_unit: float = 1.0) -> Mesh:
-    """The tetrahedra of a meshio.Mesh, or of a file that meshio reads.
+    """The tetrahedra of a meshio.Mesh, or of a file of VTK, Abaqus, Nastran, MED, TetGen or what else meshio reads.
+
+    Give the file rather than what meshio.read() returns, which may lack pieces of a VTU, names of MED, axes and coordinate
+    systems.
 
     Quadratic tetrahedra lose the middles of their edges, inverted ones are turned, and nodes that no tetrahedron uses are
     left out. Groups are physical groups, sets, or whole numbers of cells; what is not used is said in a warning, and so is

@@ -11,7 +11,7 @@ TETRAHEDRA = ("tetra", "tetra10")
 TRIANGLES = ("triangle", "triangle6")
 #: What programs call the number of an element's group, in lower case; any other whole numbers come after these.
 KNOWN = ("gmsh:physical", "region", "regions", "materialids", "material", "materials", "medit:ref", "tetgen:ref",
-         "cell_tags", "flag", "labels", "label")
+         "nastran:ref", "avsucd:material", "cell_tags", "flag", "labels", "label")
 #: Numbers that every file of a format has, and that say nothing of materials.
 OF_THE_FORMAT = ("gmsh:geometrical", "gmsh:dim_tags", "vtkoriginalcellids", "vtkghosttype")
 MOST_GROUPS = 254  #: more are numbers of the elements themselves, or a quantity

@@ -1,9 +1,11 @@
-"""Reads mesh files of other programs with meshio, in a process of its own with limits of time and memory."""
+"""Reads mesh files of other programs, with meshio or by readers of this project, in a process of its own with limits of
+time and memory."""
 from __future__ import annotations
 
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -12,13 +14,15 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from livermark import abaqus, tetgen
+from livermark import abaqus, avs, med, nastran, tetgen, vtk_files, vtk_grids
 from livermark.errors import InputError
+from livermark.file_headers import check_counts
 from livermark.groups import TETRAHEDRA, groups_of, refuse_other_cells
 from livermark.limits import limits_of, put_limits
 from livermark.plain_files import plain_file
 
 REFUSED = 2  #: exit status of the process that reads, with a sentence on standard error
+FIRST_LINES = 1000  #: bytes, in which programs write what a file is
 LONGEST_REASON = 200  #: of a sentence that somebody else's file may have a part in
 
 
@@ -30,19 +34,82 @@ class Tetrahedra(NamedTuple):
     remarks: list[str]  #: a sentence for all that is not used
 
 
-def read(source: Any) -> Any:
-    """A meshio.Mesh. Raises InputError with a sentence of ours, without the words that meshio has for its own readers."""
+def _of_vtk(path: str) -> Any:
+    with open(path, "rb") as file:
+        data = file.read()
+    if not vtk_files.is_vtk(data):
+        raise ValueError("it does not begin as a VTK file does")
+    return vtk_grids.mesh_of(vtk_files.read_dataset(data))
+
+
+def _of_meshio(path: str, ending: str) -> Any:
+    """What meshio reads, compared with what the file says of itself."""
     import meshio
-    own = {".inp": abaqus.read, ".ele": tetgen.read, ".node": tetgen.read}.get(pathlib.Path(source).suffix.lower())
+    if ending not in meshio.extension_to_filetypes:
+        raise InputError(f"no mesh can be read from it as {ending[1:20].upper()}, which is no format that is known here"
+                         if ending else "its name has no ending that says its format")
+    mesh = meshio.read(path)
+    with open(path, "rb") as file:
+        mesh.remarks = check_counts(mesh, ending, file.read())
+    return mesh
+
+
+def _of_inp(path: str) -> Any:
+    """Abaqus, or AVS-UCD."""
+    return avs.read(path) if avs.is_avs(path) else abaqus.read(path)
+
+
+def _space_of(mesh: Any, path: str) -> str:
+    """Axes that the first lines of a file say, or field data of VTK."""
+    with open(path, "rb") as file:
+        found = re.search(rb"SPACE=([A-Z]+)", file.read(FIRST_LINES))
+    return getattr(mesh, "space", "") or (found[1].decode() if found else "")
+
+
+def _turn_to_lps(mesh: Any) -> None:
+    mesh.points = mesh.points * [-1.0, -1.0, 1.0]
+    for name, values in mesh.point_data.items():
+        if values.shape == mesh.points.shape and values.dtype.kind == "f":
+            mesh.point_data[name] = values * [-1.0, -1.0, 1.0]
+    mesh.remarks.append("it says that it is in RAS, and is turned to LPS")
+
+
+def read(source: Any, to_lps: bool = True) -> Any:
+    """What has the attributes of a meshio.Mesh, `remarks`, and `space`, the axes that the file says ("RAS", "LPS" or "").
+
+    to_lps: whether points of a file that says RAS are turned. Raises InputError with a sentence of ours, without the words that
+    meshio has for its own readers."""
+    path = os.fspath(source)
+    ending = pathlib.Path(path).suffix.lower()
     try:
-        return own(source) if own else meshio.read(source)
+        if ending in NOT_READ:
+            raise InputError(f"{ending[1:].upper()} is not read; {NOT_READ[ending]}")
+        mesh = OWN[ending](path) if ending in OWN else _of_meshio(path, ending)
+        mesh.remarks = getattr(mesh, "remarks", [])
+        mesh.space = _space_of(mesh, path)
+        if to_lps and mesh.space == "RAS":
+            _turn_to_lps(mesh)
+        return mesh
     except MemoryError:
         raise InputError("it takes more memory than there is for a file") from None
     except InputError:
         raise
+    except ModuleNotFoundError as error:
+        raise InputError(f"it needs the Python module {error.name}, which is not installed") from None
     except (Exception, SystemExit):
-        kind = pathlib.Path(source).suffix.lstrip(".").upper() or "mesh"
-        raise InputError(f"no mesh can be read from it as {kind}, so it is damaged or of another format") from None
+        raise InputError(f"no mesh can be read from it as {ending[1:].upper()}, so it is damaged or of another format") from None
+
+
+OWN = {".inp": _of_inp, ".avs": avs.read, ".ucd": avs.read, ".ele": tetgen.read, ".node": tetgen.read, ".vtk": _of_vtk,
+       ".vtu": _of_vtk, ".vtp": _of_vtk, ".med": med.read, ".rmed": med.read, ".bdf": nastran.read, ".nas": nastran.read,
+       ".fem": nastran.read}
+#: Formats that mesh generators write, and the program that converts each.
+NOT_READ = {".unv": "gmsh converts it: gmsh FILE.unv -save -format msh22 -o FILE.msh",
+            ".pvtu": "it only names other files; open it in ParaView and save one VTU",
+            ".vtm": "it only names other files; open it in ParaView, merge the blocks and save one VTU",
+            ".vtkhdf": "open it in ParaView and save it as VTU",
+            ".key": "save it as Abaqus INP or Nastran BDF", ".k": "save it as Abaqus INP or Nastran BDF",
+            ".cdb": "save it as Abaqus INP or Nastran BDF"}
 
 
 def checked_points(points: Any, corners: numpy.ndarray) -> numpy.ndarray:

@@ -77,7 +77,11 @@ Scored score(const LoadedBody &loaded, const py::object &displacement, const std
                                         .output = {},
                                         .reference_on_mesh = reference_on_mesh};
     const RunningScores running;
-    return {name, without_interpreter([&] { return compared(loaded, given, options, output); })};
+    Scored scored{name, without_interpreter([&] { return compared(loaded, given, options, output); })};
+    for (const auto &doubt : studies::doubts_about_sign(scored.result, name))
+        if (PyErr_WarnEx(PyExc_UserWarning, doubt.c_str(), 1) != 0)
+            throw py::error_already_set();
+    return scored;
 }
 
 /// Relative errors of the models beside it.

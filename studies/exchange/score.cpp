@@ -17,6 +17,7 @@
 #include "studies/run/prepared_models.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions/output_folder.hpp"
+#include "studies/run/solutions/solution_cache.hpp"
 #include "studies/run/solutions/stored_references.hpp"
 #include "support/input_error.hpp"
 
@@ -65,13 +66,41 @@ void take_unit(OutsideSolution &solution, const core::TetraMesh &mesh, const std
             point *= metres;
 }
 
+/// Refuses values that are the places of the nodes: at rest, or moved.
+void refuse_positions(const std::vector<core::Vector3> &displacement, const core::Problem &problem,
+                      const std::string &source) {
+    const auto &points = problem.body->mesh.points;
+    core::Vector3 centre = core::Vector3::Zero();
+    for (const auto &point : points)
+        centre += point / static_cast<double>(points.size());
+    constexpr double close = 0.3; // of the size of the body, which no displacement is to its own places
+    for (const double per_metre : {1.0, 100.0, 1000.0}) {
+        double distance = 0.0, size = 0.0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            distance += (displacement[i] / per_metre - points[i]).squaredNorm();
+            size += (points[i] - centre).squaredNorm();
+        }
+        if (distance < close * close * size)
+            throw support::InputError(fmt::format(
+                "{}: these seem to be positions of the nodes and not displacements: on average they are {:.2g} m away "
+                "from the nodes of {}; subtract the coordinates at rest",
+                source, std::sqrt(distance / static_cast<double>(points.size())), problem.body->name));
+    }
+}
+
+void refuse_other_values(const std::vector<core::Vector3> &displacement, const core::Problem &problem,
+                         const ScoreOptions &options) {
+    refuse_positions(displacement, problem, options.solution);
+    if (options.unit.empty())
+        refuse_other_unit(largest_length(displacement), problem, options.solution);
+}
+
 std::vector<core::Vector3> read_displacement(const ScoreOptions &options, const core::Problem &problem) {
     auto solution = read_outside_solution(options.solution);
     if (!options.unit.empty())
         take_unit(solution, problem.body->mesh, options.unit);
     auto displacement = displacement_at_nodes(solution, problem.body->mesh, options.solution);
-    if (options.unit.empty())
-        refuse_other_unit(largest_length(displacement), problem, options.solution);
+    refuse_other_values(displacement, problem, options);
     return displacement;
 }
 
@@ -105,14 +134,29 @@ void refuse_motion(const core::Problem &problem) {
                         problem.load_case.name));
 }
 
+/// The name of a model, and on what it is solved, with a word before what takes long.
+std::string announced(const core::Model &model, const core::Problem &problem, const ScoreOptions &options) {
+    if (model.name == options.name)
+        return model.name;
+    const auto on_mesh = fmt::format("{} on {} tetrahedra", model.name, problem.body->mesh.num_tetrahedra());
+    if (!is_stored(model, problem))
+        return on_mesh;
+    if (!options.solve_reference && !SolutionCache(stored_references_folder()).where(model, problem).empty())
+        return model.name + ", which is stored";
+    return on_mesh + (model.role_at_rest(problem.load_case.regime) == core::Role::refined_reference
+                          ? " and finer meshes, which takes longest; --reference-on-mesh does without"
+                          : ", which takes longest");
+}
+
 results::Result evaluate_beside(std::vector<core::Model> models, const core::Problem &problem,
                                 const std::vector<core::Vector3> &displacement, const ScoreOptions &options,
                                 const std::string &command_line, const ProgressReport &report) {
     models.push_back(outside_model(options, displacement));
     PreparedModels prepared;
-    Steps steps(static_cast<int>(models.size()), report);
+    const auto num_steps = std::ranges::count_if(models, [&](const auto &m) { return m.takes_part_in(problem); });
+    Steps steps(static_cast<int>(num_steps), report);
     const auto solve = [&](const core::Model &model, const core::Problem &to_solve) {
-        steps.next(model.name);
+        steps.next(announced(model, to_solve, options));
         return prepared.solve(model, to_solve);
     };
     return studies::evaluate(problem, models, solve, results::current_provenance(command_line));
@@ -141,9 +185,29 @@ results::Result score_displacement(const core::Problem &problem, const std::vect
     if (const auto fault = fault_of_name(options.name); !fault.empty())
         throw support::InputError(fmt::format("name: {}", fault));
     refuse_motion(problem);
-    if (options.unit.empty())
-        refuse_other_unit(largest_length(displacement), problem, options.solution);
+    refuse_other_values(displacement, problem, options);
     return evaluate_beside(models_beside(options), problem, displacement, options, command_line, report);
+}
+
+std::vector<std::string> doubts_about_sign(const results::Result &result, const std::string &name) {
+    const auto model = std::ranges::find(result.models, name, &results::ModelResult::name);
+    if (model == result.models.end() || !model->comparison)
+        return {};
+    double product = 0.0, own = 0.0, of_reference = 0.0;
+    for (std::size_t i = 0; i < model->solution.displacement.size(); ++i) {
+        const auto &u = model->solution.displacement[i];
+        const core::Vector3 reference = u - model->comparison->error[i];
+        product += u.dot(reference);
+        own += u.squaredNorm();
+        of_reference += reference.squaredNorm();
+    }
+    const double correlation = product / std::sqrt(own * of_reference);
+    constexpr double opposite = -0.8;
+    if (!(correlation < opposite))
+        return {};
+    return {fmt::format("the displacements of {} point against those of {} (correlation {:.2f}); check their sign, and "
+                        "that of the loads",
+                        name, model->comparison->reference, correlation)};
 }
 
 Score score(const ScoreOptions &options, const std::string &command_line, const ProgressReport &report) {
@@ -158,6 +222,7 @@ Score score(const ScoreOptions &options, const std::string &command_line, const 
                  .notes = std::move(notes)};
     results::write_result(scored.file, scored.result);
     std::ranges::move(question_of_unit(scored.result, options), std::back_inserter(scored.notes));
+    std::ranges::move(doubts_about_sign(scored.result, options.name), std::back_inserter(scored.notes));
     return scored;
 }
 

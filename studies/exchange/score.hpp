@@ -42,13 +42,16 @@ struct Score {
 /// Why a model cannot have a name, which stands in paths of the result file; empty if it can.
 std::string fault_of_name(const std::string &name);
 
+/// A sentence if the displacements of a model point against those of the reference: its sign is probably wrong.
+std::vector<std::string> doubts_about_sign(const results::Result &result, const std::string &name);
+
 /// Compares displacements at the nodes of the mesh with the reference, and writes nothing.
 /// @param problem       with its loads scaled
 /// @param displacement  shape (N) [m]
 /// @param options       body and load case are those of the problem; the solution is a word for where it comes from
 /// @param command_line  kept in the result
-/// @throws support::InputError if the load case depends on time, if a model has that name already, or if none can have
-/// it
+/// @throws support::InputError if the load case depends on time, if a model has that name already, if none can have it,
+/// and for positions in place of displacements
 results::Result score_displacement(const core::Problem &problem, const std::vector<core::Vector3> &displacement,
                                    const ScoreOptions &options, const std::string &command_line,
                                    const ProgressReport &report);

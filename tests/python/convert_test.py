@@ -80,11 +80,11 @@ def test_warnings_of_a_file_are_those_of_its_mesh(bar, tmp_path):
 
 @pytest.mark.parametrize("name, content, sentence", [
     ("a.vtk", b"# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 100000000000 double\n0 0 0\n",
-     "it takes more memory than there is for a file"),
+     "the file ends too early"),
     ("a.vtk", b"nothing", "no mesh can be read from it as VTK, so it is damaged or of another format"),
     ("a.msh", b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 0 0", "no mesh can be read from it as MSH"),
     ("a.stl", b"solid x\nendsolid x\n", "there are no tetrahedra; mesh the volume, not only the surface"),
-    ("a", b"", "no mesh can be read from it as mesh"),
+    ("a", b"", "its name has no ending that says its format"),
     ("a.nii", b"\0" * 400, "no mesh can be read from it as NII")])
 def test_files_that_are_no_mesh_are_refused_with_a_sentence_of_ours(tmp_path, name, content, sentence):
     (tmp_path / name).write_bytes(content)
@@ -110,20 +110,21 @@ def test_what_is_no_plain_file_is_not_waited_for(tmp_path):
     ("exec('while True: pass')", r"it takes more than 1 s or \d+ MB")])
 def test_a_reader_that_crashes_hangs_or_fills_the_memory_ends_alone(tmp_path, monkeypatch, reader, why):
     (tmp_path / "meshio").mkdir()
-    (tmp_path / "meshio" / "__init__.py").write_text(f"import os\ndef read(path):\n    {reader}\n")
+    (tmp_path / "meshio" / "__init__.py").write_text(
+        f"import os\nextension_to_filetypes = {{'.mesh': ['medit']}}\ndef read(path):\n    {reader}\n")
     (tmp_path / "sitecustomize.py").write_text("import resource\nresource.setrlimit(resource.RLIMIT_CPU, (2, 2))\n")
-    (tmp_path / "a.vtk").write_text("x")
+    (tmp_path / "a.mesh").write_text("x")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr("livermark.mesh_files.limits_of", lambda path: (1, 1 << 30))
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
     with pytest.raises(livermark.InputError, match=why):
-        livermark.from_meshio(tmp_path / "a.vtk")
+        livermark.from_meshio(tmp_path / "a.mesh")
 
 
 def test_nothing_of_the_working_directory_runs_when_a_file_is_read(bar, tmp_path):
-    meshio.Mesh(bar[0], [("tetra", bar[1])]).write(tmp_path / "bar.vtu")
+    meshio.Mesh(bar[0], [("tetra", bar[1])]).write(tmp_path / "bar.mesh")
     (tmp_path / "meshio.py").write_text("open('ran', 'w')\nraise SystemExit(0)\n")
-    program = "import sys; sys.path.append(sys.path.pop(0)); import livermark; livermark.from_meshio('bar.vtu')"
+    program = "import sys; sys.path.append(sys.path.pop(0)); import livermark; livermark.from_meshio('bar.mesh')"
     subprocess.run([sys.executable, "-c", program], check=True, cwd=tmp_path)
     assert not (tmp_path / "ran").exists()
 

@@ -97,6 +97,17 @@ std::vector<BadInput> bad_bodies() {
               "goes on in another file", "put that into it"),
         alone("TetgenWithoutNodes", "tetrahedra of TetGen without their nodes", "mesh.ele", "1 4 0\n1 1 2 3 4\n",
               "there is no file 'mesh.node'", "is in both"),
+        alone("CylindricalCoordinates", "a Nastran file whose nodes are in cylindrical coordinates", "mesh.bdf",
+              "CORD2C,5,0,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\nGRID,1,5,0.,0.,0.\nCTETRA,1,1,1,1,1,1\n",
+              "node 1 are of the cylindrical system 5", "save all nodes in the basic system"),
+        alone("PieceThatLacksPoints", "a piece of a VTU with fewer points than it says", "pieces.vtu",
+              "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"4\" "
+              "NumberOfCells=\"0\"><Points>"
+              "<DataArray type=\"Float64\" format=\"ascii\">0 0 "
+              "0</DataArray></Points></Piece></UnstructuredGrid></VTKFile>",
+              "a piece has 1 points and not the 4 that it says", "save it as ASCII MSH"),
+        alone("FormatThatIsNotRead", "a mesh of a format that another program converts", "mesh.unv", "    -1\n  2411\n",
+              "UNV is not read", "gmsh converts it"),
         alone("HexahedraBesideTetrahedra", "hexahedra beside tetrahedra", "mixed.vtk",
               "# vtk DataFile Version 2.0\nmixed\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 9 double\n0 0 0 1 0 0 1 1 0 "
               "0 1 "

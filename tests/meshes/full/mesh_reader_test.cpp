@@ -11,6 +11,7 @@
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/msh_reader.hpp"
 #include "support/input_error.hpp"
+#include "support/whole_file.hpp"
 #include "tests/livermark_command.hpp"
 
 namespace livermark {
@@ -64,7 +65,7 @@ TEST_P(MeshReader, ReadsTheSameTetrahedra) {
 INSTANTIATE_TEST_SUITE_P(Formats, MeshReader,
                          testing::Values(Format{"beam.vtu", ""}, Format{"beam.vtk", ""}, Format{"beam.inp", ""},
                                          Format{"binary_2.msh", ", file_format='gmsh22', binary=True"},
-                                         Format{"beam.mesh", ""}, Format{"beam.nas", ""}),
+                                         Format{"beam.mesh", ""}, Format{"beam.nas", ""}, Format{"beam.avs", ""}),
                          [](const auto &info) {
                              std::string name = info.param.name;
                              name.replace(name.find('.'), 1, "_");
@@ -138,6 +139,43 @@ TEST(MeshReader, TakesAnyWholeNumbersOfCellsForRegionsAndNamesWhatItDoesNotUse) 
         ASSERT_FALSE(remarks.empty());
         EXPECT_EQ(remarks.back(), "values of cells that are not used: quality");
     }
+}
+
+TEST(MeshReader, TurnsAMeshInRasToLpsAndSaysSo) {
+    const auto lps = two_tetrahedra("lps.vtk", "");
+    auto text = support::read_text(lps);
+    std::ofstream(mesh_folder() / "ras.vtk")
+        << text.replace(text.find("\ntwo\n"), 5, "\n3D Slicer output. SPACE=RAS\n");
+    std::vector<std::string> remarks;
+    const auto expected = meshes::read_mesh(lps, remarks);
+    EXPECT_TRUE(remarks.empty());
+    const auto turned = meshes::read_mesh(mesh_folder() / "ras.vtk", remarks);
+    EXPECT_EQ(remarks, (std::vector<std::string>{"it says that it is in RAS, and is turned to LPS"}));
+    EXPECT_EQ(turned.tetrahedra, expected.tetrahedra);
+    for (int i = 0; i < expected.num_nodes(); ++i)
+        EXPECT_EQ(turned.points[i], expected.points[i].cwiseProduct(core::Vector3(-1.0, -1.0, 1.0)));
+}
+
+TEST(MeshReader, JoinsThePiecesOfAFile) {
+    const auto piece = [](const std::string &points) {
+        const auto array = [](const char *type, const char *name, const std::string &values) {
+            return fmt::format("<DataArray type=\"{}\" Name=\"{}\" format=\"ascii\">{}</DataArray>", type, name,
+                               values);
+        };
+        return "<Piece NumberOfPoints=\"4\" NumberOfCells=\"1\"><Points>" + array("Float64", "Points", points) +
+               "</Points><Cells>" + array("Int32", "connectivity", "0 1 2 3") + array("Int32", "offsets", "4") +
+               array("UInt8", "types", "10") + "</Cells></Piece>";
+    };
+    const auto file = mesh_folder() / "pieces.vtu";
+    std::ofstream(file) << "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>"
+                        << piece("0 0 0 .1 0 0 0 .1 0 0 0 .1") << piece(".1 0 0 .1 .1 .1 0 .1 0 0 0 .1")
+                        << "</UnstructuredGrid></VTKFile>";
+    std::vector<std::string> remarks;
+    const auto mesh = meshes::read_mesh(file, remarks);
+    EXPECT_EQ(mesh.num_nodes(), 5);
+    EXPECT_EQ(mesh.num_tetrahedra(), 2);
+    EXPECT_EQ(mesh.boundary_triangles.size(), 6u) << "the face between them is inside";
+    EXPECT_EQ(remarks, (std::vector<std::string>{"its 2 pieces are joined at 3 nodes that they share"}));
 }
 
 TEST(MeshReader, LeavesOutAStrayTriangleOfAConvertedMeshAndSaysSo) {

@@ -296,7 +296,14 @@ TEST_F(SurfaceFile, WhoseFieldDataSayRasIsTurnedToLps) {
         << "</DataArray></Points><Polys><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">" << triangles
         << "</DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">" << offsets
         << "</DataArray></Polys></Piece></PolyData></VTKFile>";
-    for (const auto &[name, sign] : {std::pair{"ras.vtk", -1.0}, {"ras.vtp", -1.0}, {"lps.vtk", 1.0}}) {
+    auto types = fmt::format("CELL_TYPES {}\n", surface.triangles.size());
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+        types += "5\n";
+    auto grid = polydata("FIELD FieldData 1\nSPACE 1 1 string\nRAS\n");
+    grid.replace(grid.find("POLYDATA"), 8, "UNSTRUCTURED_GRID").replace(grid.find("POLYGONS"), 8, "CELLS");
+    std::ofstream(directory_ / "ras_grid.vtk") << grid << rows << types;
+    for (const auto &[name, sign] :
+         {std::pair{"ras.vtk", -1.0}, {"ras.vtp", -1.0}, {"ras_grid.vtk", -1.0}, {"lps.vtk", 1.0}}) {
         SCOPED_TRACE(name);
         const auto [back, remarks] = read(name);
         EXPECT_EQ(remarks.size(), sign < 0.0 ? 1U : 0U);

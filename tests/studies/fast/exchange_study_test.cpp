@@ -125,6 +125,66 @@ TEST_F(ExchangeStudy, AsksWhetherASolutionIsInMillimetres) {
     EXPECT_GT(find(score(scored, "test", {}).result, "mine").comparison->relative_l2, 10.0);
 }
 
+TEST_F(ExchangeStudy, DoubtsTheSignOfDisplacementsThatPointAgainstTheReference) {
+    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
+    results::Result own{.provenance = {}, .problem = problem, .models = {}};
+    own.models.resize(1);
+    own.models[0].name = "own";
+    own.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Zero());
+    write_csv(own, "own", 1.0);
+    const auto solved = score(scored, "test", {});
+    EXPECT_TRUE(solved.notes.empty()) << solved.notes.front();
+    write_csv(solved.result, "fem_p1", 1.0);
+    EXPECT_TRUE(score(scored, "test", {}).notes.empty());
+    write_csv(solved.result, "fem_p1", -0.5);
+    const auto notes = score(scored, "test", {}).notes;
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_NE(notes[0].find("the displacements of mine point against those of fem_p2"), std::string::npos) << notes[0];
+    EXPECT_NE(notes[0].find("correlation -1.00); check their sign"), std::string::npos) << notes[0];
+}
+
+TEST_F(ExchangeStudy, RefusesPositionsInPlaceOfDisplacements) {
+    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
+    results::Result own{.provenance = {}, .problem = problem, .models = {}};
+    own.models.resize(1);
+    own.models[0].name = "own";
+    for (const double per_metre : {1.0, 1000.0}) {
+        own.models[0].solution.displacement = problem.body->mesh.points;
+        for (auto &position : own.models[0].solution.displacement)
+            position = per_metre * (position + core::Vector3(0.001, 0.0, 0.0));
+        write_csv(own, "own", 1.0);
+        tests::expect_input_error([&] { score(scored, "test", {}); },
+                                  {"seem to be positions of the nodes", "0.001 m away", "subtract the coordinates"});
+    }
+}
+
+TEST_F(ExchangeStudy, SaysWhatWillTakeLongBeforeItIsSolved) {
+    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
+    results::Result own{.provenance = {}, .problem = problem, .models = {}};
+    own.models.resize(1);
+    own.models[0].name = "own";
+    own.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Zero());
+    write_csv(own, "own", 1.0);
+    const auto steps = [&] {
+        std::vector<std::string> found;
+        score(scored, "test", [&](int step, int num_steps, const std::string &about) {
+            EXPECT_EQ(step, static_cast<int>(found.size()) + 1);
+            EXPECT_LE(step, num_steps);
+            found.push_back(step == num_steps ? about + ", the last" : about);
+        });
+        return found;
+    };
+    const auto size = fmt::format(" on {} tetrahedra", problem.body->mesh.num_tetrahedra());
+    const auto found = steps();
+    EXPECT_EQ(found.front(), "fem_p1" + size);
+    EXPECT_EQ(found.back(), "mine, the last");
+    const auto refined = size + " and finer meshes, which takes longest; --reference-on-mesh does without";
+    EXPECT_EQ(std::ranges::count_if(found, [&](const auto &about) { return about.ends_with(refined); }), 1);
+    scored.reference_on_mesh = true;
+    for (const auto &about : steps())
+        EXPECT_EQ(about.find("finer"), std::string::npos) << about;
+}
+
 TEST_F(ExchangeStudy, TakesCoordinatesInTheUnitOfTheDisplacementsToo) {
     auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
     results::Result own{.provenance = {}, .problem = problem, .models = {}};
