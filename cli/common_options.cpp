@@ -93,10 +93,11 @@ void add_run_choices(CLI::App &command, const std::shared_ptr<studies::RunOption
             [options](const std::string &word) {
                 using enum core::Regime;
                 const auto lower = CLI::detail::to_lower(word);
+                options->has_asked_for_regime = true;
                 options->regimes = lower == "all" ? Regimes{small, large} : Regimes{lower == "large" ? large : small};
             },
             "Load cases to run if none is named: small (reference: linear elasticity), large (deformations of surgical "
-            "size; reference: hyperelasticity; minutes on each body) or all")
+            "size; reference: hyperelasticity; minutes on each body) or all; named ones have to be of it")
         ->check(one_of(std::vector<std::string>{"small", "large", "all"}))
         ->default_str("small");
     command.add_option("--model", options->models,

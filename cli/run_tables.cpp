@@ -112,7 +112,8 @@ void print_group(Printer &printer, std::span<const results::Result> results, Tab
     const bool is_all = kind == TableKind::all;
     const auto regime = results.front().problem.load_case.regime;
     const bool is_large = regime == core::Regime::large;
-    const auto legend = is_all ? "" : "\n" + results::tool_legend(); // all tables have it below the first
+    // All tables have that of the tool below the first.
+    const auto legend = "\n" + results::mean_tool_legend() + (is_all ? "" : results::tool_legend());
     printer.print(title_of(regime) + judged_by(results, printer.is_markdown() ? "- " : ""));
     if (is_all || kind == TableKind::models) {
         if (is_large)

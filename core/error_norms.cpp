@@ -34,8 +34,42 @@ double max_or_nan(double a, double b) {
     return std::isnan(a) || std::isnan(b) ? std::numeric_limits<double>::quiet_NaN() : std::max(a, b);
 }
 
+constexpr double no_ratio = std::numeric_limits<double>::quiet_NaN();
+
 /// Below this part of a force that would do the work of the load case on its peak displacement, reactions are rounding.
 constexpr double smallest_reaction = 1e-6;
+
+/// Below this part of the farthest that it comes on its way, the reference is at rest: what is compared with it there
+/// is rounding over rounding.
+constexpr double smallest_motion = 1e-6;
+
+template <class Vector> double peak_of(const std::vector<Vector> &displacement) {
+    double peak = 0.0;
+    for (const auto &u : displacement)
+        peak = max_or_nan(peak, u.template cast<double>().norm());
+    return peak;
+}
+
+/// Sizes of what a reference does on its way and at its end.
+struct Scale {
+    double displacement = 0.0; ///< the largest [m]
+    double force = 0.0;        ///< the largest that would do the stored work on the peak displacement [N]
+
+    bool is_rest(double peak) const { return !(peak > smallest_motion * displacement); }
+};
+
+Scale scale_of(const LoadCase &load_case, const Solution &reference) {
+    std::vector<std::pair<double, double>> states{{peak_of(reference.displacement), reference.strain_energy}};
+    for (const auto &point : reference.path)
+        states.emplace_back(peak_of(point.displacement), point.strain_energy);
+    Scale scale{.displacement = load_case.touching ? load_case.touching->press.norm() : 0.0};
+    for (const auto &[peak, energy] : states)
+        scale.displacement = std::max(scale.displacement, peak);
+    for (const auto &[peak, energy] : states)
+        if (!scale.is_rest(peak))
+            scale.force = std::max(scale.force, std::abs(energy) / peak);
+    return scale;
+}
 
 /// @param force  of the order of what is at work [N]
 double relative_reaction_error(std::span<const Vector3> reaction, std::span<const Vector3> reference, double force) {
@@ -88,19 +122,26 @@ double relative_l2(std::span<const Eigen::Vector3f> displacement, std::span<cons
 }
 
 PathComparison compare_paths(const TetraMesh &mesh, const Solution &solution, const Solution &reference,
-                             const Comparison &at_end, std::span<const double> volumes) {
+                             const Comparison &at_end, std::span<const double> volumes, const Scale &scale) {
     PathComparison result;
+    const bool ends_at_rest = scale.is_rest(peak_of(reference.displacement));
     result.reaction_bias = std::isnan(at_end.reaction_error) ? at_end.reaction_error
                                                              : reaction_bias(solution.reaction, reference.reaction);
     result.worst_reaction_error = at_end.reaction_error;
     result.worst_relative_l2 = at_end.relative_l2;
     for (std::size_t k = 0; k < std::min(solution.path.size(), reference.path.size()); ++k) {
         const auto &point = solution.path[k], &expected = reference.path[k];
-        result.worst_reaction_error =
-            std::max(result.worst_reaction_error, // a NaN stays: at other fractions there is no resultant either
-                     relative_reaction_error(point.reaction, expected.reaction, 0.0));
-        result.worst_relative_l2 =
-            max_or_nan(result.worst_relative_l2, relative_l2(point.displacement, expected.displacement, volumes));
+        if (scale.is_rest(peak_of(expected.displacement)))
+            continue;
+        const double reaction_error =
+            relative_reaction_error(point.reaction, expected.reaction, ends_at_rest ? scale.force : 0.0);
+        const double error = relative_l2(point.displacement, expected.displacement, volumes);
+        // A NaN stays where the end is no rest: without a resultant there, there is none at other fractions either.
+        const bool is_first = ends_at_rest && std::isnan(result.worst_relative_l2);
+        result.worst_reaction_error = ends_at_rest && std::isnan(result.worst_reaction_error)
+                                          ? reaction_error
+                                          : std::max(result.worst_reaction_error, reaction_error);
+        result.worst_relative_l2 = is_first ? error : max_or_nan(result.worst_relative_l2, error);
     }
     result.percentile_95 = percentile_95(at_end.error, volumes);
     const auto deformed = deformation(mesh, solution.displacement);
@@ -143,19 +184,24 @@ Comparison compare(const TetraMesh &mesh, const LoadCase &load_case, const Solut
         peak = max_or_nan(peak, reference.displacement[i].norm());
         result.error.push_back(error);
     }
-    if (!(squared_reference > 0.0))
+    const auto scale = scale_of(load_case, reference);
+    if (!(squared_reference > 0.0) && !load_case.touching)
         throw std::invalid_argument(
             fmt::format("the reference {} does not move; give the load case a load", reference_name));
-    result.relative_l2 = std::sqrt(squared_error / squared_reference);
-    result.max_error_relative = result.max_error / peak;
-    result.energy_error = (solution.strain_energy - reference.strain_energy) / reference.strain_energy;
+    const bool is_at_rest = scale.is_rest(peak);
+    const auto unless_at_rest = [&](double ratio) { return is_at_rest ? no_ratio : ratio; };
+    result.relative_l2 = unless_at_rest(std::sqrt(squared_error / squared_reference));
+    result.max_error_relative = unless_at_rest(result.max_error / peak);
+    result.energy_error = unless_at_rest((solution.strain_energy - reference.strain_energy) / reference.strain_energy);
     result.reaction_error =
-        relative_reaction_error(solution.reaction, reference.reaction, reference.strain_energy / peak);
+        unless_at_rest(relative_reaction_error(solution.reaction, reference.reaction, reference.strain_energy / peak));
     if (!reference.path.empty() && !load_case.slow_history)
-        result.path = compare_paths(mesh, solution, reference, result, volumes);
+        result.path = compare_paths(mesh, solution, reference, result, volumes, scale);
     result.slow = compare_slow_histories(mesh, load_case, solution, reference);
-    result.tool = compare_at_tool(mesh, load_case, solution, reference,
-                                  smallest_reaction * std::abs(reference.strain_energy) / peak);
+    result.tool = compare_at_tool(mesh, load_case, solution, reference, smallest_reaction * scale.force);
+    if (is_at_rest && result.tool)
+        for (auto &place : result.tool->places)
+            place.stiffness = place.relative_l2 = no_ratio;
     return result;
 }
 

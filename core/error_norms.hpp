@@ -41,7 +41,8 @@ struct PathComparison {
     bool operator==(const PathComparison &) const = default;
 };
 
-/// How far a solution is from a reference solution of the same problem.
+/// How far a solution is from a reference solution of the same problem. Ratios are NaN where the reference is at rest
+/// at the end of its way, as where a ball has slid off: all that is left there is rounding.
 struct Comparison {
     std::string reference;    ///< name of the reference model
     double relative_l2 = 0.0; ///< sqrt(sum_i V_i |u_i - r_i|^2 / sum_i V_i |r_i|^2), V_i barycentric nodal volume
@@ -63,7 +64,7 @@ struct Comparison {
 /// @param load_case       on the mesh, whose solutions they are; its tools are compared
 /// @param solution        any status; what is not finite gives a comparison that is not finite. Along the path it is
 ///   compared as far as it came
-/// @param reference       status ok, not zero everywhere
+/// @param reference       status ok, not zero everywhere unless a ball may have left it
 /// @param reference_name  kept in the comparison
 /// @throws std::invalid_argument if the shapes differ, or if the reference is not a solution to compare with
 Comparison compare(const TetraMesh &mesh, const LoadCase &load_case, const Solution &solution,

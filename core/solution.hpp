@@ -53,7 +53,7 @@ struct History {
     /// (F, N) displacement of all nodes [m], frame after frame, for pictures: see Release::is_frame(). Single
     /// precision. Empty where only the probes were kept.
     std::vector<Eigen::Vector3f> frames{};
-    std::optional<ObservedMotionError> observed_error{}; ///< of models that refine the mesh
+    std::optional<ObservedMotionError> observed_error{}; ///< of models that refine the mesh, or else their steps alone
 };
 
 /// How far a solution is from that of ever finer meshes, as a model has observed it itself; see observed_error().

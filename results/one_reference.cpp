@@ -1,6 +1,7 @@
 #include "results/one_reference.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <iterator>
 #include <map>
@@ -90,17 +91,27 @@ double peak_of_reference(const Result &result) {
     return found == result.models.end() ? 0.0 : largest_length(found->solution.displacement);
 }
 
+double largest_small_displacement(const core::Problem &problem) {
+    return std::max(farthest_beyond_target * problem.load_case.target_peak_displacement,
+                    largest_small_part * core::extent(problem.body->mesh.points));
+}
+
 bool leaves_regime(const Result &result) {
     const auto &load_case = result.problem.load_case;
     if (load_case.regime != core::Regime::small || !(load_case.target_peak_displacement > 0.0))
         return false;
-    const double peak = peak_of_reference(result);
-    return peak > farthest_beyond_target * load_case.target_peak_displacement &&
-           peak > largest_small_part * core::extent(result.problem.body->mesh.points);
+    return peak_of_reference(result) > largest_small_displacement(result.problem);
+}
+
+bool ends_at_rest(const Result &result) {
+    return std::ranges::any_of(result.models, [](const ModelResult &model) {
+        return model.comparison && model.solution.status == core::SolutionStatus::ok &&
+               std::isnan(model.comparison->relative_l2);
+    });
 }
 
 bool counts_in_means(const Result &result) {
-    return is_plain_static(result) && !reference_of(result).empty() && !leaves_regime(result);
+    return is_plain_static(result) && !reference_of(result).empty() && !leaves_regime(result) && !ends_at_rest(result);
 }
 
 std::vector<std::string> counted_load_cases(std::span<const Result> results, const std::string &body, double ratio) {
@@ -132,6 +143,8 @@ std::string shown_status(const ModelResult &model, const Result &result) {
         return core::to_string(model.solution.status);
     if (reference_of(result).empty())
         return "not compared";
+    if (ends_at_rest(result))
+        return result.problem.load_case.touching ? "nothing touches" : "at rest";
     return leaves_regime(result) ? "out of regime" : "ok";
 }
 
@@ -141,6 +154,14 @@ std::vector<std::string> result_remarks(std::span<const Result> results) {
         if (reference_of(result).empty() && !result.models.empty())
             remarks.push_back(
                 fmt::format("{}: no reference has a solution, so no model is compared", place_of_result(result)));
+        else if (ends_at_rest(result))
+            remarks.push_back(fmt::format(
+                "{}: {}, where {} is at rest, so there are no ratios and no model is ranked; {}",
+                place_of_result(result),
+                result.problem.load_case.touching ? "nothing touches at the end" : "nothing moves the body at the end",
+                reference_of(result),
+                result.problem.load_case.touching ? "give a shorter 'slide' or a larger 'depth'"
+                                                  : "give a load that stays"));
         else if (leaves_regime(result))
             remarks.push_back(fmt::format(
                 "{} moves {:.3g} mm where {:.3g} mm were meant: small deformations end before that, so its errors "

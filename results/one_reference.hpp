@@ -35,11 +35,18 @@ inline constexpr double farthest_beyond_target = 3.0, largest_small_part = 0.01;
 /// The largest displacement of the reference at rest [m]; 0 where nothing was compared.
 double peak_of_reference(const Result &result);
 
+/// The displacement beyond which a problem of the small regime leaves it: the larger of the two [m].
+double largest_small_displacement(const core::Problem &problem);
+
 /// Whether a load case of small deformations moves the body too far to be one, see above.
 bool leaves_regime(const Result &result);
 
-/// Whether means and medians of static errors count a result: as is_plain_static() says, compared with a reference, and
-/// inside its regime.
+/// Whether the reference is at rest at the end of its way, as where a ball has slid off: models that have come to an
+/// end have no ratios to it (core::Comparison).
+bool ends_at_rest(const Result &result);
+
+/// Whether means and medians of static errors count a result: as is_plain_static() says, compared with a reference that
+/// moves, and inside its regime.
 bool counts_in_means(const Result &result);
 
 /// The names of the load cases of a body that count, in alphabetical order.
@@ -56,8 +63,9 @@ struct CountedCase {
 std::vector<CountedCase> counted_cases(std::span<const Result> results, const std::string &body, double poisson_ratio,
                                        const std::string &model);
 
-/// What a table says of a model: its status, but "not compared" and "out of regime" where it has found a solution and
-/// the reference has not, or the load leaves its regime.
+/// What a table says of a model: its status, but "not compared", "out of regime" and "nothing touches" or "at rest"
+/// where it has found a solution and the reference has not, the load leaves its regime, or nothing moves the reference
+/// at the end.
 std::string shown_status(const ModelResult &model, const Result &result);
 
 /// A sentence for each result whose models are not "ok" for such a reason.

@@ -1,6 +1,7 @@
 #include "results/reference_uncertainty.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "core/error_norms.hpp"
 
@@ -32,7 +33,9 @@ MotionUncertainty estimate_motion_uncertainty(const core::History &coarse, const
                                               const core::History &refined, const std::string &refined_name) {
     const double difference = core::compare(coarse, refined, refined_name).relative_l2;
     const auto &observed = refined.observed_error;
-    const double refined_error = observed ? observed->relative_l2 : difference;
+    const double ratio = coarse.time_step > 0.0 ? refined.time_step / coarse.time_step : 1.0;
+    const double steps = coarse.observed_error ? ratio * ratio * coarse.observed_error->relative_l2 : 0.0;
+    const double refined_error = (observed ? observed->relative_l2 : difference) + steps;
     const double coarse_error = difference + refined_error;
     const bool coarse_will_do = coarse_error <= largest_coarse_error;
     return {.reference = coarse_will_do ? coarse_name : refined_name,
@@ -40,6 +43,17 @@ MotionUncertainty estimate_motion_uncertainty(const core::History &coarse, const
             .difference = difference,
             .order = observed ? observed->order : order_at_patch_edges,
             .relative_l2 = coarse_will_do ? coarse_error : refined_error};
+}
+
+std::optional<MotionUncertainty> uncertainty_of_steps(const core::History &motion, const std::string &name) {
+    const auto &steps = motion.observed_error;
+    if (!steps)
+        return std::nullopt;
+    return MotionUncertainty{.reference = name,
+                             .refined = name,
+                             .difference = std::numeric_limits<double>::quiet_NaN(),
+                             .order = steps->order,
+                             .relative_l2 = steps->relative_l2};
 }
 
 } // namespace livermark::results

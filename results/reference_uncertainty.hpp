@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -26,20 +27,29 @@ struct ReferenceUncertainty {
 
 /// How far the motion that others are compared with is itself from the exact one.
 struct MotionUncertainty {
-    std::string reference;    ///< the model whose motion all others are compared with: one of the two
-    std::string refined;      ///< the one on finer meshes
-    double difference = 0.0;  ///< core::HistoryComparison::relative_l2 of the model on the mesh against the refined one
-    double order = 0.0;       ///< of convergence of the refined one, from mesh to mesh
+    std::string reference; ///< the model whose motion all others are compared with: one of the two
+    std::string refined;   ///< the one on finer meshes
+    /// core::HistoryComparison::relative_l2 of the model on the mesh against the refined one; NaN where there is none
+    double difference = 0.0;
+    double order = 0.0;       ///< of convergence of the refined one, from mesh to mesh; without one in the steps
     double relative_l2 = 0.0; ///< estimated error of the reference, in the norm of core::HistoryComparison
     bool operator==(const MotionUncertainty &) const = default;
+
+    /// Whether only the error of the steps is known, and not that of the mesh.
+    bool is_of_steps_alone() const { return std::isnan(difference); }
 };
 
 /// The refined motion is off by what it has observed itself, or where it has not by as much as the two differ
 /// (order_at_patch_edges on meshes of half the size). That on the mesh is off by the difference, and at most by that
-/// besides; where it is estimated to be more than largest_coarse_error, the refined motion is the reference.
+/// besides; where it is estimated to be more than largest_coarse_error, the refined motion is the reference. What the
+/// motion on the mesh has observed of its steps adds to both, of the refined motion with the square of the ratio of
+/// their lengths.
 /// @throws std::invalid_argument if they were recorded at other times or probes
 MotionUncertainty estimate_motion_uncertainty(const core::History &coarse, const std::string &coarse_name,
                                               const core::History &refined, const std::string &refined_name);
+
+/// What is known where no motion on finer meshes is there: of the steps alone, or nothing.
+std::optional<MotionUncertainty> uncertainty_of_steps(const core::History &motion, const std::string &name);
 
 /// The order that estimates assume. Where a constrained part of a smooth boundary meets a free one, displacements go
 /// with the square root of the distance (Grisvard 1985), and finite elements of any degree converge in L2 and in energy

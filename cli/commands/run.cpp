@@ -82,8 +82,9 @@ int run(const studies::RunOptions &options, Printing printing, const std::string
     print_notes(outcomes.notes);
     if (!printing.tables)
         print_notes(studies::sentences(task.left_out));
-    if (const auto note = results::note_on_small_tools(done))
-        print_notes({*note});
+    for (const auto &note : {results::note_on_small_tools(done), results::note_on_small_contacts(done)})
+        if (note)
+            print_notes({*note});
     fmt::print(stderr, "Result files are in {0}; livermark table {0} prints every load case\n", options.output);
     return failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
 }
@@ -114,9 +115,9 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         ->check(positive_number());
     command->add_option("--young", options->young_modulus,
                         "Young's modulus of the first region [Pa]; the others keep their ratio to it");
-    command->add_option(
-        "--calibration", options->calibration,
-        "A file of 'python3 -m livermark.calibration' for the body: its springs join as calibrated_nodal_volume");
+    command->add_option("--calibration", options->calibration,
+                        "A file of 'python3 -m livermark.calibration' for the body: its springs run as "
+                        "calibrated_nodal_volume, beside those of --model");
     command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
     command->add_flag("--solve-reference", options->solve_reference,
                       "Solve the references even if results/references has their solutions");

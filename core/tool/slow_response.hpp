@@ -23,8 +23,9 @@ struct SlowResponse {
 /// @param load_case  with a slow history
 std::vector<SlowResponse> slow_responses(const TetraMesh &mesh, const LoadCase &load_case, const Solution &solution);
 
-/// The energy that the tools leave in the body in the last cycle, which it turns into heat: the area of the loop of
-/// force over displacement [J]; NaN without cycles, and where the model does not say it.
+/// The energy that the body turns into heat in the last cycle [J]: what its branches dissipate, or where the model does
+/// not sum that, the work of all that drives it less what it stores more at the end; NaN without cycles, and where the
+/// model says neither.
 double lost_energy(const SlowHistory &history, const Solution &solution);
 
 /// How far a slow history is from that of the reference.
@@ -32,8 +33,9 @@ struct SlowComparison {
     /// Median and largest of |f_k - r_k| over the records, over the largest |r_k|; of the place where the largest is
     /// largest. NaN where the way ended early.
     double median_error = 0.0, worst_error = 0.0;
-    std::string place;        ///< that place
-    double lost_energy = 0.0; ///< of the last cycle over that of the reference, minus one; NaN without cycles
+    std::string place; ///< that place
+    /// lost_energy() over that of the reference, by the same rule, minus one; NaN without cycles or heat
+    double lost_energy = 0.0;
 
     bool operator==(const SlowComparison &) const = default;
 };

@@ -93,18 +93,21 @@ ToolPlace touched_place(const TetraMesh &mesh, const LoadCase &load_case) {
 void compare_works(const TetraMesh &mesh, const LoadCase &load_case, const ToolPlace &place, const Solution &solution,
                    const Solution &reference, double ratio, PlaceErrors &errors) {
     const auto forces = nodal_forces(mesh, load_case, place);
-    double possible = 0.0;
-    for (const auto &[node, force] : forces)
-        possible += force.norm() * reference.displacement[node].norm();
-    const double of_reference = work_of(forces, reference.displacement);
-    const bool has_work = std::abs(of_reference) > smallest_work * possible;
-    errors.stiffness = has_work ? ratio * of_reference / work_of(forces, solution.displacement) - 1.0 : no_number;
+    /// Work of the reference over that of the solution.
+    const auto ratio_of = [&](const auto &of_reference, const auto &of_solution) {
+        double possible = 0.0;
+        for (const auto &[node, force] : forces)
+            possible += force.norm() * static_cast<double>(of_reference[node].norm());
+        const double work = work_of(forces, of_reference);
+        return std::abs(work) > smallest_work * possible ? work / work_of(forces, of_solution) : no_number;
+    };
+    const double at_end = ratio_of(reference.displacement, solution.displacement);
+    errors.stiffness = ratio * at_end - 1.0;
     const auto num_points = load_case.slow_history ? 0 : std::min(solution.path.size(), reference.path.size());
     for (std::size_t k = 0; k < num_points; ++k)
-        errors.path.push_back(
-            has_work
-                ? work_of(forces, reference.path[k].displacement) / work_of(forces, solution.path[k].displacement) - 1.0
-                : no_number);
+        errors.path.push_back(std::isnan(at_end)
+                                  ? no_number
+                                  : ratio_of(reference.path[k].displacement, solution.path[k].displacement) - 1.0);
 }
 
 /// Of a place whose force is a result.
@@ -113,12 +116,14 @@ void compare_forces(int constraint, std::size_t num_points, const Solution &solu
     const auto along = [](const Vector3 &force, const Vector3 &of_reference) {
         return force.dot(of_reference) / of_reference.squaredNorm() - 1.0;
     };
-    const bool has_force = reference.reaction[constraint].norm() > smallest_force;
-    errors.stiffness = has_force ? along(solution.reaction[constraint], reference.reaction[constraint]) : no_number;
-    for (std::size_t k = 0; k < num_points; ++k)
-        errors.path.push_back(has_force
-                                  ? along(solution.path[k].reaction[constraint], reference.path[k].reaction[constraint])
-                                  : no_number);
+    const auto has_force = [&](const Vector3 &of_reference) { return of_reference.norm() > smallest_force; };
+    const bool ends_with_force = has_force(reference.reaction[constraint]);
+    errors.stiffness =
+        ends_with_force ? along(solution.reaction[constraint], reference.reaction[constraint]) : no_number;
+    for (std::size_t k = 0; k < num_points; ++k) {
+        const Vector3 &expected = reference.path[k].reaction[constraint];
+        errors.path.push_back(has_force(expected) ? along(solution.path[k].reaction[constraint], expected) : no_number);
+    }
 }
 
 /// Relative L2 error over the nodes around a place.
@@ -187,6 +192,19 @@ std::optional<double> radius_in_edges(std::span<const ToolPlace> places) {
         smallest = std::min(smallest.value_or(ratio), ratio);
     }
     return smallest;
+}
+
+std::vector<double> contact_radii_in_edges(const TetraMesh &mesh, const LoadCase &load_case) {
+    std::vector<double> radii;
+    if (!load_case.touching)
+        return radii;
+    const auto place = touched_place(mesh, load_case);
+    if (place.facets.empty())
+        return radii;
+    for (const double part : load_case.path) // Hertz: the radius grows with the root of the depth
+        radii.push_back(place.radius * std::sqrt(std::min(1.0, part / load_case.touching->pressed_at())) /
+                        place.edge_length);
+    return radii;
 }
 
 const PlaceErrors &ToolComparison::worst_place() const {

@@ -40,6 +40,14 @@ std::vector<ToolPlace> tool_places(const TetraMesh &mesh, const LoadCase &load_c
 /// The smallest radius of a tool over the edge length under it; nothing without a tool.
 std::optional<double> radius_in_edges(std::span<const ToolPlace> places);
 
+/// Of a ball that touches: the radius of its contact by Hertz, sqrt(R d) at a depth d, over the mean edge below it, at
+/// each point of the path. Below smallest_contact the error of its force has the sign that the mesh gives it.
+/// @return shape (L); empty without a ball
+std::vector<double> contact_radii_in_edges(const TetraMesh &mesh, const LoadCase &load_case);
+
+/// Measured against finer and finer meshes, see docs/studies/contact.md.
+inline constexpr double smallest_contact = 1.0;
+
 /// Nodal forces of the given traction on a place: node and force [N], a row for each corner of a facet.
 std::vector<std::pair<int, Vector3>> nodal_forces(const TetraMesh &mesh, const LoadCase &load_case,
                                                   const ToolPlace &place);

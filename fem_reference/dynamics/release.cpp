@@ -1,8 +1,10 @@
 #include "fem_reference/dynamics/release.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <optional>
 
+#include "core/error_norms.hpp"
 #include "core/stopwatch.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/dynamics/mass_matrix.hpp"
@@ -35,6 +37,50 @@ core::Release in_system(core::Release plan, const ElasticSystem &system) {
     return plan;
 }
 
+/// Newmark's method is of second order: what is left in steps an eighth as long is a part of 64.
+constexpr int finer_steps = 8;
+
+/// Rows of the probes in the vectors of a space.
+Eigen::MatrixXd rows_of_probes(const core::Release &plan, const RitzSpace &space) {
+    const auto num_probes = static_cast<Eigen::Index>(plan.probes.size());
+    Eigen::MatrixXd rows(3 * num_probes, space.size());
+    for (Eigen::Index q = 0; q < num_probes; ++q)
+        rows.middleRows<3>(3 * q) =
+            space.vectors().middleRows<3>(3 * static_cast<Eigen::Index>(plan.probes[static_cast<std::size_t>(q)].node));
+    return rows;
+}
+
+/// The motion of the probes from u_0 in steps that are so many times shorter than records, at the records.
+/// @param start  shape (3 Q) [m]
+core::History probes_in_steps(const core::Release &plan, const RitzSpace &space, const Eigen::MatrixXd &rows,
+                              const Eigen::VectorXd &start, int steps_per_record) {
+    auto finer = plan;
+    finer.output_interval /= steps_per_record;
+    auto motion = motion_in(space, space.size(), finer);
+    auto history = empty_history(plan);
+    for (int record = 0; record <= plan.num_steps; ++record) {
+        const Eigen::VectorXd u = start + rows * motion.displacement();
+        for (Eigen::Index q = 0; q < u.size(); q += 3)
+            history.displacement.emplace_back(u.segment<3>(q));
+        for (int step = 0; step < steps_per_record; ++step)
+            motion.advance();
+    }
+    return history;
+}
+
+/// What the steps cost the motion of the probes: little work in a space.
+core::ObservedMotionError error_of_steps(const core::Release &plan, const RitzSpace &space,
+                                         const Eigen::VectorXd &start) {
+    const auto rows = rows_of_probes(plan, space);
+    const auto finest = probes_in_steps(plan, space, rows, start, finer_steps);
+    const auto off = [&](int steps_per_record) {
+        return core::compare(probes_in_steps(plan, space, rows, start, steps_per_record), finest, "finer steps")
+            .relative_l2;
+    };
+    const double error = off(1), half = off(2);
+    return {.order = std::log2(error / half), .difference = error, .relative_l2 = error};
+}
+
 /// Motion from a displacement u_0 in a space, u = u_0 + V q.
 /// @param plan  in the system
 void record(core::History &history, const ElasticSystem &system, const core::Release &plan, const RitzSpace &space,
@@ -58,6 +104,11 @@ void record(core::History &history, const ElasticSystem &system, const core::Rel
         history.strain_energy.push_back(energy_0 + force_on_space.dot(q) + 0.5 * q.dot(space.stiffness() * q));
         motion.advance();
     }
+    Eigen::VectorXd of_probes(3 * static_cast<Eigen::Index>(plan.probes.size()));
+    for (std::size_t q = 0; q < plan.probes.size(); ++q)
+        of_probes.segment<3>(3 * static_cast<Eigen::Index>(q)) =
+            u_0.segment<3>(3 * static_cast<Eigen::Index>(plan.probes[q].node));
+    history.observed_error = error_of_steps(plan, space, of_probes);
 }
 
 /// Nothing if the motion does not lie in a space of few vectors, or if nothing holds the body.

@@ -12,7 +12,8 @@ namespace livermark::fem_reference {
 
 /// Lets the tractions of a load case go at t = 0 and follows the body with Newmark's average acceleration and
 /// consistent mass, a step per output interval: in the space of its load-dependent Ritz vectors as long as
-/// extend_until_converged() finds one, and else as release_step_by_step() does.
+/// extend_until_converged() finds one, and else as release_step_by_step() does. In the space the steps are taken again,
+/// eight times as short, and History::observed_error is what they cost the motion of the probes.
 /// @param body          that the system was assembled from
 /// @param load_case     of that body's mesh, with its release
 /// @param displacement  where it starts from rest, shape (3 n) [m]

@@ -20,6 +20,8 @@ void write_tools(hdf5::OutputFile &file, const core::Problem &problem) {
     columns.column("middle", &Place::middle, "m");
     columns.column("radius", &Place::radius, "m");
     columns.column("edge_length", &Place::edge_length, "m");
+    if (const auto contact = core::contact_radii_in_edges(problem.body->mesh, problem.load_case); !contact.empty())
+        at.rows("contact_radius_in_edges", contact, "", contact.size());
 }
 
 namespace {

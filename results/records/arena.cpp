@@ -1,5 +1,7 @@
 #include "results/records/arena.hpp"
 
+#include <fmt/format.h>
+
 namespace livermark::results {
 
 const char *to_string(ArenaOutcome outcome) {
@@ -12,6 +14,10 @@ const char *to_string(ArenaOutcome outcome) {
         break;
     }
     return "ok";
+}
+
+std::string iterations_of(int iterations, int stops_early) {
+    return fmt::format("{}{}", stops_early != 0 ? "up to " : "", iterations);
 }
 
 } // namespace livermark::results

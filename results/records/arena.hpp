@@ -25,6 +25,8 @@ struct ArenaRun {
     double budget = 0.0; ///< of one core, for a frame [s]
     int steps = 0;       ///< in a frame
     int iterations = 0;  ///< in a step
+    /// 1 where iterations are a limit: the method takes fewer, because nothing is left to do, and leaves time.
+    int stops_early = 0;
     ArenaOutcome outcome = ArenaOutcome::ok;
     core::ToolErrors errors;
     double volume_error = 0.0;      ///< largest |v - v_r| / V of the whole body, over the fields
@@ -60,6 +62,9 @@ struct ArenaMethod {
 
     bool operator==(const ArenaMethod &) const = default;
 };
+
+/// "12", or "up to 11547" where that is a limit.
+std::string iterations_of(int iterations, int stops_early);
 
 /// Above this part the times of a calibration differ too much: its effort says something of the machine.
 inline constexpr double largest_calibration_spread = 0.05;

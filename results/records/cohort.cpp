@@ -31,7 +31,8 @@ struct ErrorsOfBody {
 using ErrorsOfBodies = std::map<std::string, ErrorsOfBody>; // by body
 
 bool is_in_cohort(const Result &result) {
-    return is_plain_static(result) && !leaves_regime(result) && cohort_half(result.problem.body->name).has_value();
+    return is_plain_static(result) && !leaves_regime(result) && !ends_at_rest(result) &&
+           cohort_half(result.problem.body->name).has_value();
 }
 
 /// Of absolute values, where there is one; NaN of none.

@@ -53,7 +53,7 @@ struct CohortError {
 };
 
 /// One for each model that was compared or has not come to an end. Bodies that are in no half, load cases that depend
-/// on time, multiples of a load case, and what leaves its regime (see leaves_regime()) are left out.
+/// on time, multiples of a load case, and what leaves its regime or ends at rest (see one_reference.hpp) are left out.
 std::vector<CohortError> cohort_errors(std::span<const Result> results);
 
 struct BodyMean {

@@ -5,8 +5,18 @@
 
 namespace livermark::results {
 
-double NeedleRun::largest_force() const {
-    return *std::max_element(insertion.force.begin(), insertion.force.begin() + insertion.at_plan + 1);
+double NeedleRun::largest_force(const core::Needle &needle) const {
+    // Until the surface gives way nothing of the shaft is inside: the hand bears what the tip exerts. NaN if it holds.
+    double largest = insertion.puncture_depth <= insertion.depth[insertion.at_plan] ? needle.puncture_force : 0.0;
+    for (int j = 0; j <= insertion.at_plan; ++j)
+        largest = std::max(largest, insertion.force[j]);
+    return largest;
+}
+
+void NeedleRun::note_limit(double largest_small) {
+    for (int j = 0; j <= insertion.at_plan && std::isnan(left_regime_at); ++j)
+        if (insertion.moved[j] > largest_small)
+            left_regime_at = insertion.depth[j];
 }
 
 double NeedleRun::largest_pull() const {

@@ -18,6 +18,9 @@ struct NeedleRun {
     core::Insertion insertion;
     double setup_seconds = 0.0; ///< that its compliance took
     double solve_seconds = 0.0; ///< that the needle took in the body
+    /// In the small regime: the depth from which on tissue at the needle is moved further than that is good for [m],
+    /// see note_limit(); NaN if it never is.
+    double left_regime_at = std::numeric_limits<double>::quiet_NaN();
 
     /// How far the target is from where it was at rest when the tip is there [m].
     core::Vector3 miss() const { return insertion.target[insertion.at_plan]; }
@@ -26,7 +29,10 @@ struct NeedleRun {
         return needle.depth() - insertion.tip[insertion.at_plan];
     }
     double force_at_plan() const { return insertion.force[insertion.at_plan]; } ///< [N]
-    double largest_force() const;                                               ///< on the way in [N]
+    double largest_force(const core::Needle &needle) const; ///< on the way in, when it punctures included [N]
+    /// Finds left_regime_at.
+    /// @param largest_small  see largest_small_displacement() [m]
+    void note_limit(double largest_small);
     double largest_pull() const; ///< on the way out [N]; NaN where the body came to no rest on the way in
     /// What the hand did and is neither stored nor lost along the shaft, at the tip, across the axis or at the
     /// puncture, the most at a record, over all that it did on the way in: how exact the steps are.

@@ -30,6 +30,7 @@ struct NeedleArenaRun {
     double budget = 0.0; ///< of one core, for a frame [s]
     int steps = 0;       ///< in a frame
     int iterations = 0;  ///< in a step
+    int stops_early = 0; ///< as of ArenaRun
     ArenaOutcome outcome = ArenaOutcome::ok;
     std::vector<double> force;         ///< (K) of the hand, inwards [N]; NaN from where the body has diverged on
     std::vector<double> tip;           ///< (K) how much of the tissue's path is behind the tip, at rest [m]

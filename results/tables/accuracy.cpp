@@ -161,7 +161,9 @@ std::vector<Standing> standings_in_motion(std::span<const Result> results) {
                      .time_step = history->time_step,
                      .at = {cost_of(*history), model.comparison->history->relative_l2},
                      .is_on_front = false,
-                     .uncertainty = result.motion_uncertainty ? result.motion_uncertainty->relative_l2 : nan,
+                     .uncertainty = result.motion_uncertainty && !result.motion_uncertainty->is_of_steps_alone()
+                                        ? result.motion_uncertainty->relative_l2
+                                        : nan,
                      .reference = model.comparison->history->reference});
     return with_fronts(std::move(standings));
 }

@@ -42,14 +42,13 @@ std::vector<std::string> brief_models(std::span<const Result> results) {
     return models;
 }
 
-/// "nodal_springs 3.1 %, ..." of the three smallest.
-std::string best_three(std::vector<std::pair<double, std::string>> models) {
-    std::erase_if(models, [](const auto &model) { return std::isnan(model.first); });
-    std::ranges::sort(models);
-    models.resize(std::min<std::size_t>(models.size(), 3));
+/// "nodal_springs 4.9 and 4.0 %, ..."
+std::string listed(const BestSprings &best) {
     std::string text;
-    for (const auto &[value, name] : models)
-        text += fmt::format("{}{} {} %", text.empty() ? "" : ", ", name, fixed(core::percent * value, 1));
+    for (const auto &[body, model, numbers] : best.models)
+        text += fmt::format("{}{} {}{} %", text.empty() ? "" : ", ", model,
+                            best.has_tools ? fixed(core::percent * numbers.median_stiffness, 1) + " and " : "",
+                            fixed(core::percent * numbers.median_error, 1));
     return text;
 }
 
@@ -87,22 +86,38 @@ Layout brief(std::span<const Result> results) {
     return layout;
 }
 
+std::vector<BestSprings> best_springs(std::span<const Result> results) {
+    constexpr std::size_t most = 3;
+    std::vector<BestSprings> all;
+    const auto numbers = brief_numbers(results);
+    for (const auto &body : brief_bodies(results)) {
+        BestSprings best{.body = body.label, .models = {}};
+        for (const auto &one : numbers)
+            if (one.body == body.label && one.numbers.is_spring_model) {
+                best.models.push_back(one);
+                best.has_tools = best.has_tools || !std::isnan(one.numbers.median_stiffness);
+            }
+        const auto larger = [&](const BriefNumbers &one) { return one.numbers.larger(best.has_tools); };
+        std::erase_if(best.models, [&](const BriefNumbers &one) { return std::isnan(larger(one)); });
+        std::ranges::stable_sort(best.models, {}, larger);
+        best.models.erase(best.models.begin() + static_cast<std::ptrdiff_t>(std::min(best.models.size(), most)),
+                          best.models.end());
+        if (!best.models.empty())
+            all.push_back(std::move(best));
+    }
+    return all;
+}
+
 std::string brief_legend(std::span<const Result> results) {
     std::string text =
-        "L2: error of the displacement over the whole body; both numbers are medians over load cases\n" + tool_legend();
-    const auto all = brief_numbers(results);
-    for (const auto &body : brief_bodies(results)) {
-        std::vector<std::pair<double, std::string>> by_error, by_stiffness;
-        for (const auto &[label, model, numbers] : all)
-            if (label == body.label && numbers.is_spring_model) {
-                by_error.emplace_back(numbers.median_error, model);
-                by_stiffness.emplace_back(numbers.median_stiffness, model);
-            }
-        const auto stiffest = best_three(std::move(by_stiffness)), nearest = best_three(std::move(by_error));
-        if (!nearest.empty())
-            text += fmt::format("best springs on {}: {}{}{}\n", body.label,
-                                stiffest.empty() ? "" : "under the tool " + stiffest + "; ", "in position ", nearest);
-    }
+        "L2: error of the displacement over the whole body; both numbers are medians over load cases, of "
+        "absolute values, and the tool has a sign where all load cases have the same\n" +
+        tool_legend();
+    for (const auto &best : best_springs(results))
+        text += fmt::format("best springs on {}{}: {}\n", best.body,
+                            best.has_tools ? ", by the larger of both numbers, under the tool and in position"
+                                           : ", in position",
+                            listed(best));
     return text;
 }
 

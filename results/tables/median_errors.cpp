@@ -1,6 +1,7 @@
 #include "results/tables/median_errors.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <functional>
 #include <limits>
@@ -87,11 +88,13 @@ std::string cell_of(const MedianCases &cases) {
                                                                cases.own_uncertainties.size(), cases.num_in_table);
 }
 
+using CellOfStiffness = std::string (StiffnessCases::*)() const;
+
 /// The median of stiffness at the tool.
-std::string tool_cell_of(const MedianCases &cases) {
+std::string tool_cell_of(const MedianCases &cases, CellOfStiffness cell) {
     if (cases.errors.empty() && !cases.own_stiffness.empty())
         return "+- " + fixed(percent * median(cases.own_stiffness), 1);
-    return cases.failure.empty() ? cases.stiffness.median_cell() : "-";
+    return cases.failure.empty() ? (cases.stiffness.*cell)() : "-";
 }
 
 CasesOfModel cases_of_model(std::span<const Result> results, const std::string &body, double ratio,
@@ -148,12 +151,18 @@ Layout median_errors(std::span<const Result> results) {
         for (const double ratio : ratios) {
             const auto [others, pressed] = cases_of_model(results, body, ratio, name);
             row.push_back(cell_of(others));
-            row.push_back(tool_cell_of(others));
+            row.push_back(tool_cell_of(others, &StiffnessCases::median_cell));
             row.push_back(others.failure.empty() ? others.stiffness.worst_cell() : "-");
             row.push_back(cell_of(pressed));
         }
     }
     return layout;
+}
+
+double TwoNumbers::larger(bool has_tools) const {
+    if (!has_tools || std::isnan(median_error))
+        return median_error;
+    return std::isnan(median_stiffness) ? median_stiffness : std::max(median_error, median_stiffness);
 }
 
 TwoNumbers two_numbers(std::span<const Result> results, const std::string &body, double poisson_ratio,
@@ -164,7 +173,7 @@ TwoNumbers two_numbers(std::span<const Result> results, const std::string &body,
         return values.empty() || !counted.failure.empty() ? std::numeric_limits<double>::quiet_NaN() : median(values);
     };
     return {.error = cell_of(counted),
-            .stiffness = tool_cell_of(counted),
+            .stiffness = tool_cell_of(counted, &StiffnessCases::signed_median_cell),
             .median_error = median_or_none(counted.errors),
             .median_stiffness = median_or_none(counted.stiffness.sizes),
             .is_spring_model = counted.has_springs};

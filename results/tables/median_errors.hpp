@@ -33,11 +33,15 @@ Layout median_errors(std::span<const Result> results);
 
 /// The two numbers that lead every table, of one model on one body.
 struct TwoNumbers {
-    std::string error, stiffness; ///< cells of median_errors()
+    /// Cells of median_errors(), the stiffness with a sign where that of all load cases is the same.
+    std::string error, stiffness;
     /// For an order: the median of the relative L2 error and that of the absolute stiffness at the tool; NaN where
     /// there is none.
     double median_error, median_stiffness;
     bool is_spring_model;
+
+    /// Of the two medians; NaN where one is. Models without any stiffness at the tool go by the other.
+    double larger(bool has_tools) const;
 };
 
 /// What median_errors() says of a model; of a body with nothing but pressure on its surface the error is that one.

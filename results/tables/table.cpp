@@ -117,8 +117,11 @@ std::string motion_lines(std::span<const Result> results, const std::string &bul
             continue;
         std::vector<std::string> remarks;
         if (const auto &known = result.motion_uncertainty)
-            remarks.push_back(fmt::format("{} itself is uncertain by {} %", printable(known->reference),
-                                          fixed(percent * known->relative_l2, 2)));
+            remarks.push_back(fmt::format(
+                "{} itself is uncertain by {}{} %{}", printable(known->reference),
+                known->is_of_steps_alone() ? "more than " : "", fixed(percent * known->relative_l2, 2),
+                known->is_of_steps_alone() ? ", which its steps cost alone: on no finer mesh its motion is known"
+                                           : ""));
         for (const ModelResult &model : result.models)
             if (model.comparison && model.comparison->history)
                 remarks.push_back(describe(printable(model.name), *model.comparison->history));

@@ -31,6 +31,14 @@ std::optional<double> radius_in_edges_of(const Result &result) {
     return core::radius_in_edges(core::tool_places(result.problem.body->mesh, result.problem.load_case));
 }
 
+std::vector<double> contact_radii_of(const Result &result) {
+    return core::contact_radii_in_edges(result.problem.body->mesh, result.problem.load_case);
+}
+
+bool is_small_contact(const std::vector<double> &radii) {
+    return std::ranges::any_of(radii, [](double radius) { return radius < core::smallest_contact; });
+}
+
 } // namespace
 
 double stiffness_at_tool(const ModelResult &model) {
@@ -54,6 +62,8 @@ void StiffnessCases::enter(double stiffness, const std::string &load_case) {
         worst_load_case = load_case;
     }
     sizes.push_back(std::abs(stiffness));
+    has_positive = has_positive || stiffness > 0.0;
+    has_negative = has_negative || stiffness < 0.0;
 }
 
 double StiffnessCases::mean() const {
@@ -68,6 +78,12 @@ std::string StiffnessCases::median_cell() const {
     return sizes.empty() ? "-" : size_cell(median(sizes));
 }
 
+std::string StiffnessCases::signed_median_cell() const {
+    if (sizes.empty() || has_positive == has_negative)
+        return median_cell();
+    return stiffness_cell(has_negative ? -median(sizes) : median(sizes));
+}
+
 std::string StiffnessCases::worst_cell() const {
     return sizes.empty() ? "-" : fmt::format("{} {}", stiffness_cell(worst), worst_load_case);
 }
@@ -80,20 +96,51 @@ std::string tool_legend() {
                        core::percent * core::smallest_felt_difference);
 }
 
+std::string mean_tool_legend() {
+    return "tool, mean tool: mean of absolute values over load cases; worst tool: the one farthest from zero, with its "
+           "sign\n";
+}
+
 std::string tool_radii(std::span<const Result> results) {
-    std::vector<std::string> radii;
-    for (const Result &result : results)
+    std::vector<std::string> radii, contacts;
+    for (const Result &result : results) {
+        const auto name = fmt::format("{} {}", body_label(result, results), printable(result.problem.load_case.name));
+        if (const auto contact = contact_radii_of(result); !contact.empty())
+            contacts.push_back(fmt::format("{} {:.1f}", name, fmt::join(contact, " ")));
         if (const auto radius = radius_in_edges_of(result))
-            radii.push_back(fmt::format("{} {} {:.1f}", body_label(result, results),
-                                        printable(result.problem.load_case.name), *radius));
-    return radii.empty() ? "" : fmt::format("\nradius of the smallest tool in edges: {}\n", fmt::join(radii, ", "));
+            radii.push_back(fmt::format("{} {:.1f}", name, *radius));
+    }
+    std::string text;
+    if (!radii.empty())
+        text += fmt::format("\nradius of the smallest tool in edges: {}\n", fmt::join(radii, ", "));
+    if (!contacts.empty())
+        text += fmt::format("\nradius of the contact of the ball (Hertz) in edges, along the path: {}\n",
+                            fmt::join(contacts, ", "));
+    return text;
+}
+
+std::optional<std::string> note_on_small_contacts(std::span<const Result> results) {
+    std::vector<std::string> contacts;
+    for (const Result &result : results)
+        if (const auto radii = contact_radii_of(result); is_small_contact(radii)) {
+            const auto [least, most] = std::ranges::minmax(radii);
+            contacts.push_back(fmt::format("{} on {} touches {:.1f} to {:.1f} edges in radius",
+                                           printable(result.problem.load_case.name), body_label(result, results), least,
+                                           most));
+        }
+    if (contacts.empty())
+        return std::nullopt;
+    return fmt::format("the ball of {}; where that is below {:g}, errors of its force are tens of percent and the mesh "
+                       "decides on their sign: take a finer mesh below it, a larger ball or a deeper one",
+                       fmt::join(contacts, ", that of "), core::smallest_contact);
 }
 
 std::optional<std::string> note_on_small_tools(std::span<const Result> results) {
     std::set<std::string> load_cases;
     std::vector<double> radii;
     for (const Result &result : results)
-        if (const auto radius = radius_in_edges_of(result); radius && *radius < fewest_edges) {
+        if (const auto radius = radius_in_edges_of(result);
+            radius && *radius < fewest_edges && !is_small_contact(contact_radii_of(result))) {
             load_cases.insert(printable(result.problem.load_case.name));
             radii.push_back(*radius);
         }

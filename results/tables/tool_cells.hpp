@@ -23,6 +23,7 @@ std::string size_cell(double size);
 /// Stiffness at the tool of one model over load cases.
 struct StiffnessCases {
     std::vector<double> sizes{}; ///< absolute values
+    bool has_positive = false, has_negative = false;
     double worst = std::numeric_limits<double>::quiet_NaN();
     std::string worst_load_case{};
 
@@ -33,6 +34,8 @@ struct StiffnessCases {
     /// Mean, and median, of absolute values [%].
     std::string mean_cell() const;
     std::string median_cell() const;
+    /// The median with a sign where all values have the same.
+    std::string signed_median_cell() const;
     /// The one of the largest absolute value, with its sign and its load case.
     std::string worst_cell() const;
 };
@@ -40,10 +43,18 @@ struct StiffnessCases {
 /// What the columns and the mark mean.
 std::string tool_legend();
 
-/// A line with the radius of the smallest tool of each load case over the edge length under it; empty without tools.
+/// What means over load cases are of.
+std::string mean_tool_legend();
+
+/// A line with the radius of the smallest tool of each load case over the edge length under it, and one with that of
+/// the contact of each ball along its path; empty without tools.
 std::string tool_radii(std::span<const Result> results);
 
-/// A sentence on the tools with a radius of less than two edges; nothing where there is none.
+/// A sentence on the balls whose contact has a radius of less than core::smallest_contact edges; nothing where there is
+/// none.
+std::optional<std::string> note_on_small_contacts(std::span<const Result> results);
+
+/// A sentence on the other tools with a radius of less than two edges; nothing where there is none.
 std::optional<std::string> note_on_small_tools(std::span<const Result> results);
 
 } // namespace livermark::results

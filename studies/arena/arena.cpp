@@ -85,6 +85,7 @@ std::vector<results::ArenaRun> run_budgets(const models::MovingMethod &method, c
                 continue;
             auto run = run_method(method, scene, fits->effort);
             run.calibration_spread = fits->spread;
+            run.stops_early = fits->stops_early ? 1 : 0;
             runs.push_back(within_budget(std::move(run), models::to_string(setting), budget, fits->seconds));
         }
     return runs;

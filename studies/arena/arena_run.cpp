@@ -175,7 +175,9 @@ void find_forces(results::ArenaRun &run, const core::Problem &problem) {
     }
     run.pressed_force = pressed_force(motion, run.force);
     run.slid_force = num_sliding > 0 ? -sum.dot(inwards) / num_sliding : nan;
-    run.slid_ratio = sum.dot(across) / sum.dot(inwards);
+    const double along = sum.dot(inwards);
+    constexpr double smallest_part = 1e-6; // of the force: a ratio to less is one of rounding
+    run.slid_ratio = std::abs(along) > smallest_part * sum.norm() ? sum.dot(across) / along : nan;
 }
 
 } // namespace
@@ -233,6 +235,11 @@ MeasuredEffort until_it_fits(const std::function<void(const Effort &)> &frame, m
         const auto time = time_of_frame(frame, guess.effort);
         guess.spread = std::max(guess.spread, time.spread);
         const int better = std::clamp(static_cast<int>(number * budget / time.seconds), least, most_effort);
+        // More iterations that take no more time are none: nothing is left for them to do.
+        guess.stops_early = setting == models::Setting::one_step && time.seconds < (1.0 - near) * budget &&
+                            (number == most_effort || (c == most_corrections && better > number));
+        if (guess.stops_early)
+            guess.seconds = time.seconds;
         if (std::abs(time.seconds / budget - 1.0) <= near || better == number)
             break;
         if (c == most_corrections) {

@@ -26,6 +26,8 @@ struct MeasuredEffort {
     models::Effort effort;
     double seconds = 0.0; ///< of a frame, about
     double spread = 0.0;  ///< by how much the times behind it differed, as a part of them
+    /// Whether the frame ends earlier whatever the number is, because the method stops where nothing is left to do.
+    bool stops_early = false;
 };
 
 /// The largest effort that fits into a budget, as measured on a body that is moved for it. Times are measured until two

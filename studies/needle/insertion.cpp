@@ -75,7 +75,7 @@ class Driving {
         found_.depth.push_back(depth);
         found_.target.push_back(core::Vector3::Constant(no_number));
         for (auto *const values : {&found_.force, &found_.tip, &found_.entry, &found_.work, &found_.stored,
-                                   &found_.friction, &found_.tearing, &found_.holding})
+                                   &found_.friction, &found_.tearing, &found_.holding, &found_.moved})
             values->push_back(no_number);
     }
 
@@ -281,6 +281,10 @@ class Driving {
         found_.target.push_back(
             tissue_.in_space(displacement_[target_], across_[2 * target_], across_[2 * target_ + 1]));
         found_.entry.push_back(displacement_[0]);
+        double squared = 0.0;
+        for (Index k = 0; k < tissue_.size(); ++k)
+            squared = std::max(squared, displacement_[k] * displacement_[k] + across_.segment<2>(2 * k).squaredNorm());
+        found_.moved.push_back(std::sqrt(squared));
     }
 
     /// By the trapezoidal rule.

@@ -11,6 +11,7 @@
 #include "models/model_table.hpp"
 #include "models/needle_motion/pushed_model.hpp"
 #include "results/hdf5/files/needle_file.hpp"
+#include "results/one_reference.hpp"
 #include "results/provenance.hpp"
 #include "studies/catalogue.hpp"
 #include "studies/needle/insertion.hpp"
@@ -99,6 +100,8 @@ void drive_linear(const core::Problem &problem, const core::Model &model, const 
     const auto start = core::Clock::now();
     study.runs.push_back({model.name, insert(compliance.matrix, line, study.needle), compliance.seconds});
     study.runs.back().solve_seconds = core::seconds_since(start);
+    if (problem.load_case.regime == core::Regime::small)
+        study.runs.back().note_limit(results::largest_small_displacement(problem));
     if (study.runs.size() == 1 && !compliance.on_coarser.empty())
         note_change(study, {model.name, insert(compliance.on_coarser.back(), line, study.needle)});
 }

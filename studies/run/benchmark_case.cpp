@@ -48,6 +48,8 @@ void compare_motion(results::Result &result, const TakingPart &models) {
                                                                          *refined->solution.history, refined->name);
         if (result.motion_uncertainty->reference == refined->name)
             reference = refined;
+    } else {
+        result.motion_uncertainty = results::uncertainty_of_steps(*on_mesh->solution.history, on_mesh->name);
     }
     const auto &motion = *reference->solution.history;
     for (auto &model : result.models) {

@@ -13,6 +13,7 @@ struct RunOptions {
     std::vector<std::string> bodies;
     std::vector<std::string> load_cases;
     std::vector<core::Regime> regimes{core::Regime::small}; ///< where load cases are not asked for by name
+    bool has_asked_for_regime = false; ///< then load cases that are asked for by name have to be of these regimes
     std::vector<std::string> models;
     std::vector<double> amplitudes; ///< of the loads; as they are if there are none
     std::optional<double> young_modulus;

@@ -210,7 +210,7 @@ def test_the_program_runs_the_springs_of_the_file(boxes, tmp_path):
     file = tmp_path / "box.calibrated.h5"
     found = fit(boxes, file)
     run = [BINARY, "run", "--body", boxes / "box.toml", "--load-case", boxes / "pull.toml", "--reference-on-mesh",
-           "--model", "patch_nodal_volume", "calibrated_nodal_volume", "--calibration", file, "--output", tmp_path / "runs"]
+           "--model", "patch_nodal_volume", "--calibration", file, "--output", tmp_path / "runs"]
     ran = subprocess.run(run, capture_output=True, text=True)
     assert ran.returncode == 0, ran.stderr
     with livermark.open(tmp_path / "runs" / "box" / "pull.h5") as result:

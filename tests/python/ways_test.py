@@ -66,8 +66,8 @@ def test_a_clinical_engineer_takes_a_segmentation_to_a_table(tmp_path):
     phantom, table, report = commands("from_segmentation_to_table.md", "Try it with a phantom")
     run(phantom, tmp_path)
     said = run(table, tmp_path, QUICK)
-    assert "best springs on seg: under the tool nodal_springs" in said, said
+    assert "best springs on seg, by the larger of both numbers, under the tool and in position: nodal_springs" in said, said
     assert (tmp_path / "runs/seg.toml").is_file() and (tmp_path / "runs/seg/palpation.h5").is_file()
     run(report, tmp_path)
     page = (tmp_path / "runs/report.html").read_text(encoding="utf-8")
-    assert "<h1>Livermark report: seg</h1>" in page and "Under the tool the most accurate springs are nodal_springs" in page
+    assert "<h1>Livermark report: seg</h1>" in page and "and that in position, are nodal_springs" in page

@@ -57,6 +57,7 @@ struct Insertion {
     /// (K) displacement of the places of needle_line() at this record [m]; not in files, and empty where nobody found
     /// it.
     std::vector<Vector3> places{};
+    std::vector<double> moved{}; ///< (J) largest displacement of the places [m]; the same
 
     int num_records() const { return static_cast<int>(depth.size()); }
 };

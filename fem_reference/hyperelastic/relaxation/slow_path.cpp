@@ -61,9 +61,17 @@ class SlowBody {
             return false;
         }
         const auto now = elements_.isochoric_stresses(at_.state);
-        for (std::size_t k = 0; k < steps.size(); ++k)
-            for (std::size_t p = 0; p < now.size(); ++p)
-                branches_[k][p] = steps[k].fade * branches_[k][p] + steps[k].gain * (now[p] - stress_[p]);
+        const auto volumes = elements_.point_volumes();
+        for (std::size_t p = 0; p < now.size(); ++p) {
+            const Matrix3 change = now[p] - stress_[p];
+            for (std::size_t k = 0; k < steps.size(); ++k) {
+                auto &branch = branches_[k][p];
+                dissipated_ +=
+                    volumes[p] / (2.0 * shear_modulus_at(p)) *
+                    steps[k].dissipated(branch.squaredNorm(), branch.cwiseProduct(change).sum(), change.squaredNorm());
+                branch = steps[k].fade * branch + steps[k].gain * change;
+            }
+        }
         stress_ = now;
         const auto force = elements_.internal_forces(at_.state).force;
         for (std::size_t dof = 0; dof < force.size(); ++dof)
@@ -74,6 +82,8 @@ class SlowBody {
 
     PathPoint point(double factor) const { return search_.point(at_, factor); }
     double work() const { return work_; }
+    /// Heat of the dashpots of branches so far, with the moduli of stored_energy() [J].
+    double dissipated_energy() const { return dissipated_; }
     const FollowedPath &followed() const { return followed_; }
 
     /// See solve_history().
@@ -84,18 +94,20 @@ class SlowBody {
         double energy = elements_.internal_forces(at_.state).energy;
         elements_.set_memory(&memory_);
         const auto volumes = elements_.point_volumes();
-        const auto &body = elements_.body();
-        const auto points_per_cell = volumes.size() / body.mesh.tetrahedra.size();
-        for (std::size_t p = 0; p < volumes.size(); ++p) {
-            const double shear = body.materials[body.mesh.region[p / points_per_cell]].shear_modulus();
+        for (std::size_t p = 0; p < volumes.size(); ++p)
             for (std::size_t k = 0; k < branches_.size(); ++k)
                 if (const double modulus = relaxation_.moduli[k]; modulus > 0.0)
-                    energy += volumes[p] * branches_[k][p].squaredNorm() / (4.0 * shear * modulus);
-        }
+                    energy += volumes[p] * branches_[k][p].squaredNorm() / (4.0 * shear_modulus_at(p) * modulus);
         return energy;
     }
 
   private:
+    double shear_modulus_at(std::size_t point) const {
+        const auto &body = elements_.body();
+        const auto points_per_cell = stress_.size() / body.mesh.tetrahedra.size();
+        return body.materials[body.mesh.region[point / points_per_cell]].shear_modulus();
+    }
+
     Elements &elements_;
     const core::PronySeries &relaxation_;
     FollowedPath followed_{};
@@ -106,7 +118,7 @@ class SlowBody {
     std::vector<Matrix3> stress_;                ///< at each point, after the last step
     std::vector<std::vector<Matrix3>> branches_; ///< (B) the same of what each remembers
     std::vector<double> force_;                  ///< (3 n) internal, after the last step [N]
-    double work_ = 0.0;
+    double work_ = 0.0, dissipated_ = 0.0;
 };
 
 /// @return whether the body came to the next record
@@ -179,6 +191,7 @@ core::Solution solve_history(const core::Problem &problem, const MaterialLaw &la
             kept.reaction[place] += point.press * resultants[place];
         kept.strain_energy = body.stored_energy();
         kept.work = body.work();
+        kept.dissipated_energy = body.dissipated_energy();
         if (record == history.whole_load_record()) {
             solution.displacement = std::move(displacement);
             solution.reaction = kept.reaction;

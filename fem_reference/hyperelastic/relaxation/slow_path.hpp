@@ -17,8 +17,8 @@ namespace livermark::hyperelastic {
 /// @param tolerance          as LoadPath::tolerance
 /// @param follower_pressure  as of solve()
 /// @return a core::PathPoint for each time; the other fields are those of SlowHistory::whole_load_record().
-///   strain_energy is that of the elastic law after all time, and of the branches as if their strains were small;
-///   dissipated_energy is not known. Status not_converged if the way ended early.
+///   strain_energy is that of the elastic law after all time, and of the branches as if their strains were small,
+///   and dissipated_energy what these branches lose. Status not_converged if the way ended early.
 /// @throws as solve()
 core::Solution solve_history(const core::Problem &problem, const MaterialLaw &law, const Discretisation &discretisation,
                              double tolerance, std::span<const double> follower_pressure = {});

@@ -45,8 +45,10 @@ void describe_arena_runs(At at, Of<At, std::vector<ArenaRun>> &runs, std::size_t
     columns.column("release_seconds", &ArenaRun::release_seconds, "s");
     columns.column("element_passes", &ArenaRun::element_passes);
     columns.column("bytes_per_element", &ArenaRun::bytes_per_element);
-    if (effort == Effort::of_budget)
+    if (effort == Effort::of_budget) {
         later_column("calibration_spread", &ArenaRun::calibration_spread, "");
+        later_column("stops_early", &ArenaRun::stops_early, "");
+    }
     later_column("pressed_force", &ArenaRun::pressed_force, "N");
     later_column("slid_force", &ArenaRun::slid_force, "N");
     later_column("slid_ratio", &ArenaRun::slid_ratio, "");

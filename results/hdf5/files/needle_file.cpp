@@ -47,6 +47,8 @@ template <class At> void describe_needle(At at, hdf5::Of<At, NeedleStudy> &study
         of_model.number("setup_seconds", run.setup_seconds);
         if (of_model.has("solve_seconds")) // not in files of an older version
             of_model.number("solve_seconds", run.solve_seconds);
+        if (of_model.has("left_regime_at")) // nor this
+            of_model.number("left_regime_at", run.left_regime_at);
     });
     at.check(!study.runs.empty() && study.runs.front().model == reference, "does not begin with its reference");
     for (const auto &run : study.runs)

@@ -86,19 +86,22 @@ Layout arena_table(const Arena &arena) {
         return std::tuple(run->tetrahedra, run->budget, run->outcome, sorted_by(run->errors.contact));
     });
     for (const auto *run : runs)
-        layout.rows.push_back({fmt::format("{}", run->tetrahedra), in_milliseconds(run->budget), run->method,
-                               run->setting, count_or_dash(run->steps), count_or_dash(run->iterations),
-                               in_percent(run->errors.contact), in_percent(run->errors.force),
-                               in_percent(run->errors.after), fixed(100.0 * run->volume_error, 2),
-                               fixed(run->smallest_jacobian, 2), in_milliseconds(run->frame_seconds),
-                               in_milliseconds(run->frame_seconds_95), in_milliseconds(run->worst_frame_seconds),
-                               fixed(run->setup_seconds, 2), count_or_dash(run->element_passes),
-                               count_or_dash(run->bytes_per_element), to_string(run->outcome)});
+        layout.rows.push_back(
+            {fmt::format("{}", run->tetrahedra), in_milliseconds(run->budget), run->method, run->setting,
+             count_or_dash(run->steps), run->iterations > 0 ? iterations_of(run->iterations, run->stops_early) : "-",
+             in_percent(run->errors.contact), in_percent(run->errors.force), in_percent(run->errors.after),
+             fixed(100.0 * run->volume_error, 2), fixed(run->smallest_jacobian, 2), in_milliseconds(run->frame_seconds),
+             in_milliseconds(run->frame_seconds_95), in_milliseconds(run->worst_frame_seconds),
+             fixed(run->setup_seconds, 2), (run->stops_early != 0 ? "up to " : "") + count_or_dash(run->element_passes),
+             count_or_dash(run->bytes_per_element), to_string(run->outcome)});
     return layout;
 }
 
 std::string arena_legend() {
-    return "contact, after: error of the displacement while the tool is in contact, and after its release; force: "
+    return "iterations: in a step; up to: a limit, of which a method takes fewer because nothing is left to do, so "
+           "that "
+           "the budget is not used up; contact, after: error of the displacement while the tool is in contact, and "
+           "after its release; force: "
            "error "
            "of the force on the tool; volume: largest error of the volume of the body; least J: smallest ratio of "
            "current to initial volume of a tetrahedron; frame, 95 %, worst: processor time of a frame, median, 95th "
@@ -127,11 +130,11 @@ Layout arena_forces(const Arena &arena) {
     std::ranges::stable_sort(runs, {}, [](const ArenaRun *run) { return std::tuple(run->tetrahedra, run->budget); });
     for (const auto *run : runs)
         layout.rows.push_back({fmt::format("{}", run->tetrahedra), in_milliseconds(run->budget), run->method,
-                               run->setting, fmt::format("{}", run->steps), fmt::format("{}", run->iterations),
-                               fixed(run->pressed_force, 3), fixed(run->slid_force, 3), fixed(run->slid_ratio, 3),
-                               fixed(1e3 * run->deepest, 2), fixed(run->smallest_jacobian, 2),
-                               in_milliseconds(run->frame_seconds), in_milliseconds(run->worst_frame_seconds),
-                               to_string(run->outcome)});
+                               run->setting, fmt::format("{}", run->steps),
+                               iterations_of(run->iterations, run->stops_early), fixed(run->pressed_force, 3),
+                               fixed(run->slid_force, 3), fixed(run->slid_ratio, 3), fixed(1e3 * run->deepest, 2),
+                               fixed(run->smallest_jacobian, 2), in_milliseconds(run->frame_seconds),
+                               in_milliseconds(run->worst_frame_seconds), to_string(run->outcome)});
     return layout;
 }
 

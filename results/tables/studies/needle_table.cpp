@@ -2,6 +2,9 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <map>
+#include <string>
+#include <vector>
 
 #include "core/units.hpp"
 
@@ -43,16 +46,33 @@ Layout needle_table(const NeedleFile &file) {
                  mark_of(millimetres * run.miss().norm(), 2),
                  off(millimetres * (run.miss() - reference.miss()).norm(), 2),
                  mark_of(millimetres * run.short_of_target(study.needle), 2), mark_of(run.force_at_plan(), 3),
-                 fixed(run.largest_force(), 3), mark_of(millimetres * run.insertion.puncture_depth, 1),
+                 fixed(run.largest_force(study.needle), 3), mark_of(millimetres * run.insertion.puncture_depth, 1),
                  mark_of(run.largest_pull(), 3), off(percent * force_error(run.insertion, reference.insertion), 1)});
         }
     }
     return table;
 }
 
+std::string limit_note(const NeedleStudy &study) {
+    std::map<double, std::vector<std::string>> models; // by depth
+    for (const auto &run : study.runs)
+        if (!std::isnan(run.left_regime_at))
+            models[run.left_regime_at].push_back(run.model);
+    if (models.empty())
+        return "";
+    std::vector<std::string> depths;
+    for (const auto &[depth, names] : models)
+        depths.push_back(fmt::format("{:.1f} mm ({})", millimetres * depth, fmt::join(names, ", ")));
+    return fmt::format(
+        "{}: small regime left at {}: from there on tissue moves further than small deformations go, and "
+        "the numbers say nothing of it; use --regime large\n",
+        printable(study.needle.name), fmt::join(depths, ", "));
+}
+
 std::string needle_note(const NeedleFile &file) {
     std::string note;
     for (const auto &study : file.needles) {
+        note += limit_note(study);
         for (const auto &run : study.runs) {
             if (run.energy_error() > most_energy_error)
                 note +=

@@ -14,6 +14,8 @@ namespace livermark::results {
 namespace {
 
 constexpr double millijoules = 1e3;
+/// Below this part of the largest response of a tool, the one at first is rounding.
+constexpr double smallest_response = 1e-6;
 
 std::string percent_cell(double value, int decimals) {
     return std::isnan(value) ? "-" : fixed(core::percent * value, decimals);
@@ -36,10 +38,12 @@ std::vector<std::string> slow_row(const ModelResult &model, const Result &result
     if (response.values.size() == history.times.size()) {
         const double unit = response.is_force ? 1.0 : core::millimetres;
         const double first = response.values[first_whole_load(history)];
+        const double largest =
+            std::abs(*std::ranges::max_element(response.values, {}, [](double value) { return std::abs(value); }));
         const double last = response.values[static_cast<std::size_t>(history.whole_load_record())];
         row.push_back(significant(unit * first, 4) + (response.is_force ? " N" : " mm"));
         row.push_back(significant(unit * last, 4) + (response.is_force ? " N" : " mm"));
-        row.push_back(percent_cell(last / first, 1));
+        row.push_back(std::abs(first) > smallest_response * largest ? percent_cell(last / first, 1) : "-");
     } else {
         row.insert(row.end(), 3, "-");
     }
@@ -58,7 +62,7 @@ std::vector<std::string> slow_row(const ModelResult &model, const Result &result
 
 Layout slow_table(std::span<const Result> results) {
     Layout layout{{{"body"}, {"load case"}, {"model"}, {"tool"}}, {}};
-    for (const auto *title : {"at first", "at last", "left [%]", "median error [%]", "worst error [%]", "lost [mJ]",
+    for (const auto *title : {"at first", "at last", "left [%]", "median error [%]", "worst error [%]", "heat [mJ]",
                               "its error [%]", "time [s]"})
         layout.columns.push_back({title, true});
     layout.columns.push_back({"status"});
@@ -74,8 +78,8 @@ Layout slow_table(std::span<const Result> results) {
 std::string slow_legend() {
     return "at first, at last: force of the tool along its way when the whole load is first there, and when it is last "
            "there (of a given traction: the displacement along it); left: the last of the first; errors: of that force "
-           "at each time from that of the reference, over its largest, median and largest over the times; lost: energy "
-           "that the body turns into heat in the last cycle\n";
+           "at each time from that of the reference, over its largest, median and largest over the times; heat: energy "
+           "that the body turns into heat in the last cycle, the work done less what is stored more at its end\n";
 }
 
 } // namespace livermark::results

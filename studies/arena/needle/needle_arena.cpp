@@ -8,6 +8,7 @@
 #include "core/tool/needle/needle_line.hpp"
 #include "models/needle_motion/needled_body.hpp"
 #include "results/hdf5/files/needle_file.hpp"
+#include "results/one_reference.hpp"
 #include "results/provenance.hpp"
 #include "studies/arena/arena_mesh.hpp"
 #include "studies/arena/needle/needle_run.hpp"
@@ -83,6 +84,7 @@ ReferenceOfNeedle reference_of_needle(const core::Problem &problem, const core::
     const auto compliance = model.compliance(problem, line.places);
     results::NeedleStudy study{.needle = needle, .runs = {}};
     study.runs.push_back({model.name, insert(compliance.matrix, line, needle), compliance.seconds});
+    study.runs.front().note_limit(results::largest_small_displacement(problem));
     const auto &insertion = study.runs.front().insertion;
     std::optional<core::Insertion> coarser;
     if (!compliance.on_coarser.empty()) {

@@ -211,6 +211,7 @@ std::vector<results::NeedleArenaRun> run_needle_budgets(const models::NeedledMet
                 continue;
             auto run = run_needled_method(method, scene, fits->effort);
             run.calibration_spread = fits->spread;
+            run.stops_early = fits->stops_early ? 1 : 0;
             runs.push_back(within_budget(std::move(run), models::to_string(setting), budget, fits->seconds));
         }
     return runs;

@@ -20,14 +20,16 @@ namespace livermark::studies {
 
 namespace {
 
+/// The model of RunOptions::calibration.
+constexpr auto *calibrated_springs = "calibrated_nodal_volume";
+
 models::ModelOptions model_options(const RunOptions &options) {
     auto chosen = options.model_options;
-    constexpr auto *calibrated = "calibrated_nodal_volume";
-    if (options.calibration.empty() && std::ranges::find(options.models, calibrated) != options.models.end())
+    if (options.calibration.empty() && std::ranges::find(options.models, calibrated_springs) != options.models.end())
         throw support::InputError(
             fmt::format("model {} takes its springs from a file; name it with --calibration, or make "
                         "one with `python3 -m livermark.calibration`",
-                        calibrated));
+                        calibrated_springs));
     if (!options.calibration.empty())
         chosen.calibration =
             std::make_shared<const core::CalibratedSprings>(results::read_calibration(options.calibration).springs);
@@ -72,9 +74,33 @@ std::vector<std::string> without_part_in_slow_histories(const RunTask &task) {
     return sentences;
 }
 
-/// Those that are swept run beside the models asked for by name.
+/// @throws support::InputError if a load case that was asked for by name is not of the regime that was asked for
+void refuse_other_regime(const RunOptions &options, core::Regime regime, const std::string &load_case) {
+    const auto &asked_for = options.regimes;
+    if (!options.has_asked_for_regime || std::ranges::find(asked_for, regime) != asked_for.end())
+        return;
+    const auto *const wanted = core::to_string(asked_for.front());
+    throw support::InputError(
+        fmt::format("--regime {}: load case {} is of the {} regime{}; write regime = \"{}\" into its "
+                    "file, or leave --regime out",
+                    wanted, load_case, core::to_string(regime),
+                    regime == core::Regime::small ? ", as is each that names none" : "", wanted));
+}
+
+void refuse_other_regimes(const RunOptions &options, const ProblemSet &read) {
+    if (options.load_cases.empty())
+        return;
+    for (const auto &problem : read.problems)
+        refuse_other_regime(options, problem.load_case.regime, problem.load_case.name);
+    for (const auto &left_out : read.left_out)
+        refuse_other_regime(options, left_out.kind.regime, left_out.load_case);
+}
+
+/// Springs that are swept, and those of a calibration, run beside the models asked for by name.
 std::vector<std::string> wanted_models(const RunOptions &options) {
     auto wanted = options.models;
+    if (!wanted.empty() && !options.calibration.empty())
+        wanted.emplace_back(calibrated_springs);
     if (!wanted.empty())
         for (const auto &[constant, values] : options.model_options.sweeps)
             for (const double value : values)
@@ -106,6 +132,7 @@ RunTask read_task(const RunOptions &options) {
                  {},
                  baseline_of(models::all_models(options.model_options))};
     auto read = read_all_problems(options);
+    refuse_other_regimes(options, read);
     task.problems = std::move(read.problems);
     task.notes = std::move(read.notes);
     task.left_out = std::move(read.left_out);

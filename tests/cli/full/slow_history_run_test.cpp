@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
@@ -61,6 +62,33 @@ TEST(SlowHistoryRun, LosesEnergyInACycle) {
         const double lost = core::lost_energy(result.problem.load_case.slow_history.value(), model.solution);
         EXPECT_GT(lost, 0.01 * model.solution.strain_energy) << model.name;
         EXPECT_LT(lost, model.solution.strain_energy) << model.name;
+    }
+}
+
+/// A rod that is stretched evenly has the same strain in every model, so that all turn as much into heat: the work of
+/// springs is summed in longer steps, and is not heat.
+TEST(SlowHistoryRun, HasTheHeatOfAnEvenStretch) {
+    const auto folder = tests::folder_with_bar("slow_heat", 0.03);
+    std::ofstream(folder / "cycles.toml")
+        << "[[condition]]\npatch = \"x_min\"\ndisplacement = [0.0, \"free\", \"free\"]\n"
+           "[[condition]]\npatch = \"y_min\"\ndisplacement = [\"free\", 0.0, \"free\"]\n"
+           "[[condition]]\npatch = \"z_min\"\ndisplacement = [\"free\", \"free\", 0.0]\n"
+           "[[condition]]\nname = \"pull\"\npatch = \"x_max\"\ndisplacement = [0.0006, \"free\", \"free\"]\n"
+           "[history]\nrelaxation = { moduli = [0.4, 0.2], times = [0.7, 8.0] }\nfrequency = 0.5\ncycles = 3\n";
+    const auto outcome = tests::livermark(fmt::format("run --body {0}/bar.toml --load-case {0}/cycles.toml --model "
+                                                      "fem_p1 nodal_springs --jobs 1 --reference-on-mesh --output "
+                                                      "{0}/runs",
+                                                      folder.string()));
+    EXPECT_EQ(outcome.status, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("heat [mJ]"), std::string::npos) << outcome.output;
+    const auto result = results::read_result(folder / "runs" / "bar" / "cycles.h5");
+    const auto &history = result.problem.load_case.slow_history.value();
+    const double of_reference = core::lost_energy(history, result.models.front().solution);
+    EXPECT_GT(of_reference, 1e-8);
+    for (const auto &model : result.models) {
+        EXPECT_NEAR(core::lost_energy(history, model.solution), of_reference, 2e-3 * of_reference) << model.name;
+        if (model.comparison)
+            EXPECT_LT(std::abs(model.comparison->slow.value().lost_energy), 2e-3) << model.name;
     }
 }
 

@@ -126,6 +126,46 @@ TEST(Comparison, LetsADivergedSolutionShow) {
     EXPECT_TRUE(std::isnan(comparison.max_error));
 }
 
+/// A ball that has slid off leaves rounding behind, of which there are no ratios; on its way there are.
+TEST(Comparison, HasNoRatioToAReferenceThatEndsAtRest) {
+    core::LoadCase load_case = tests::empty_load_case(mesh);
+    tests::prescribe(load_case, mesh, "x_min", Vector3::Zero());
+    load_case.path = {0.5, 1.0};
+    load_case.conditions.push_back({"touch", core::ConditionKind::touch});
+    load_case.touching = core::TouchingTool{.radius = 0.012,
+                                            .start = {0.05, 0.1, 0.112},
+                                            .press = {0.0, 0.0, -0.005},
+                                            .slide = {0.3, 0.0, 0.0},
+                                            .constraint = 1};
+    const auto slid_off = [](double size, double rounding) {
+        auto solution = constant_solution(mesh, {0.0, rounding, 0.0});
+        solution.reaction = {{0.0, 0.0, 2.0 * rounding}, {0.0, 0.0, -rounding}};
+        solution.strain_energy = rounding * rounding;
+        for (const double part : {size, rounding}) {
+            auto &point = solution.path.emplace_back();
+            point.displacement.assign(mesh.points.size(), Vector3(0.0, part, 0.0).cast<float>());
+            point.reaction = {{0.0, 0.0, 2.0 * part}, {0.0, 0.0, -part}};
+            point.strain_energy = part * part;
+        }
+        return solution;
+    };
+    for (const double rounding : {2e-13, 0.0}) {
+        const auto reference = slid_off(0.002, rounding), solution = slid_off(0.0022, 1e-11);
+        const auto found = core::compare(mesh, load_case, solution, reference, "reference");
+        for (const double ratio : {found.relative_l2, found.max_error_relative, found.energy_error,
+                                   found.reaction_error, found.path->reaction_bias, found.tool->stiffness(),
+                                   found.tool->worst_place().relative_l2, found.tool->worst_stiffness()})
+            EXPECT_TRUE(std::isnan(ratio)) << ratio;
+        EXPECT_NEAR(found.max_error, 1e-11, 1e-12);
+        EXPECT_NEAR(found.path->worst_relative_l2, 0.1, 1e-5);
+        EXPECT_NEAR(found.path->worst_reaction_error, 0.1, 1e-12);
+        EXPECT_NEAR(found.tool->along_path()[0], 0.1, 1e-12);
+        EXPECT_TRUE(std::isnan(found.tool->along_path()[1]));
+    }
+    const auto still = slid_off(0.0, 0.0);
+    EXPECT_TRUE(std::isnan(core::compare(mesh, load_case, slid_off(0.002, 0.0), still, "reference").relative_l2));
+}
+
 TEST(Comparison, RefusesAReferenceThatIsMissingFailedOrStill) {
     const auto solution = constant_solution(mesh, {1.0, 0.0, 0.0});
     EXPECT_THROW(core::compare(mesh, {}, solution, {}, "missing"), std::invalid_argument);

@@ -76,6 +76,29 @@ TEST(SlowComparison, IsOfTheForceOverTheLargestOfTheReference) {
     EXPECT_FALSE(same.path) << "that is of paths of loads";
 }
 
+/// Work that the body gives back is no heat: here a cycle stores 0.4 J more at its end.
+TEST(SlowComparison, IsOfHeatByTheSameRule) {
+    PushedCube reference({0.0, 2.0, 1.5, 0.5}), model({0.0, 2.2, 1.6, 0.6});
+    for (auto *const cube : {&reference, &model})
+        cube->solution.path.back().strain_energy = 0.4;
+    const auto &history = *reference.load_case.slow_history;
+    const auto error = [&] {
+        return core::compare_slow_histories(reference.mesh, reference.load_case, model.solution, reference.solution)
+            ->lost_energy;
+    };
+    EXPECT_NEAR(core::lost_energy(history, reference.solution), 1.0 - 0.4, 1e-15);
+    EXPECT_NEAR(error(), 0.8 / 0.6 - 1.0, 1e-12);
+    model.solution.path.front().dissipated_energy = 0.0;
+    model.solution.path.back().dissipated_energy = 0.7; // its work is summed in long steps
+    EXPECT_NEAR(core::lost_energy(history, model.solution), 0.7, 1e-15);
+    EXPECT_NEAR(error(), 0.8 / 0.6 - 1.0, 1e-12) << "by the rule that both have";
+    reference.solution.path.front().dissipated_energy = 0.0;
+    reference.solution.path.back().dissipated_energy = 0.7;
+    EXPECT_NEAR(error(), 0.0, 1e-12);
+    reference.solution.path.back().dissipated_energy = 1e-12;
+    EXPECT_TRUE(std::isnan(error())) << "a ratio to rounding";
+}
+
 TEST(SlowComparison, KnowsNothingOfAWayThatEndedEarly) {
     const PushedCube reference({0.0, 2.0, 1.5, 0.5}), model({0.0, 2.2});
     const auto found =

@@ -225,6 +225,26 @@ TEST(ToolPlace, HasTheRadiusOfARoundToolOrOfTheDiscOfItsArea) {
     EXPECT_NEAR(core::radius_in_edges(with_round).value(), 0.02 / places[0].edge_length, 1e-14);
 }
 
+/// A ball of 12 mm at depths of 1, 3 and 10 mm.
+TEST(ToolPlace, OfABallHasTheRadiusOfItsContactAlongThePath) {
+    Cube cube;
+    EXPECT_TRUE(core::contact_radii_in_edges(cube.mesh, cube.load_case).empty());
+    cube.load_case.path = {0.1, 0.3, 1.0};
+    cube.load_case.touching =
+        core::TouchingTool{.radius = 0.012, .start = {0.05, 0.05, 0.112}, .press = {0.0, 0.0, -0.01}, .constraint = 0};
+    auto radii = core::contact_radii_in_edges(cube.mesh, cube.load_case);
+    ASSERT_EQ(radii.size(), 3U);
+    const double edge = (2.0 + std::numbers::sqrt2) / 3.0 * 0.1 / 3.0;
+    EXPECT_NEAR(radii[0], std::sqrt(0.012 * 0.001) / edge, 1e-12);
+    EXPECT_NEAR(radii[1], std::sqrt(0.012 * 0.003) / edge, 1e-12);
+    EXPECT_NEAR(radii[2], std::sqrt(0.012 * 0.010) / edge, 1e-12);
+    cube.load_case.touching->slide = {0.01, 0.0, 0.0}; // the first half presses
+    radii = core::contact_radii_in_edges(cube.mesh, cube.load_case);
+    EXPECT_NEAR(radii[0], std::sqrt(0.012 * 0.002) / edge, 1e-12);
+    EXPECT_NEAR(radii[1], std::sqrt(0.012 * 0.006) / edge, 1e-12);
+    EXPECT_NEAR(radii[2], std::sqrt(0.012 * 0.010) / edge, 1e-12);
+}
+
 TEST(ObservedError, OfStiffnessAtTheToolIsExactForErrorsThatShrinkByOneFactor) {
     Cube cube;
     tests::pull(cube.load_case, cube.mesh, "z_max", {0.0, 0.0, 1.0});

@@ -113,6 +113,8 @@ TEST(RelaxingHyperelasticity, IsLinearAtSmallStrains) {
             EXPECT_NEAR(solution.path[k].work, linear.path[k].work, 20.0 * strain * linear.path[k].work);
             EXPECT_NEAR(solution.path[k].strain_energy, linear.path[k].strain_energy,
                         20.0 * strain * linear.path[k].strain_energy);
+            EXPECT_NEAR(solution.path[k].dissipated_energy, linear.path[k].dissipated_energy,
+                        20.0 * strain * linear.path[k].strain_energy);
         }
     }
 }

@@ -157,6 +157,27 @@ TEST_P(FemRitzMotion, IsTheSameBySolutionsAlone) {
     }
 }
 
+/// Beside steps of the whole body that are so short that they cost nothing.
+TEST(FemRitzSteps, CostTheProbesWhatTheMotionSays) {
+    const auto body = swinging_beam({5, 2, 2});
+    PulledBody pulled(body, 1, constrained(*body));
+    const auto history = pulled.fast();
+    ASSERT_TRUE(history.observed_error);
+    constexpr int finer = 16;
+    pulled.let_go(300 * finer, 1.0 / 60.0 / finer, 0.05);
+    const auto fine = pulled.slow();
+    EXPECT_FALSE(fine.observed_error);
+    const std::size_t num_probes = pulled.pulled.release->probes.size();
+    std::vector<Vector3> expected;
+    for (std::size_t record = 0; record < history.time.size(); ++record)
+        for (std::size_t q = 0; q < num_probes; ++q)
+            expected.push_back(fine.displacement[record * finer * num_probes + q]);
+    const double error = relative_l2(history.displacement, expected);
+    EXPECT_GT(error, 1e-4);
+    EXPECT_NEAR(history.observed_error->relative_l2, error, 0.05 * error);
+    EXPECT_NEAR(history.observed_error->order, 2.0, 0.2);
+}
+
 /// Mixed elements agree with displacements alone where nothing locks, and begin at their own static solution.
 TEST(FemMixedMotion, IsThatOfDisplacementsAloneWhereNothingLocks) {
     const auto body = tests::make_body(tests::shaken_box_mesh({0.1, 0.03, 0.02}, {10, 3, 2}), {1060.0, 5000.0, 0.35});

@@ -41,15 +41,45 @@ TEST(BriefTable, HasTwoNumbersForEachModelAndBody) {
     EXPECT_EQ(layout.columns[1].title, body + ": L2 [%]");
     const auto row = std::ranges::find(layout.rows, "springs", [](const auto &cells) { return cells.front(); });
     ASSERT_NE(row, layout.rows.end());
-    EXPECT_EQ(*row, (std::vector<std::string>{"springs", "40.00", "4.0"}));
+    EXPECT_EQ(*row, (std::vector<std::string>{"springs", "40.00", "4.0"})) << "of both signs";
 }
 
-TEST(BriefTable, NamesTheBestByEitherNumber) {
+/// The footnote says what a sign means, so that it is there.
+TEST(BriefTable, KeepsTheSignThatAllLoadCasesHave) {
+    const auto cell = [](std::vector<double> stiffness) {
+        std::vector<Result> results;
+        for (const double value : stiffness)
+            results.push_back(brief_case(std::string(1, static_cast<char>('a' + results.size())), 0.3, value));
+        const auto rows = brief(results).rows;
+        return std::ranges::find(rows, "springs", [](const auto &cells) { return cells.front(); })->at(2);
+    };
+    EXPECT_EQ(cell({-0.336}), "-33.6 !");
+    EXPECT_EQ(cell({0.336}), "+33.6 !");
+    EXPECT_EQ(cell({-0.02, -0.03, -0.12}), "-3.0");
+    EXPECT_EQ(cell({-0.02, 0.03, -0.12}), "3.0");
+    EXPECT_EQ(cell({0.0}), "0.0");
+}
+
+/// What is right under the tool alone is not among the best.
+TEST(BriefTable, NamesTheBestByTheLargerNumber) {
     const std::vector<Result> results{brief_case("a", 0.30, 0.02), brief_case("b", 0.40, -0.04)};
     const auto legend = brief_legend(results);
-    EXPECT_NE(legend.find("under the tool stiffer 1.5 %, springs 3.0 %; in position springs 35.0 %, stiffer 70.0 %"),
+    EXPECT_NE(legend.find("by the larger of both numbers, under the tool and in position: springs 3.0 and 35.0 %, "
+                          "stiffer 1.5 and 70.0 %\n"),
               std::string::npos)
         << legend;
+    const auto best = best_springs(results);
+    ASSERT_EQ(best.size(), 1U);
+    EXPECT_EQ(best[0].models.front().model, "springs") << "not the one that is nearest under the tool";
+}
+
+TEST(BriefTable, NamesTheBestInPositionWhereNothingHasATool) {
+    auto result = brief_case("a", 0.30, 0.02);
+    for (auto &model : result.models)
+        if (model.comparison)
+            model.comparison->tool.reset();
+    const auto legend = brief_legend(std::vector{result});
+    EXPECT_NE(legend.find(", in position: springs 30.0 %, stiffer 60.0 %\n"), std::string::npos) << legend;
 }
 
 TEST(BriefTable, HasColumnsForEachPoissonRatio) {
@@ -59,7 +89,7 @@ TEST(BriefTable, HasColumnsForEachPoissonRatio) {
     EXPECT_NE(layout.columns[1].title, layout.columns[3].title);
     const auto row = std::ranges::find(layout.rows, "springs", [](const auto &cells) { return cells.front(); });
     ASSERT_NE(row, layout.rows.end());
-    EXPECT_EQ(*row, (std::vector<std::string>{"springs", "30.00", "2.0", "40.00", "8.0 !"}));
+    EXPECT_EQ(*row, (std::vector<std::string>{"springs", "30.00", "+2.0", "40.00", "+8.0 !"}));
 }
 
 /// Motion is no case at rest, so it has no place here.

@@ -1,5 +1,6 @@
 #include "results/one_reference.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <memory>
 #include <string>
@@ -92,6 +93,28 @@ TEST(OneReference, CallsNothingOkWhereItWasNotFound) {
     ASSERT_EQ(remarks.size(), 1u);
     EXPECT_EQ(remarks[0], "box, nu 0.45, pull_and_hang: no reference has a solution, so no model is compared");
     EXPECT_EQ(text_table({&result, 1}).find("  ok "), std::string::npos);
+}
+
+/// Where a ball has slid off there are no ratios, so no model ranks by one.
+TEST(OneReference, RanksNobodyWhereItIsAtRestAtTheEnd) {
+    auto result = against("fem_p2p1_neo_hookean", core::Regime::large);
+    EXPECT_FALSE(ends_at_rest(result));
+    EXPECT_TRUE(counts_in_means(result));
+    for (auto &model : result.models)
+        if (model.comparison)
+            model.comparison->relative_l2 = std::nan("");
+    result.problem.load_case.touching = core::TouchingTool{.radius = 0.012};
+    EXPECT_TRUE(ends_at_rest(result));
+    EXPECT_FALSE(counts_in_means(result));
+    EXPECT_EQ(shown_status(result.models[1], result), "nothing touches");
+    EXPECT_EQ(shown_status(result.models[2], result), "diverged");
+    const auto remarks = result_remarks({&result, 1});
+    ASSERT_EQ(remarks.size(), 1u);
+    EXPECT_EQ(remarks[0],
+              "box, nu 0.45, pull_and_hang: nothing touches at the end, where fem_p2p1_neo_hookean is at rest, "
+              "so there are no ratios and no model is ranked; give a shorter 'slide' or a larger 'depth'");
+    result.problem.load_case.touching.reset();
+    EXPECT_EQ(shown_status(result.models[1], result), "at rest");
 }
 
 TEST(Regime, IsLeftByALoadThatMovesTheBodyFarBeyondItsTarget) {

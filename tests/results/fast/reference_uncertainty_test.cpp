@@ -78,6 +78,24 @@ TEST(MotionUncertainty, OfTheFinerMotionIsWhatItObservedOrAsMuchAsBothDiffer) {
     EXPECT_EQ(observed.relative_l2, 0.01);
 }
 
+/// Newmark's steps are of second order: in a quarter of the length a sixteenth is left.
+TEST(MotionUncertainty, HasThePartOfTheSteps) {
+    auto coarse = too_small(0.04), refined = too_small(0.01);
+    EXPECT_FALSE(uncertainty_of_steps(coarse, "coarse"));
+    coarse.time_step = 0.004;
+    refined.time_step = 0.001;
+    coarse.observed_error = core::ObservedMotionError{2.0, 0.008, 0.008};
+    refined.observed_error = core::ObservedMotionError{1.0, 0.03, 0.01};
+    EXPECT_NEAR(estimate_motion_uncertainty(coarse, "coarse", refined, "refined").relative_l2, 0.01 + 0.0005, 1e-15);
+    refined.time_step = 0.004;
+    EXPECT_NEAR(estimate_motion_uncertainty(coarse, "coarse", refined, "refined").relative_l2, 0.01 + 0.008, 1e-15);
+    const auto alone = uncertainty_of_steps(coarse, "coarse").value();
+    EXPECT_TRUE(alone.is_of_steps_alone());
+    EXPECT_EQ(alone.reference, "coarse");
+    EXPECT_EQ(alone.relative_l2, 0.008);
+    EXPECT_FALSE(estimate_motion_uncertainty(coarse, "coarse", refined, "refined").is_of_steps_alone());
+}
+
 TEST(MotionUncertainty, LeavesTheReferenceOnTheMeshWhereThatIsGoodEnough) {
     auto refined = too_small(0.001);
     refined.observed_error = core::ObservedMotionError{1.0, 0.002, 0.001};

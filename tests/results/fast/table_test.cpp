@@ -1,10 +1,13 @@
 #include "results/tables/table.hpp"
 
 #include <cmath>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sstream>
 
+#include "core/tool/tool_stiffness.hpp"
 #include "results/tables/table_layout.hpp"
+#include "results/tables/tool_cells.hpp"
 #include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::results {
@@ -118,6 +121,27 @@ TEST(Table, MarksWhatFingersFeelAndExplainsIt) {
     const auto table = text_table({&result, 1});
     EXPECT_NE(table.find("!: above 7 %"), std::string::npos) << table;
     EXPECT_NE(table.find("\nradius of the smallest tool in edges: box pull_and_hang "), std::string::npos) << table;
+    EXPECT_NE(table.find("\nradius of the contact of the ball (Hertz) in edges, along the path: box pull_and_hang "),
+              std::string::npos)
+        << table;
+}
+
+/// By the radius of its contact, which is smaller than that of the ball, and on its way smaller than at its end.
+TEST(Table, WarnsOfBallsThatTouchLessThanAnEdge) {
+    Result result = tests::sample_result();
+    const auto radii = core::contact_radii_in_edges(result.problem.body->mesh, result.problem.load_case);
+    ASSERT_EQ(radii.size(), result.problem.load_case.path.size());
+    ASSERT_LT(radii.front(), core::smallest_contact);
+    const auto note = note_on_small_contacts({&result, 1});
+    ASSERT_TRUE(note);
+    EXPECT_NE(
+        note->find(fmt::format("pull_and_hang on box touches {:.1f} to {:.1f} edges in radius; where that is below 1",
+                               radii.front(), radii.back())),
+        std::string::npos)
+        << *note;
+    EXPECT_FALSE(note_on_small_tools({&result, 1})) << "said once";
+    result.problem.load_case.touching->radius *= std::pow(1.01 / radii.front(), 2.0);
+    EXPECT_FALSE(note_on_small_contacts({&result, 1}));
 }
 
 /// A load case without a tool has no number, which is not zero.

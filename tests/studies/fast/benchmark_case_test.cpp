@@ -1,10 +1,17 @@
 #include "studies/run/benchmark_case.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
 
+#include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
+#include "results/hdf5/files/calibration_file.hpp"
+#include "studies/run/work/run_task.hpp"
 #include "tests/bad_input.hpp"
+#include "tests/samples/records/sample_calibration.hpp"
+#include "tests/samples/small_bar.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {
@@ -136,6 +143,49 @@ TEST(ChosenModels, HaveTheRefinedReferenceWithoutUncertaintyOnlyIfItIsNamed) {
 TEST(ChosenModels, HaveInteractiveMethodsOnlyIfTheyAreNamed) {
     EXPECT_FALSE(has(names_of(choose_models({}, {}, true)), "tled"));
     EXPECT_TRUE(has(names_of(choose_models({"tled"}, {}, true)), "tled"));
+}
+
+/// A bar of the user's own, and a load case that pulls at it.
+RunOptions pull_of_a_bar(const std::string &more = "") {
+    const auto folder = tests::folder_with_bar("run_task", 0.03);
+    std::ofstream(folder / "pull.toml") << more
+                                        << "[[condition]]\npatch = \"x_min\"\ndisplacement = [0.0, 0.0, 0.0]\n"
+                                           "[[condition]]\npatch = \"x_max\"\ntraction = [1.0, 0.0, 0.0]\n";
+    RunOptions options;
+    options.bodies = {(folder / "bar.toml").string()};
+    options.load_cases = {(folder / "pull.toml").string()};
+    return options;
+}
+
+TEST(RunTask, HasTheSpringsOfACalibrationBesideTheModelsAskedFor) {
+    auto options = pull_of_a_bar();
+    const auto file = std::filesystem::path(options.bodies.front()).parent_path() / "springs.h5";
+    results::write_calibration(file, tests::sample_calibration(meshes::read_body(options.bodies.front(), {})));
+    options.calibration = file.string();
+    for (const auto &models : {std::vector<std::string>{"lloyd"}, {}}) {
+        options.models = models;
+        const auto names = names_of(read_task(options).models);
+        EXPECT_TRUE(has(names, "lloyd"));
+        EXPECT_TRUE(has(names, "calibrated_nodal_volume"));
+    }
+}
+
+/// One that names no regime is small, which --regime does not change.
+TEST(RunTask, RefusesALoadCaseOfAnotherRegimeThanThatAskedFor) {
+    auto options = pull_of_a_bar();
+    options.regimes = {core::Regime::large};
+    EXPECT_EQ(read_task(options).problems.size(), 1U) << "nobody asked";
+    options.has_asked_for_regime = true;
+    tests::expect_input_error([&] { read_task(options); },
+                              {"--regime large: load case pull is of the small regime, as is each that names none",
+                               "write regime = \"large\" into its file, or leave --regime out"});
+    options.regimes = {core::Regime::small, core::Regime::large};
+    EXPECT_EQ(read_task(options).problems.size(), 1U);
+    auto large = pull_of_a_bar("regime = \"large\"\n");
+    large.has_asked_for_regime = true;
+    tests::expect_input_error([&] { read_task(large); }, {"--regime small: load case pull is of the large regime"});
+    large.regimes = {core::Regime::large};
+    EXPECT_EQ(read_task(large).problems.front().load_case.regime, core::Regime::large);
 }
 
 TEST(ChosenModels, AreRefusedWithTheNearestName) {

@@ -117,6 +117,8 @@ TEST(Insertion, JumpsWhereTheSurfaceGivesWay) {
     EXPECT_NEAR(found.tip[at], spring_of(compliance, tough, found.depth[at]), 1e-4 * tough.depth());
     EXPECT_LT(found.force[at], 0.6 * found.force[at - 1]);
     EXPECT_GT(found.puncture_loss, 0.0);
+    EXPECT_LT(*std::ranges::max_element(found.force), tough.puncture_force) << "records are beside it";
+    EXPECT_EQ((results::NeedleRun{.model = "block", .insertion = found}.largest_force(tough)), tough.puncture_force);
 }
 
 TEST(Insertion, OfAForceTooSmallNeverPunctures) {
@@ -127,6 +129,10 @@ TEST(Insertion, OfAForceTooSmallNeverPunctures) {
     EXPECT_TRUE(std::isnan(found.puncture_depth));
     EXPECT_EQ(*std::ranges::max_element(found.tip), 0.0);
     EXPECT_NEAR(found.force[found.at_plan], tough.depth() / of_tip(0.02), 1e-3);
+    results::NeedleRun run{.model = "block", .insertion = found};
+    run.note_limit(0.01); // the block goes with the tip
+    EXPECT_NEAR(run.left_regime_at, 0.01 / 0.02 * of_tip(0.02), 1.01 * tough.step);
+    EXPECT_NEAR(found.moved[found.at_plan], 0.02 * found.force[found.at_plan], 1e-6);
 }
 
 /// Sixty of them are in the full tests.

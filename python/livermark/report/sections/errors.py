@@ -22,6 +22,8 @@ def _cell(result: Result, name: str) -> str:
         return model.status
     if not model.reference:
         return "ref." if name == result.reference else "not compared"
+    if math.isnan(model.relative_l2):
+        return "-"  # the reference is at rest
     return percent(model.relative_l2) + (" !" if result.leaves_regime else " *" if model.is_within_uncertainty else "")
 
 

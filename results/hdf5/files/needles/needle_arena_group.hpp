@@ -36,6 +36,8 @@ void describe_needle_arena_runs(At at, hdf5::Of<At, std::vector<NeedleArenaRun>>
     columns.column("cost_ratio", &NeedleArenaRun::cost_ratio);
     columns.column("setup_seconds", &NeedleArenaRun::setup_seconds, "s");
     columns.column("calibration_spread", &NeedleArenaRun::calibration_spread);
+    if (at.has("stops_early")) // not in files of an older version
+        columns.column("stops_early", &NeedleArenaRun::stops_early);
 }
 
 template <class At> void describe_needle_arena(At at, hdf5::Of<At, NeedleArena> &arena) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "results/tables/studies/needle_table.hpp"
 
 namespace livermark::results {
 
@@ -59,7 +60,7 @@ Layout needle_arena_table(const NeedleArena &arena) {
     for (const auto *run : runs)
         layout.rows.push_back(
             {fmt::format("{}", run->tetrahedra), fixed(milliseconds * run->budget, 2), run->method, run->setting,
-             fmt::format("{}", run->steps), fmt::format("{}", run->iterations),
+             fmt::format("{}", run->steps), iterations_of(run->iterations, run->stops_early),
              fixed(millimetres * run->target_error, 2), fixed(percent * run->path_error, 1),
              with_error(run->forces.peak, reference.peak, 3), with_error(run->forces.slope, reference.slope, 1),
              with_error(run->forces.pull, reference.pull, 3), fixed(milliseconds * run->frame_seconds, 2),
@@ -86,7 +87,7 @@ std::string needle_arena_note(const NeedleStudy &study) {
         by_reason[because].push_back(method);
     for (const auto &[because, methods] : by_reason)
         note += fmt::format("left out: {}, because {}\n", fmt::join(methods, ", "), because);
-    return note;
+    return note + limit_note(study);
 }
 
 } // namespace livermark::results

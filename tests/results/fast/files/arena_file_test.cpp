@@ -113,6 +113,21 @@ TEST_F(ArenaFile, HasATableOfTheBestWithinEachBudget) {
     EXPECT_EQ(arena_table(arena).rows.size(), 3U);
 }
 
+TEST_F(ArenaFile, MarksIterationsThatAreALimit) {
+    auto arena = tests::sample_arena();
+    arena.runs.front().iterations = 11547;
+    EXPECT_EQ(arena_table(arena).rows[0][5], "11547");
+    arena.runs.front().stops_early = 1;
+    EXPECT_EQ(arena_table(arena).rows[0][5], "up to 11547");
+    EXPECT_EQ(arena_table(arena).rows[0][15], "up to 12") << "passes over its elements";
+    EXPECT_EQ(arena_forces(arena).rows[0][5], "up to 11547");
+    EXPECT_EQ(arena_table(arena).rows[1][5], "1");
+    write_arena(path_, arena);
+    const auto read = read_arena(path_);
+    EXPECT_EQ(read.runs.front(), arena.runs.front());
+    EXPECT_EQ(read.runs.back().stops_early, 0);
+}
+
 TEST_F(ArenaFile, NamesMethodsWhoseEffortWasFoundOnABusyMachine) {
     auto arena = tests::sample_arena();
     EXPECT_EQ(calibration_note(arena), "");

@@ -1,5 +1,6 @@
 #include "results/hdf5/files/needle_file.hpp"
 
+#include <cmath>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
@@ -114,6 +115,30 @@ TEST_F(NeedleFiles, HaveATableOfWhereTheTargetIs) {
     EXPECT_NE(
         needle_note(tests::sample_needles()).find("springs finds no equilibrium with the tip at a depth of 5.0 mm"),
         std::string::npos);
+}
+
+TEST_F(NeedleFiles, SayWhereTheSmallRegimeIsLeft) {
+    auto file = tests::sample_needles();
+    EXPECT_EQ(needle_note(file).find("small regime"), std::string::npos);
+    auto &run = file.needles.front().runs.back();
+    run.insertion.moved = {0.0, 0.004, 0.009, 0.02, 0.02};
+    run.note_limit(0.009);
+    EXPECT_TRUE(std::isnan(run.left_regime_at)) << "on the way out it is too late";
+    run.note_limit(0.003);
+    EXPECT_EQ(run.left_regime_at, 0.01);
+    EXPECT_NE(needle_note(file).find("to tumour 1: small regime left at 10.0 mm (springs)"), std::string::npos);
+    EXPECT_NE(needle_note(file).find("use --regime large"), std::string::npos);
+}
+
+/// What the surface bears until it gives way is between two records.
+TEST_F(NeedleFiles, HaveALargestForceNotBelowThatOfThePuncture) {
+    const auto study = tests::sample_needles().needles.front();
+    auto needle = study.needle;
+    needle.puncture_force = 3.5;
+    EXPECT_EQ(study.runs[0].largest_force(needle), 2.0) << "its surface holds";
+    EXPECT_EQ(study.runs[1].largest_force(needle), 3.5);
+    needle.puncture_force = 0.2;
+    EXPECT_EQ(study.runs[1].largest_force(needle), 2.2);
 }
 
 TEST_F(NeedleFiles, SayWhoseWorkIsOutOfBalance) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <functional>
 #include <gtest/gtest.h>
 
@@ -30,6 +31,23 @@ TEST(LargestEffort, FitsWhereOneStepTakesAsLongAsMany) {
     ASSERT_TRUE(fits);
     EXPECT_NEAR(fits->effort.steps, 20, 3); // a line through the first two would say 20,000
     EXPECT_NEAR(fits->seconds, 4e-3, 4e-4);
+}
+
+/// As conjugate gradients that have converged: more iterations are a limit, and take no more time.
+TEST(LargestEffort, SaysWhereAMethodStopsEarlier) {
+    const auto frame = [](const models::Effort &effort) {
+        const double end = core::processor_seconds() + 5e-5 * std::min(effort.iterations, 20);
+        while (core::processor_seconds() < end)
+            ;
+    };
+    const auto stops = largest_effort(frame, models::Setting::one_step, 4e-3);
+    ASSERT_TRUE(stops);
+    EXPECT_TRUE(stops->stops_early);
+    EXPECT_GT(stops->effort.iterations, 100);
+    EXPECT_LT(stops->seconds, 2e-3);
+    const auto fills = largest_effort(frame, models::Setting::one_step, 5e-4);
+    ASSERT_TRUE(fills);
+    EXPECT_FALSE(fills->stops_early);
 }
 
 TEST(LargestEffort, IsTheLeastWhereNothingFits) {
