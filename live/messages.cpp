@@ -88,7 +88,8 @@ std::string choose(Scene &scene, Numbers &numbers) {
     numbers.end();
     const auto chosen = scene.choose(settings);
     std::string bytes;
-    for (const double number : {chosen.time_step, chosen.longest_time_step, chosen.critical_time_step})
+    for (const double number :
+         {chosen.time_step, chosen.longest_time_step, chosen.critical_time_step, chosen.pressed_time_step})
         append(bytes, number);
     append(bytes, static_cast<double>(chosen.num_springs));
     return bytes;

@@ -19,8 +19,8 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 /// Replies to one message by its first number.
 ///
 ///     1, springs, keeps volume, E [Pa], nu, alpha [1/s], beta [s], time step [s]
-///         springs is an index into spring_names(). Reply: time step, the longest one, the critical one [s],
-///         number of springs
+///         springs is an index into spring_names(). Reply: time step, the longest one, the critical one at rest,
+///         the longest one while something is pressed [s], number of springs
 ///     2, tool, target (3) [m], radius [m], node, number of steps
 ///         Reply: time [s], tool (3) [m], force (3) [N], middle (3) [m] and radius [m] of the round load that the
 ///         tractions are the means of over facets, radius 0 where nothing is loaded (core/tool/round_load.hpp),

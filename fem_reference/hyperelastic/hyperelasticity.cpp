@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -80,6 +81,9 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
     };
     auto result = path_solution(followed, mesh, problem.load_case, at_mesh_nodes);
     auto &solution = result.solution;
+    if (solution.status == core::SolutionStatus::ok)
+        result.load_work = std::inner_product(conditions.load.begin(), conditions.load.end(),
+                                              followed.points.back().state.displacement.begin(), 0.0);
     solution.degrees_of_freedom = elements.num_displacements() + elements.num_pressures();
     solution.setup_seconds += assembly.count();
     solution.solver =

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,9 @@ struct PathSolution {
     core::Solution solution;
     std::vector<DeformedBody> points; ///< at each fraction of the path; if it ended earlier, also there
     std::vector<LoadStep> steps;      ///< how Newton's method went
+    /// Sum of f_i . u_i over all nodes of the elements, f being the dead loads at the whole load [J]; NaN if it ended
+    /// early.
+    double load_work = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Static hyperelasticity of one body on its own tetrahedra, in its shape at rest (total Lagrangian):

@@ -133,6 +133,8 @@ class LiveFem {
         const auto fields = parse_fields(message.bytes);
         if (fields.contains("needle"))
             return pierce(fields);
+        if (fields.contains("elements"))
+            return take_elements(required_text(fields, "elements"));
         return fields.contains("gone") ? cut(required_text(fields, "gone")) : choose(fields);
     }
 
@@ -168,12 +170,28 @@ class LiveFem {
                 .bytes = fields_text({{"chosen", models::moving_reference(core::Regime::small).on_mesh}})};
     }
 
+    Message take_elements(const std::string &name) {
+        if (name != "linear" && name != "hyperelastic")
+            throw support::InputError(
+                fmt::format("elements are '{}'; send linear or hyperelastic", support::shown(name)));
+        are_hyperelastic_ = name == "hyperelastic";
+        const auto model = are_hyperelastic_ ? models::static_reference(core::Regime::large)
+                                             : models::moving_reference(core::Regime::small);
+        return {.is_binary = false, .bytes = fields_text({{"chosen", model.on_mesh}})};
+    }
+
     Message respond(const std::string &bytes) {
         const auto rows = rows_of(bytes);
         if (rows.empty())
             return binary(std::array{0.0}, on_whole_body({}));
-        const auto solution = solve(with_tractions(opened_.constrained, round_load(rows.front()),
-                                                   std::span(rows).subspan(1), 1.0 / stiffening_));
+        const auto load_case = with_tractions(opened_.constrained, round_load(rows.front()), std::span(rows).subspan(1),
+                                              1.0 / stiffening_);
+        if (are_hyperelastic_) {
+            // Their energy is in proportion to the moduli as well.
+            const auto found = SharedFem::solve_hyperelastic({body_, load_case}, report_);
+            return binary(std::array{stiffening_ * found.load_work}, on_whole_body(found.solution.displacement));
+        }
+        const auto solution = solve(load_case);
         // The tractions were divided by the factor of the moduli; the displacements are those of the whole ones.
         return binary(std::array{stiffening_ * solution.work}, on_whole_body(solution.displacement));
     }
@@ -216,6 +234,7 @@ class LiveFem {
     std::shared_ptr<const core::Body> body_; ///< with the Young's moduli of the file
     std::shared_ptr<SharedFem> elements_;    ///< of that body; none before the first solution
     std::vector<double> last_;               ///< solution, of all unknowns
+    bool are_hyperelastic_ = false;          ///< the elements that answer round loads
     double stiffening_ = 1.0;                ///< of the chosen Young's moduli over those
     std::optional<double> poisson_ratio_;    ///< chosen; none while it is that of the file
 };

@@ -12,6 +12,9 @@ namespace livermark::server {
 ///     young_modulus=<Pa>&poisson_ratio=<nu>   other materials, see live::with_material(); until then those of the file
 ///     chosen=fem_p2                           the model
 ///
+///     elements=<linear|hyperelastic>          what answers round loads from here on: linear until others are chosen;
+///     the chosen=fem_p2p1_neo_hookean             reference of large loads on the mesh, which takes seconds; or fem_p2
+///
 ///     gone=<numbers with commas>              tetrahedra that cuts have taken away, of the whole body: from here on it
 ///     is
 ///                                             about what is left, of the file's materials until others are chosen
@@ -29,7 +32,8 @@ namespace livermark::server {
 ///             float32 (N,3)                   displacement of the nodes [m]
 ///
 ///     needle=<x,y,z,x,y,z,radius>&forces=<3 K numbers>
-///                                             a needle from entry to target, the radius over which its forces are
+///                                             a needle from entry to target, which linear elements
+///                                             answer, the radius over which its forces are
 ///                                             spread [m], and those on the tissue at the places of
 ///                                             core::needle_line() [N]
 ///     binary, little-endian: float64 (1+3)    sum of f_i . u_i [J], and the displacement of the target [m]

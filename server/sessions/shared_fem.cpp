@@ -1,9 +1,13 @@
 #include "server/sessions/shared_fem.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <mutex>
+#include <string>
 #include <utility>
 
+#include "models/model_table.hpp"
+#include "models/needle_motion/pushed_model.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::server {
@@ -72,6 +76,20 @@ std::shared_ptr<SharedFem> SharedFem::of(const std::shared_ptr<const core::Body>
     std::shared_ptr<SharedFem> made(new SharedFem(std::move(impl)));
     all.push_back(made);
     return made;
+}
+
+hyperelastic::PathSolution SharedFem::solve_hyperelastic(const core::Problem &problem, const ReportProgress &report) {
+    // Forces out of balance over the loads: the indentation is then right to fewer digits than a page shows.
+    constexpr double tolerance = 1e-5;
+    const auto lock = alone(report);
+    report(fmt::format("Hyperelastic elements are being solved for the same forces: {} tetrahedra.",
+                       problem.body->mesh.num_tetrahedra()));
+    const auto elements = *models::hyperelastic_elements(models::static_reference(core::Regime::large).on_mesh);
+    auto found = hyperelastic::solve(problem, hyperelastic::material_law(std::string(elements.law)),
+                                     elements.discretisation, {.fractions = {1.0}, .tolerance = tolerance});
+    if (found.solution.status != core::SolutionStatus::ok)
+        throw support::InputError("they find no equilibrium under these forces; push less");
+    return found;
 }
 
 int SharedFem::count() {

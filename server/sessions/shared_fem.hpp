@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
+#include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/linear/repeated_loads.hpp"
 #include "server/session.hpp"
 
@@ -21,6 +22,11 @@ class SharedFem {
     /// @param report  called with what it waits for
     static std::shared_ptr<SharedFem> of(const std::shared_ptr<const core::Body> &body,
                                          const core::LoadCase &constrained, const ReportProgress &report);
+
+    /// Static hyperelasticity of the elements that models::static_reference() of large loads names, on one mesh; while
+    /// it is solved nobody else is served.
+    /// @throws support::InputError if there is no equilibrium under the whole load
+    static hyperelastic::PathSolution solve_hyperelastic(const core::Problem &problem, const ReportProgress &report);
 
     /// How many there are, of which each has a factor.
     static int count();

@@ -58,7 +58,11 @@ const fragment = () => {
 /** The address is that of the view, a moment after it came to rest: browsers count changes. */
 function writeLink(): void {
   clearTimeout(linkTimer);
-  linkTimer = window.setTimeout(() => history.replaceState(null, '', location.pathname + location.search + fragment()), 250);
+  document.body.dataset['address'] = 'behind';
+  linkTimer = window.setTimeout(() => {
+    history.replaceState(null, '', location.pathname + location.search + fragment());
+    document.body.dataset['address'] = 'shown';
+  }, 250);
 }
 
 function describe(file: Result): void {

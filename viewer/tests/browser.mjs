@@ -54,12 +54,30 @@ export async function startServer(folder, more = [], environment = {}) {
   return { address, stop };
 }
 
+/** What a machine with other things to do may take for one thing [ms]: no test asks how fast it goes. */
+const patience = 240_000;
+
 /** Software rendering, because a machine that runs tests has no graphics card. */
 export const startBrowser = () =>
   chromium.launch({
+    timeout: patience,
     executablePath: browserProgram,
     args: ['--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-sandbox'],
   });
+
+/** A page of its own. @param options  of its context */
+export async function newPage(browser, options = {}) {
+  const page = await (await browser.newContext({ viewport: { width: 1200, height: 800 }, ...options })).newPage();
+  page.setDefaultTimeout(patience);
+  return page;
+}
+
+/** What follows # in the address, once that is the view that is shown. */
+export async function fragment(page) {
+  await frames(page); // a camera that was turned is seen in the next one
+  await page.waitForSelector('body[data-address=shown]');
+  return page.evaluate(() => location.hash);
+}
 
 const drawings = (page) => page.locator('#stage').getAttribute('data-drawn');
 

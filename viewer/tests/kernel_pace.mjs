@@ -37,7 +37,7 @@ const now = () => Object.values(process.cpuUsage()).reduce((sum, each) => sum + 
 const percentile = (sorted, part) => sorted[Math.ceil(part * sorted.length) - 1];
 const milliseconds = (part) => part.toFixed(3);
 
-console.log('body, springs, Poisson\'s ratio: step [ms]; steps and picture of 1/60 s 50 %, 95 % [ms]; pace; to choose [ms]');
+console.log('body, springs, Poisson\'s ratio: step [ms], over the critical one at rest and over the longest of a pressed body; steps and picture of 1/60 s 50 %, 95 % [ms]; pace; to choose [ms]');
 for (const path of positionals) {
   const body = await bodyOf(path);
   const [x, y, z] = frontOf(body);
@@ -46,7 +46,7 @@ for (const path of positionals) {
       const kernel = await startKernel(options.kernel);
       kernel.open(bodyNumbers(body));
       const begin = now();
-      const [timeStep] = new Float64Array(kernel.reply([1, kernel.springs().indexOf(name), 1, 5000, ratio, 10, 0, 0]));
+      const [timeStep, , critical, pressed] = new Float64Array(kernel.reply([1, kernel.springs().indexOf(name), 1, 5000, ratio, 10, 0, 0]));
       const toChoose = now() - begin;
       const took = [];
       const numSteps = Math.ceil(1 / 60 / timeStep);
@@ -59,7 +59,7 @@ for (const path of positionals) {
       }
       const pace = (1000 * picture * took.length) / took.reduce((sum, each) => sum + each, 0);
       took.sort((a, b) => a - b);
-      console.log(`${basename(dirname(path))}, ${name}, ${ratio}: ${milliseconds(1000 * timeStep)}; ` +
+      console.log(`${basename(dirname(path))}, ${name}, ${ratio}: ${milliseconds(1000 * timeStep)}, ${(timeStep / critical).toFixed(2)}, ${(timeStep / pressed).toFixed(2)}; ` +
         `${milliseconds(percentile(took, 0.5))}, ${milliseconds(percentile(took, 0.95))}; ${pace.toFixed(2)}; ${toChoose.toFixed(0)}`);
     }
 }

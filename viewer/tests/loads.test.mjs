@@ -4,7 +4,7 @@ import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { after, before, beforeEach, test } from 'node:test';
-import { andDraw, frames, shown } from './browser.mjs';
+import { andDraw, fragment, frames, shown } from './browser.mjs';
 import { startSamples } from './samples_page.mjs';
 
 const path = '#path_result.h5';
@@ -104,8 +104,7 @@ test('colours mean the same at all parts of the load', async () => {
 
 test('a link opens the same part of the load again', async () => {
   await setPoint(2);
-  await all.page.waitForTimeout(600); // the address follows a moment later
-  const link = await all.page.evaluate(() => location.hash);
+  const link = await fragment(all.page);
   assert.match(link, /[?&]load=0\.6(&|$)/);
   await all.open({}, link);
   assert.equal(await loaded(), '60 %: 0.600 of 1.00 mm');

@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, beforeEach, test } from 'node:test';
 import * as hdf5 from 'h5wasm/node';
-import { andDraw, frames, pixels, sampleFolder, shown, startBrowser, startServer } from './browser.mjs';
+import { andDraw, frames, newPage, pixels, sampleFolder, shown, startBrowser, startServer } from './browser.mjs';
 
 let samples, server, browser, page;
 const file = (name) => join(samples.folder, name);
@@ -35,8 +35,7 @@ after(async () => {
 });
 beforeEach(async () => {
   await page?.context().close();
-  page = await (await browser.newContext({ viewport: { width: 1200, height: 800 } })).newPage();
-  page.setDefaultTimeout(180000);
+  page = await newPage(browser);
   await page.goto(`${server.address}#one.h5`);
   await page.waitForSelector('#stage[data-drawn]');
   await settled();

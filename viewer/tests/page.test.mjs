@@ -4,7 +4,7 @@ import { execFileSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, beforeEach, test } from 'node:test';
-import { andDraw, builtPage, frames, pixels, sampleFolder, shown, startBrowser, startServer } from './browser.mjs';
+import { andDraw, builtPage, frames, newPage, pixels, sampleFolder, shown, startBrowser, startServer } from './browser.mjs';
 
 let samples, server, browser, page;
 
@@ -21,8 +21,7 @@ after(async () => {
 
 async function openPage(options = {}) {
   await page?.context().close();
-  page = await (await browser.newContext({ viewport: { width: 1200, height: 800 }, ...options })).newPage();
-  page.setDefaultTimeout(180000);
+  page = await newPage(browser, options);
   await page.goto(`${server.address}#sample_result.h5`);
   await page.waitForSelector('#stage[data-drawn]');
   await frames(page);

@@ -1,6 +1,6 @@
 // The picture of the live page in the README: node tests/picture.mjs OUT.png, with the page and build/release built.
 import { join } from 'node:path';
-import { shippedFolder, startBrowser, startServer } from './browser.mjs';
+import { newPage, shippedFolder, startBrowser, startServer } from './browser.mjs';
 
 const [out] = process.argv.slice(2);
 if (!out) {
@@ -11,8 +11,7 @@ const { folder, remove } = shippedFolder('liver_tumours');
 const server = await startServer(folder);
 const browser = await startBrowser();
 try {
-  const page = await (await browser.newContext({ viewport: { width: 1280, height: 800 }, deviceScaleFactor: 1.25 })).newPage();
-  page.setDefaultTimeout(120000);
+  const page = await newPage(browser, { viewport: { width: 1280, height: 800 }, deviceScaleFactor: 1.25 });
   await page.goto(`${server.address}#${encodeURIComponent(join('liver_tumours', 'palpation.h5'))}`);
   await page.waitForSelector('#stage[data-drawn]');
   await page.check('#mode [value=live]', { force: true });
@@ -30,7 +29,7 @@ try {
   await page.locator('#live-stage canvas').focus();
   for (let i = 0; i < 4; i++) await page.keyboard.press('ArrowLeft');
   for (let i = 0; i < 2; i++) await page.keyboard.press('ArrowDown');
-  await page.waitForFunction(() => document.querySelector('#live-fem-state').textContent === 'at rest' && Number(document.querySelector('#live-indentation').dataset.value) > 0.005);
+  await page.waitForFunction(() => document.querySelector('#live-fem-readings').dataset.judged === 'true' && Number(document.querySelector('#live-indentation').dataset.value) > 0.005);
   await page.screenshot({ path: out });
 } finally {
   await browser.close();

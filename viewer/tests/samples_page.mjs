@@ -1,7 +1,7 @@
 // The page with the sample result open, as several test files need it.
 import { execFileSync } from 'node:child_process';
 import { join } from 'node:path';
-import { frames, pixels, sampleFolder, startBrowser, startServer } from './browser.mjs';
+import { frames, newPage, pixels, sampleFolder, startBrowser, startServer } from './browser.mjs';
 
 const python = process.env.PYTHON ?? '/usr/bin/python3';
 
@@ -16,8 +16,7 @@ export async function startSamples() {
     address: server.address,
     async open(options = {}, fragment = '#sample_result.h5') {
       await all.page?.context().close();
-      all.page = await (await browser.newContext({ viewport: { width: 1200, height: 800 }, ...options })).newPage();
-      all.page.setDefaultTimeout(180000);
+      all.page = await newPage(browser, options);
       await all.page.goto(server.address + fragment);
       await all.page.waitForSelector('body[data-state=ready] #stage[data-drawn]');
       await frames(all.page);

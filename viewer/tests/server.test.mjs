@@ -4,7 +4,7 @@ import { existsSync, mkdirSync, readFileSync, statSync, writeFileSync } from 'no
 import { request } from 'node:http';
 import { delimiter, dirname, join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { builtPage, sampleFolder, startBrowser, startServer } from './browser.mjs';
+import { builtPage, newPage, sampleFolder, startBrowser, startServer } from './browser.mjs';
 
 let samples, server, cookie;
 before(async () => {
@@ -56,7 +56,7 @@ test('the page breaks none of its own rules', async () => {
   assert.match(headers['content-security-policy'], /^default-src 'none'; /);
   const browser = await startBrowser();
   try {
-    const page = await browser.newPage();
+    const page = await newPage(browser);
     const said = [];
     page.on('console', (message) => message.type() === 'error' && said.push(message.text()));
     page.on('pageerror', (error) => said.push(String(error)));
@@ -68,8 +68,9 @@ test('the page breaks none of its own rules', async () => {
     await page.goto(`${server.address}#small_result.h5`); // the other one is long and uniform: its highest frequency takes minutes
     await page.locator('#stage[data-drawn]').waitFor();
     await page.locator('#mode input[value=live]').check({ force: true });
-    await page.locator('#live[data-state=moving]').waitFor({ timeout: 120_000 });
+    await page.locator('#live[data-state=moving]').waitFor();
     await page.evaluate(() => fetch('http://127.0.0.1:1/').catch(() => {}));
+    await page.waitForFunction(() => violations.length > 0);
     assert.deepEqual(await page.evaluate(() => violations), ['connect-src: http://127.0.0.1:1/']);
     // A script that somebody brings into the page does not run.
     await page.evaluate(() => document.body.append(Object.assign(document.createElement('script'), { textContent: 'globalThis.hasRun = true' })));
@@ -93,7 +94,7 @@ test('it opens a browser with a file for its user alone, and not with the token 
   assert.equal(statSync(dirname(file)).mode & 0o077, 0, 'nobody else may look into its folder');
   const browser = await startBrowser();
   try {
-    const page = await browser.newPage();
+    const page = await newPage(browser);
     await page.goto(`file://${file}`);
     await page.locator('#stage[data-drawn]').waitFor();
     assert.equal(new URL(page.url()).origin, new URL(opening.address).origin);

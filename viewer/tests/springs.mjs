@@ -4,7 +4,7 @@ import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import * as hdf5 from 'h5wasm/node';
 import { build } from 'vite';
-import { builtTests, startBrowser } from './browser.mjs';
+import { builtTests, newPage, startBrowser } from './browser.mjs';
 
 const viewer = join(import.meta.dirname, '..');
 /** Built for the machines whose numbers are those of WebAssembly. */
@@ -34,7 +34,7 @@ async function bundledHarness() {
 export async function startHarness() {
   const harness = await bundledHarness();
   const browser = await startBrowser();
-  const page = await browser.newPage();
+  const page = await newPage(browser);
   await page.addScriptTag({ content: harness });
   return {
     open: (body) => page.evaluate((body) => springs.open(body), body),

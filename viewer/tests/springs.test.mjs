@@ -100,10 +100,11 @@ async function movesAsNatively(body, choices) {
   assert.equal(natively.length, rows.length);
   rows.forEach((row, i) => {
     if (row.kind === 'choose') {
-      const [timeStep, longest, critical, numSprings] = new Float64Array(natively[i].buffer, natively[i].byteOffset, 4);
+      const [timeStep, longest, critical, pressed, numSprings] = new Float64Array(natively[i].buffer, natively[i].byteOffset, 5);
       assert.deepEqual([inPage[i].timeStep, inPage[i].numSprings], [timeStep, numSprings]);
       about(inPage[i].longestTimeStep, longest);
       about(inPage[i].criticalTimeStep, critical);
+      about(inPage[i].pressedTimeStep, pressed);
     }
     if (row.kind === 'move') {
       const { stepSeconds, ...frame } = inPage[i];

@@ -2,18 +2,13 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { after, before, beforeEach, test } from 'node:test';
-import { andDraw, distinct, frames, pixels, pixelsOf } from './browser.mjs';
+import { andDraw, distinct, fragment, frames, pixels, pixelsOf } from './browser.mjs';
 import { startSamples } from './samples_page.mjs';
 
 let all;
 before(async () => (all = await startSamples()));
 after(() => all?.stop());
 beforeEach(() => all.open());
-
-const fragment = async () => {
-  await all.page.waitForTimeout(600); // the address follows a moment later
-  return all.page.evaluate(() => location.hash);
-};
 
 test('a link opens the same view again', async () => {
   const { page } = all;
@@ -27,14 +22,14 @@ test('a link opens the same view again', async () => {
   await page.locator('#stage canvas').focus();
   for (const key of ['ArrowLeft', 'ArrowLeft', 'ArrowUp', '+']) await page.keyboard.press(key);
   await frames(page);
-  const link = await fragment();
+  const link = await fragment(page);
   const seen = (await Promise.all([0, 1].map((place) => all.side(place)))).flat();
   const said = async () => [await all.page.locator('#now').textContent(), await all.page.locator('#factor').textContent(),
     await all.page.locator('#cut_at').textContent(), await all.page.locator('#node_number').inputValue(), await all.page.locator('#right').inputValue()];
   const before = await said();
   await all.open({}, link);
   assert.deepEqual(await said(), before);
-  assert.equal(await fragment(), link);
+  assert.equal(await fragment(all.page), link);
   const again = (await Promise.all([0, 1].map((place) => all.side(place)))).flat();
   // The camera is kept to a micrometre.
   const different = seen.filter((colour, i) => colour.some((x, k) => Math.abs(x - again[i][k]) > 24)).length;

@@ -39,10 +39,11 @@ TEST(LiveMessages, SayWhatTheCallsSay) {
     const auto laws = msm::all_spring_laws();
     const auto chosen = called.choose(settings(laws[0].name));
     const auto answer = reply(*told, std::vector<double>{1, 0, 1, 5e3, 0.45, 40.0, 0.0, 0.0});
-    ASSERT_EQ(answer.size(), 4 * sizeof(double));
-    double number = 0.0;
-    std::memcpy(&number, answer.data(), sizeof number);
-    EXPECT_EQ(number, chosen.time_step);
+    std::array<double, 5> said{};
+    ASSERT_EQ(answer.size(), sizeof said);
+    std::memcpy(said.data(), answer.data(), sizeof said);
+    EXPECT_EQ(said, (std::array<double, 5>{chosen.time_step, chosen.longest_time_step, chosen.critical_time_step,
+                                           chosen.pressed_time_step, 1.0 * chosen.num_springs}));
 
     const auto tool = box.poke(0.004);
     const auto frame = called.move(tool, 600);

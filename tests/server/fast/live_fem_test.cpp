@@ -245,6 +245,58 @@ TEST_F(LiveFemTest, IsMovedByANeedle) {
     EXPECT_NE(fault("needle=1,2,3").find("forces is missing"), std::string::npos);
 }
 
+/// Of large loads, whatever Young's moduli; linear elements come back when they are asked for.
+TEST_F(LiveFemTest, AnswersByHyperelasticElementsWhereTheseAreAskedFor) {
+    const auto converse = begin();
+    converse({false, "young_modulus=6000&poisson_ratio=0.3"});
+    const Rows rows{{1.0 * free[0], 900.0, -600.0, 300.0}, {1.0 * sliding[1], 0.0, 0.0, -900.0}};
+    const auto linear = converse(binary(rows));
+    const auto judge = models::static_reference(core::Regime::large).on_mesh;
+    EXPECT_EQ(converse({false, "elements=hyperelastic"}).bytes, "chosen=" + judge);
+
+    auto body = std::make_shared<core::Body>(*result.problem.body);
+    body->materials = {{1060.0, 6000.0, 0.3}, {1100.0, 30000.0, 0.3}};
+    auto load_case = tests::empty_load_case(mesh);
+    tests::prescribe(load_case, mesh, "x_min", core::Vector3::Zero());
+    load_case.conditions.push_back({"probe", core::ConditionKind::traction, shape});
+    for (const auto &[facet, x, y, z] : rows) {
+        load_case.condition_on[static_cast<int>(facet)] = 1;
+        load_case.value[static_cast<int>(facet)] = {x, y, z};
+    }
+    const auto models = models::all_models();
+    const auto expected = std::ranges::find(models, judge, &core::Model::name)->solve({body, load_case});
+    const auto found = displacement(converse(binary(rows)));
+    ASSERT_EQ(found.size(), expected.displacement.size());
+    const auto apart = [&](const std::vector<Eigen::Vector3f> &u) {
+        double off = 0.0, size = 0.0;
+        for (std::size_t i = 0; i < u.size(); ++i) {
+            off = std::max(off, (u[i].cast<double>() - expected.displacement[i]).norm());
+            size = std::max(size, expected.displacement[i].norm());
+        }
+        return off / size;
+    };
+    EXPECT_LT(apart(found), 1e-4);
+    EXPECT_GT(apart(displacement(linear)), 0.01);
+
+    // The work of a load that is so small that it is twice the energy.
+    const Rows small{{1.0 * free[0], 0.3, -0.2, 0.1}, {1.0 * sliding[1], 0.0, 0.0, -0.3}};
+    for (const auto &[facet, x, y, z] : small)
+        load_case.value[static_cast<int>(facet)] = {x, y, z};
+    const auto at_small = std::ranges::find(models, judge, &core::Model::name)->solve({body, load_case});
+    EXPECT_NEAR(work(converse(binary(small))), 2.0 * at_small.strain_energy, 1e-3 * 2.0 * at_small.strain_energy);
+
+    EXPECT_NE(fault_of([&] {
+                  converse(binary({{1.0 * free[0], 1e7, 0.0, 0.0}}));
+              }).find("they find no equilibrium"),
+              std::string::npos);
+    EXPECT_EQ(fault_of([&] {
+                  converse({false, "elements=cubic"});
+              }),
+              "elements are 'cubic'; send linear or hyperelastic");
+    EXPECT_EQ(converse({false, "elements=linear"}).bytes, "chosen=fem_p2");
+    EXPECT_EQ(displacement(converse(binary(rows))), displacement(linear));
+}
+
 TEST_F(LiveFemTest, SharesTheElementsOfABodyThatIsHeldAsAnother) {
     const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}};
     // Another load case with other loads, which holds the same.

@@ -5,7 +5,7 @@ import { tell } from './readings.ts';
 import type { Scene } from './scene.ts';
 import { femEngine } from './engines/socket_engines.ts';
 import { inWords, isLoaded, startAsking, stiffnessRatio, type Asking, type Truth } from './truth.ts';
-import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
+import type { Elements, LiveBody, LiveFrame, LiveSettings } from './types.ts';
 
 export interface Following {
   /** What FEM has said to the forces of now, if it has. */
@@ -17,11 +17,16 @@ export interface Following {
   /** Switches it on, if there is a server that solves. */
   switchOn(): void;
   follow(frame: LiveFrame): void;
+  /** Whether the body rests where the last frame has it. */
+  rest(isAtRest: boolean): void;
 }
 
 const readings = ['live-fem-force', 'live-fem-springs', 'live-fem-indentation', 'live-fem-elements', 'live-fem-off', 'live-fem-error'];
 const tellProgress = (sentence: string) => (byId('live-fem-progress').textContent = sentence);
 const box = () => byId<HTMLInputElement>('live-fem');
+
+const captions: Record<Elements, string> = { linear: 'FEM, linear', hyperelastic: 'FEM, hyperelastic' };
+const stillMoving = 'still moving: springs have inertia and damping, FEM has not';
 
 function tellTruth(truth: Truth): void {
   const { force, springs, elements, error, isAtRest } = truth;
@@ -29,17 +34,20 @@ function tellTruth(truth: Truth): void {
   byId('live-fem-springs-name').textContent = isNeedle ? 'Springs move the target by' : 'Springs give way by';
   byId('live-fem-elements-name').textContent = isNeedle ? 'FEM moves the target by' : 'FEM gives way by';
   byId('live-fem-off-row').hidden = isNeedle;
-  byId('live-fem-caption').textContent = isNeedle ? 'FEM: motion of the target by the same needle' : 'FEM: indentation by the same round load';
-  const off = stiffnessRatio(truth) - 1;
+  byId('live-fem-caption').textContent = `${captions[truth.judge]}: ${isNeedle ? 'motion of the target by the same needle' : 'indentation by the same round load'}`;
+  // A moment of the springs beside elements at rest says nothing of either.
+  const off = isAtRest ? stiffnessRatio(truth) - 1 : Number.NaN;
   const mm = (metres: number) => `${(1000 * metres).toFixed(2).replace('-', '−')} mm`;
   tell('live-fem-force', force, `${force.toFixed(2)} N`);
-  tell('live-fem-springs', springs, mm(springs));
+  tell('live-fem-springs', springs, `${mm(springs)}${isAtRest ? '' : ', still moving'}`);
   tell('live-fem-indentation', elements, mm(elements));
   tell('live-fem-elements', elements, mm(elements));
-  tell('live-fem-off', off, `${off > 0 ? '+' : ''}${off < 0 ? '−' : ''}${percent(Math.abs(off))} %`);
+  tell('live-fem-off', off, isAtRest ? `${off > 0 ? '+' : ''}${off < 0 ? '−' : ''}${percent(Math.abs(off))} %` : '–');
   byId('live-fem-words').textContent = inWords(truth);
-  tell('live-fem-error', error, `${percent(error)} %`);
-  tell('live-fem-state', Number(isAtRest), isAtRest ? 'at rest' : 'in motion: springs have inertia and damping, FEM has not');
+  tell('live-fem-error', isAtRest ? error : Number.NaN, isAtRest ? `${percent(error)} %` : '–');
+  tell('live-fem-state', Number(isAtRest), isAtRest ? `at rest, beside ${truth.judge} elements` : stillMoving);
+  // Nothing more is going to be said.
+  byId('live-fem-readings').dataset['judged'] = String(isAtRest && !truth.isJudging);
 }
 
 /** @param answered  is called when there is another answer, or none any more */
@@ -48,7 +56,8 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
   let settings: LiveSettings | null = null;
   let asking: Asking | null = null;
   let truth: Truth | null = null;
-  let before: LiveFrame | null = null;
+  let latest: LiveFrame | null = null; // of the body that is open
+  let isAtRest = false; // there
 
   /** Nothing is touched: finite elements are at rest. */
   function forget(): void {
@@ -56,6 +65,7 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
     for (const id of readings) tell(id, Number.NaN, '–');
     byId('live-fem-words').textContent = '';
     tell('live-fem-state', Number.NaN, 'when the body is touched and FEM has answered');
+    byId('live-fem-readings').dataset['judged'] = 'false';
     scene.showElements('at rest');
     answered();
   }
@@ -87,6 +97,9 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
       complain(error);
     };
     asking = startAsking(femEngine(tellProgress), body, settings, show, fail);
+    // A body that rests, or pauses, sends no more frames.
+    if (latest) asking.ask(latest);
+    asking.rest(isAtRest);
   }
 
   box().addEventListener('change', () => (box().checked ? start() : stop()));
@@ -98,7 +111,7 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
       stop();
       body = next;
       settings = chosen;
-      before = null;
+      latest = null;
       box().disabled = next.file === '';
       byId('live-fem-hint').hidden = next.file !== '';
       if (goesOn) {
@@ -118,8 +131,12 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
     },
     follow(frame) {
       if (asking && truth && !isLoaded(frame)) forget();
-      if (before) asking?.ask(frame, before);
-      before = frame;
+      latest = frame;
+      asking?.ask(frame);
+    },
+    rest(rests) {
+      isAtRest = rests;
+      asking?.rest(rests);
     },
   };
 }

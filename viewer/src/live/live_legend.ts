@@ -18,6 +18,8 @@ export interface LiveLegend {
   fixedEnd(): number | null;
   /** @param fixedEnd  as above */
   set(shown: Shown, fixedEnd: number | null): void;
+  /** Whether the springs move on from where FEM was asked: the difference is that of a moment. */
+  setMoving(isMoving: boolean): void;
   /** Whether FEM is there to be compared with. */
   allowDifference(isThere: boolean): void;
 }
@@ -41,11 +43,18 @@ export function createLiveLegend(changed: () => void): LiveLegend {
   let shown: Shown = 'displacement';
   let isExceeded = false;
   let added = '';
+  let isMoving = false;
 
   const endInUnit = () => Number((ranges[shown].end() / shownFields[shown].inUnit).toPrecision(6));
 
+  /** The field and its unit. */
+  function heading(): string {
+    const { name, unit } = shownFields[shown];
+    return `${name}${isMoving && shown === 'difference' ? ', still moving' : ''} [${unit}]`;
+  }
+
   function draw(): void {
-    const { name, quantity, unit } = shownFields[shown];
+    const { quantity, unit } = shownFields[shown];
     const range = ranges[shown];
     const end = endInUnit();
     const numbers = ticks(end).map((value) => {
@@ -53,7 +62,7 @@ export function createLiveLegend(changed: () => void): LiveLegend {
       return element('span', { style: `left: ${(100 * value) / end}%` }, `${isLast && isExceeded ? '≥ ' : ''}${value}`);
     });
     byId('live-legend').replaceChildren(
-      element('div', { class: 'what' }, `${name} [${unit}]`),
+      element('div', { class: 'what' }, heading()),
       element('div', { class: 'strip', style: `background: ${gradient(quantity)}` }),
       element('div', { class: 'numbers', 'data-end': end }, ...numbers),
       ...(added ? [element('p', { class: 'note' }, added)] : []));
@@ -92,7 +101,7 @@ export function createLiveLegend(changed: () => void): LiveLegend {
       added = sentence;
       draw();
     },
-    now: () => ({ name: `${shownFields[shown].name} [${shownFields[shown].unit}]`, end: endInUnit(), quantity: shownFields[shown].quantity }),
+    now: () => ({ name: heading(), end: endInUnit(), quantity: shownFields[shown].quantity }),
     fixedEnd: () => (ranges[shown].follows() ? null : endInUnit()),
     set(next, fixedEnd) {
       if (radio(next).disabled) return;
@@ -102,6 +111,11 @@ export function createLiveLegend(changed: () => void): LiveLegend {
       else ranges[shown].fix(fixedEnd * shownFields[shown].inUnit);
       draw();
       changed();
+    },
+    setMoving(moves) {
+      if (moves === isMoving) return;
+      isMoving = moves;
+      draw();
     },
     allowDifference(isThere) {
       radio('difference').disabled = !isThere;

@@ -18,11 +18,13 @@ function arrowKey(): string {
 export function liveFrame(result: Result, settings: LiveSettings, legend: PictureFrame['legend']): PictureFrame {
   const text = (id: string) => byId(`live-${id}`).textContent;
   const springs = `${settings.springLaw}${settings.keepsVolume ? ' with nodal volume term' : ''}`;
+  // Beside elements at rest.
+  const isMoving = !byId('live-names').hidden && byId('live').dataset['atRest'] !== 'true';
   const material = `E ${short(settings.youngModulus / 1000)} kPa, ν ${short(settings.poissonRatio)}`;
   return {
     file: `${result.body}_live`,
     title: `${result.body}: ${springs}, ${material}`,
-    sides: [`Springs: ${text('force')}, ${text('indentation')}`, ...(byId('live-names').hidden ? [] : [`FEM: ${text('fem-indentation')}`])],
+    sides: [`Springs: ${text('force')}, ${text('indentation')}${isMoving ? ', still moving' : ''}`, ...(byId('live-names').hidden ? [] : [`FEM: ${text('fem-indentation')}`])],
     legend,
     more: arrowKey(),
   };

@@ -41,12 +41,12 @@ export function createNodeReading(): NodeReading {
     },
     show(displacement, truth) {
       if (node === null) return;
-      const mm = (id: string, metres: number) => tell(id, metres, Number.isNaN(metres) ? '–' : `${millimetres(metres)} mm`);
+      const mm = (id: string, metres: number, more = '') => tell(id, metres, Number.isNaN(metres) ? '–' : `${millimetres(metres)} mm${more}`);
       const elements = truth?.displacement;
       mm('live-at-springs', lengthAt(displacement, node));
       mm('live-at-elements', elements ? lengthAt(elements, node) : Number.NaN);
-      const off = truth && [0, 1, 2].map((i) => truth.asked[3 * node! + i]! - truth.displacement[3 * node! + i]!);
-      mm('live-at-off', off ? Math.hypot(...off) : Number.NaN);
+      const off = truth && [0, 1, 2].map((i) => truth.frame.displacement[3 * node! + i]! - truth.displacement[3 * node! + i]!);
+      mm('live-at-off', off ? Math.hypot(...off) : Number.NaN, truth?.isAtRest ? '' : ', still moving');
       const now = strain(displacement);
       tell('live-at-strain', now, `${percent(now)} %`);
     },

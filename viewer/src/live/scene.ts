@@ -171,7 +171,8 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
       const had = shown[1] !== null;
       const answer = truth === null || truth === 'at rest' ? null : truth;
       shown[1] = truth === null ? null : (answer?.displacement ?? new Float32Array(shown[0]!.length));
-      difference = answer && differences(answer.asked, answer.displacement);
+      difference = answer && differences(answer.frame.displacement, answer.displacement);
+      legend.setMoving(answer !== null && !answer.isAtRest);
       if (had !== (truth !== null)) {
         setViews(truth === null ? 1 : 2);
         legend.allowDifference(truth !== null);

@@ -1,5 +1,5 @@
 // Moves the body in real time: one request under way, and what a frame of the screen leaves over is done in the next.
-// At rest, or while it pauses, it does nothing until it is woken.
+// At rest, or while it pauses, it sleeps: it does nothing until it is woken.
 import { createPacing } from './pacing.ts';
 import { createRest } from './rest.ts';
 import type { CutAnswer, CutRequest } from './tool/blade/types.ts';
@@ -29,8 +29,8 @@ export interface Listener {
   /** The settings that stay, if the fault is about others. */
   failed(error: unknown, settings: LiveSettings | null): void;
   paused(isPaused: boolean): void;
-  /** Whether it sleeps because nothing moves. */
-  rested(isAtRest: boolean): void;
+  /** @param isAsleep  nothing is asked of the engine, and nothing is under way @param isAtRest  and nothing moves */
+  slept(isAsleep: boolean, isAtRest: boolean): void;
 }
 
 export interface Session {
@@ -81,7 +81,7 @@ export function startSession(engine: Engine, size: number, settings: LiveSetting
     isPaused = pauses;
     debt = 0;
     listener.paused(pauses);
-    wake();
+    wakeUp?.(); // a body at rest stays there
   }
 
   async function choose(): Promise<void> {
@@ -146,12 +146,11 @@ export function startSession(engine: Engine, size: number, settings: LiveSetting
 
   /** Until it is woken. @return when that was [ms] */
   async function sleep(): Promise<number> {
-    const isAtRest = !isPaused && rest.isReached();
-    if (isAtRest) listener.rested(true);
+    listener.slept(true, rest.isReached());
     await new Promise<void>((resolve) => (wakeUp = resolve));
     wakeUp = null;
     debt = 0;
-    if (isAtRest && !isClosed) listener.rested(false);
+    if (!isClosed) listener.slept(false, false);
     return performance.now();
   }
 

@@ -58,12 +58,27 @@ export function showLaws(laws: string[], settings: LiveSettings): LiveSettings {
   return known;
 }
 
-export function showChosen({ timeStep, longestTimeStep, criticalTimeStep, numSprings }: Chosen): void {
+const longestOfHand = 0.004; // as live/parameters.cpp has it [s]
+
+/** What decides how long steps may be, in words. */
+export function limitOfSteps({ longestTimeStep, criticalTimeStep, pressedTimeStep }: Omit<Chosen, 'numSprings' | 'timeStep'>): string {
+  const isNear = (a: number, b: number) => Math.abs(a / b - 1) < 1e-6;
+  const part = `The longest is ${short(longestTimeStep / criticalTimeStep)} of the critical one at rest`;
+  const parts = Math.round(longestTimeStep / pressedTimeStep);
+  if (isNear(longestTimeStep, longestOfHand)) return `${part}: the mass between the body and the hand bears no more.`;
+  if (parts >= 1 && isNear(longestTimeStep, parts * pressedTimeStep))
+    return `${part}: while something is pressed a step goes in ${parts} parts of at most ${short(1000 * pressedTimeStep)} ms, which the pressed body bears.`;
+  return `${part}: the body at rest decides.`;
+}
+
+export function showChosen(chosen: Chosen): void {
+  const { timeStep, longestTimeStep, criticalTimeStep, numSprings } = chosen;
   const milliseconds = (seconds: number) => `${short(1000 * seconds)} ms`;
   tell('live-step', timeStep, milliseconds(timeStep));
   tell('live-longest', longestTimeStep, milliseconds(longestTimeStep));
   tell('live-critical', criticalTimeStep, milliseconds(criticalTimeStep));
   tell('live-springs', numSprings, String(numSprings));
+  byId('live-limit').textContent = limitOfSteps(chosen);
   field('step-length').max = String(1000 * longestTimeStep);
 }
 

@@ -1,18 +1,24 @@
 // What finite elements say to the round load or the needle that the springs are under: one question under way, always about the latest frame.
+// Linear elements follow the tool. Where they are off themselves, hyperelastic ones judge the springs once these are at rest.
 import { nodalVolumes } from '../data/nodal_volumes.ts';
+import { Fault } from '../data/types.ts';
+import { millimetres } from '../picture/scale.ts';
 import type { NeedleFrame } from './tool/needle/types.ts';
-import type { LiveBody, LiveFrame, LiveSettings, TruthEngine } from './types.ts';
+import type { Elements, LiveBody, LiveFrame, LiveSettings, TruthEngine } from './types.ts';
 import { length, plus } from './vector.ts';
 
 export interface Truth {
   displacement: Float32Array; // of finite elements, (N,3) [m]
-  asked: Float32Array; // of the springs under these forces, (N,3) [m]
+  frame: LiveFrame; // of the springs under these forces
+  judge: Elements; // that have answered
   force: number; // of the hand [N]
   springs: number; // indentation, or how far the target of a needle has moved [m]
   elements: number; // the same of finite elements; an indentation in the mean over the disc weighted with the same round load [m]
   apart: number | null; // of a needle: between the two targets [m]
   error: number; // of the displacement, weighted by volume as in the comparison of result files
-  isAtRest: boolean; // the springs were
+  isAtRest: boolean; // whether the springs rest there
+  isJudging: boolean; // whether hyperelastic elements are being asked about the same forces
+  fault: string; // why hyperelastic elements do not judge where they should; empty otherwise
 }
 
 /** @return |u - r| / |r| in the norm that the weights give; NaN where nothing moves */
@@ -33,55 +39,78 @@ export const stiffnessRatio = ({ springs, elements }: Pick<Truth, 'springs' | 'e
 /** By how much a force has to change for a hand to notice, as a part of it (Pang, Tan, Durlach 1991, Perception & Psychophysics 49). */
 const noticeable = 0.07;
 
-/** What a hand would say of the springs, or where they have the target, in a sentence. */
-export function inWords(truth: Pick<Truth, 'springs' | 'elements' | 'apart'>): string {
-  if (truth.apart !== null) return `The springs have the target ${(1000 * truth.apart).toFixed(2)} mm from where FEM has it.`;
+/** Indentation over the radius of the disc at which linear elements are off by 2 to 3 % themselves, and by more below (docs/studies/live.md). */
+const deep = 0.1;
+
+/** Whether linear elements are too far off to judge springs under this load. A needle spreads what it does over its way, and they judge it. */
+export const isDeep = ({ needle, indentation, disc }: Pick<LiveFrame, 'needle' | 'indentation' | 'disc'>): boolean => !needle && Math.abs(indentation) > deep * disc.radius;
+
+/** What a hand would say of the springs at rest, or where they have the target, and what they are compared with, in one sentence or two. */
+export function inWords(truth: Pick<Truth, 'springs' | 'elements' | 'apart' | 'isAtRest' | 'isJudging' | 'judge' | 'fault'> & { frame: Parameters<typeof isDeep>[0] }): string {
+  if (!truth.isAtRest) return 'Still moving: the springs are compared with FEM when they are at rest.';
+  if (truth.apart !== null) return `The springs have the target ${(1000 * truth.apart).toFixed(2)} mm from where linear FEM has it.`;
   const off = stiffnessRatio(truth) - 1;
   if (!Number.isFinite(off)) return '';
+  const isOff = truth.judge === 'linear' && isDeep(truth.frame);
+  const depth = `Deeper than ${millimetres(deep * truth.frame.disc.radius)} mm linear elements are themselves off by more than 3 %`;
+  if (isOff && truth.isJudging) return `${depth}: hyperelastic ones are being asked.`;
   const amount = Math.round(100 * Math.abs(off));
-  const how = amount === 0 ? 'as stiff as FEM here' : `${amount} % too ${off < 0 ? 'soft' : 'stiff'} here`;
-  return `The springs are ${how}; a hand feels ${Math.round(100 * noticeable)} %.`;
+  const how = amount === 0 ? `as stiff as ${truth.judge} FEM here` : `${amount} % too ${off < 0 ? 'soft' : 'stiff'} here beside ${truth.judge} FEM`;
+  return `The springs are ${how}; a hand feels ${Math.round(100 * noticeable)} %.${isOff ? ` ${depth}${truth.fault ? `, and hyperelastic ones do not judge: ${truth.fault}.` : '.'}` : ''}`;
 }
 
 /** Whether the tool does anything to the body. */
 export const isLoaded = ({ loadedFacets, needle }: LiveFrame): boolean => loadedFacets.length > 0 || !!needle?.forces.some((force) => force !== 0);
 
-/** Whether a body goes less than a fiftieth of its displacement in a second. */
-export function isSlow(frame: LiveFrame, before: LiveFrame): boolean {
-  const passed = frame.time - before.time;
-  if (!(passed > 0)) return false;
-  let [way, size] = [0, 0];
-  frame.displacement.forEach((u, i) => {
-    way = Math.max(way, Math.abs(u - before.displacement[i]!));
-    size = Math.max(size, Math.abs(u));
-  });
-  return way < 0.02 * size * passed;
-}
-
 export interface Asking {
   choose(settings: LiveSettings): void;
-  /** @param before  the frame before it, from which its speed is known */
-  ask(frame: LiveFrame, before: LiveFrame): void;
+  ask(frame: LiveFrame): void;
+  /** Whether the springs rest where the frame has them that was asked about last. */
+  rest(isAtRest: boolean): void;
   close(): void;
 }
 
-/** @param engine  new; it is closed with the asking */
+/** @param engine  new; it is closed with the asking @param onTruth  told an answer, and again when more is known of it */
 export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveSettings, onTruth: (truth: Truth) => void, onFault: (error: unknown) => void): Asking {
   const volumes = nodalVolumes(body.points, body.tetrahedra);
   let wanted = settings;
   let chosen: LiveSettings | null = null;
-  let isBusy = true;
-  let latest: [LiveFrame, LiveFrame] | null = null; // that came while it was busy
+  let isBusy = false;
+  let latest: LiveFrame | null = null;
+  let isWaiting = false; // for an answer about it
+  let isAtRest = false; // there
+  let truth: Truth | null = null;
   let isClosed = false;
 
-  async function answer(frame: LiveFrame, isAtRest: boolean): Promise<void> {
-    if (chosen !== wanted) await engine.choose((chosen = wanted));
-    const found = frame.needle ? await pierced(frame.needle) : await pressed(frame);
-    if (isClosed) return;
-    onTruth({ ...found, asked: frame.displacement, error: relativeError(frame.displacement, found.displacement, volumes), isAtRest });
+  function tell(next: Truth): void {
+    truth = next;
+    if (!isClosed) onTruth(next);
   }
-  async function pressed(frame: LiveFrame) {
-    const { displacement, work } = await engine.solve(frame);
+  async function answer(frame: LiveFrame): Promise<void> {
+    if (chosen !== wanted) await engine.choose((chosen = wanted));
+    const found = frame.needle ? await pierced(frame.needle) : await pressed(frame, 'linear');
+    if (latest && !isLoaded(latest)) return; // it has been let go meanwhile
+    const rests = isAtRest && frame === latest;
+    tell({ ...found, ...judged(frame, found.displacement, 'linear'), isAtRest: rests, isJudging: rests && isDeep(frame), fault: '' });
+  }
+  /** Takes hyperelastic elements in place of the linear ones. */
+  async function judge(linear: Truth): Promise<void> {
+    const { frame } = linear;
+    let next: Truth;
+    try {
+      const found = await pressed(frame, 'hyperelastic');
+      next = { ...linear, ...found, ...judged(frame, found.displacement, 'hyperelastic'), isJudging: false };
+    } catch (error) {
+      if (!(error instanceof Fault)) throw error;
+      next = { ...linear, isJudging: false, fault: error.message };
+    }
+    // The springs may have moved on meanwhile.
+    if (truth?.frame === frame) tell({ ...next, isAtRest: truth.isAtRest });
+  }
+  const judged = (frame: LiveFrame, displacement: Float32Array, by: Elements) =>
+    ({ frame, judge: by, error: relativeError(frame.displacement, displacement, volumes) });
+  async function pressed(frame: LiveFrame, elements: Elements) {
+    const { displacement, work } = await engine.solve(frame, elements);
     const force = length(frame.force);
     return { displacement, force, springs: frame.indentation, elements: work / force, apart: null };
   }
@@ -90,28 +119,46 @@ export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveS
     const apart = length(plus(needle.targetMoved, targetMoved, -1));
     return { displacement, force: needle.force, springs: length(needle.targetMoved), elements: length(targetMoved), apart };
   }
-  const fail = (error: unknown) => void (isClosed || onFault(error));
-  const whenDone = (work: Promise<void>) => {
-    isBusy = true;
-    // After a fault nothing more is asked.
-    work.then(goOn, fail);
-  };
-  // A body that has come to rest sends no more frames: the last one has to be asked about.
+  /** Asks what there is to be asked, one after the other. After a fault nothing more is. */
   function goOn(): void {
+    if (isBusy || isClosed) return;
+    const work = next();
+    if (!work) return;
+    isBusy = true;
+    const done = () => {
+      isBusy = false;
+      goOn();
+    };
+    work.then(done, (error) => void (isClosed || onFault(error)));
+  }
+  function next(): Promise<void> | null {
+    if (isWaiting && latest) {
+      isWaiting = false;
+      return answer(latest);
+    }
+    return truth?.isJudging && truth.isAtRest ? judge(truth) : null;
+  }
+  isBusy = true;
+  engine.open(body).then(() => {
     isBusy = false;
-    const next = latest;
-    latest = null;
-    if (next && !isClosed) ask(...next);
-  }
-  function ask(frame: LiveFrame, before: LiveFrame): void {
-    if (isBusy) latest = [frame, before];
-    else if (isLoaded(frame)) whenDone(answer(frame, isSlow(frame, before)));
-  }
-  whenDone(engine.open(body));
+    goOn();
+  }, (error) => void (isClosed || onFault(error)));
 
   return {
     choose: (next) => (wanted = next),
-    ask,
+    ask(frame) {
+      latest = frame;
+      isWaiting = isLoaded(frame);
+      if (!isWaiting) truth = null;
+      goOn();
+    },
+    rest(rests) {
+      if (rests === isAtRest) return;
+      isAtRest = rests;
+      if (truth && truth.frame === latest && !isWaiting) tell({ ...truth, isAtRest, isJudging: isAtRest && truth.judge === 'linear' && truth.fault === '' && isDeep(truth.frame) });
+      else if (truth?.isAtRest) tell({ ...truth, isAtRest: false, isJudging: false });
+      goOn();
+    },
     close() {
       isClosed = true;
       engine.close();

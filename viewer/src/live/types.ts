@@ -26,7 +26,8 @@ export interface LiveSettings {
 export interface Chosen {
   timeStep: number; // that steps have [s]
   longestTimeStep: number; // that the page may offer [s]
-  criticalTimeStep: number; // predicted [s]
+  criticalTimeStep: number; // predicted, at rest [s]
+  pressedTimeStep: number; // the longest while something is pressed: steps are divided then [s]
   numSprings: number;
 }
 
@@ -79,14 +80,17 @@ export interface Engine {
   close(): void;
 }
 
-/** The linear finite element answer to the same round load, or to a needle. */
+/** Elements that are linear at any depth, or hyperelastic ones, which take a hundred times as long. */
+export type Elements = 'linear' | 'hyperelastic';
+
+/** The finite element answer to the same round load, or to a needle. */
 export interface TruthEngine {
   /** @param body  of a file in the server's list; it may have been cut */
   open(body: LiveBody): Promise<void>;
   choose(settings: Pick<LiveSettings, 'youngModulus' | 'poissonRatio'>): Promise<void>;
   /** @return (N,3) displacement [m], and the work of the tractions in it, sum of f_i . u_i over all nodes of the elements [J] */
-  solve(load: Pick<LiveFrame, 'disc' | 'loadedFacets' | 'tractions'>): Promise<{ displacement: Float32Array; work: number }>;
-  /** @return (N,3) displacement [m], and that of the target [m] */
+  solve(load: Pick<LiveFrame, 'disc' | 'loadedFacets' | 'tractions'>, elements: Elements): Promise<{ displacement: Float32Array; work: number }>;
+  /** By linear elements. @return (N,3) displacement [m], and that of the target [m] */
   pierce(needle: Pick<NeedleFrame, 'line' | 'forces'>): Promise<{ displacement: Float32Array; targetMoved: Vector }>;
   close(): void;
 }

@@ -219,9 +219,11 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       note('');
       complain(error);
     },
-    rested(isAtRest) {
+    slept(isAsleep, isAtRest) {
+      byId('live').dataset['asleep'] = String(isAsleep);
       byId('live').dataset['atRest'] = String(isAtRest);
       byId('live-rest').hidden = !isAtRest;
+      following.rest(isAtRest);
       if (isAtRest) budget.rest();
     },
     failed(error, kept) {
@@ -255,6 +257,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     say('');
     note(fitting);
     byId('live').dataset['state'] = 'starting';
+    listener.slept(false, false); // another engine may have been asleep
     const engine = engineKind() === 'native' ? nativeEngine() : wasmEngine();
     try {
       const { springLaws } = await engine.open(of);

@@ -3,7 +3,7 @@ import { execFileSync } from 'node:child_process';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { frames, livermark, startBrowser, startServer } from '../browser.mjs';
+import { frames, livermark, newPage, startBrowser, startServer } from '../browser.mjs';
 
 const python = process.env.PYTHON ?? '/usr/bin/python3';
 const script = (name) => join(import.meta.dirname, '..', name);
@@ -63,8 +63,7 @@ export async function startBlock(prepare = () => {}) {
     folder,
     async open(options = {}, fragment = '#jelly.h5') {
       await all.page?.context().close();
-      all.page = await (await browser.newContext({ viewport: { width: 1200, height: 800 }, ...options })).newPage();
-      all.page.setDefaultTimeout(180000);
+      all.page = await newPage(browser, options);
       await all.page.goto(server.address + fragment);
       await all.settled();
     },

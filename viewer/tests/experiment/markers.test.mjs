@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { after, before, beforeEach, test } from 'node:test';
-import { builtTests, frames, shown } from '../browser.mjs';
+import { builtTests, fragment, frames, shown } from '../browser.mjs';
 import { names, startBlock } from './invented_block.mjs';
 
 let all, page;
@@ -168,15 +168,13 @@ test('a link opens the same view again', async () => {
   await page.selectOption('#experiment-marker', 'middle');
   await canvas().focus();
   for (const key of ['ArrowLeft', 'ArrowUp', '+']) await page.keyboard.press(key);
-  await page.waitForTimeout(600);
-  const link = await page.evaluate(() => location.hash);
+  const link = await fragment(page);
   const said = async () => [await all.page.locator('#experiment-states :checked').inputValue(), await all.page.locator('#experiment-model').inputValue(),
     await all.page.locator('#experiment-factor').textContent(), await all.page.locator('#experiment-slice').inputValue(), await all.page.locator('#experiment-marker').inputValue()];
   const before = await said();
   await all.open({}, link);
   assert.deepEqual(await said(), before);
-  await all.page.waitForTimeout(600);
-  assert.equal(await all.page.evaluate(() => location.hash), link);
+  assert.equal(await fragment(all.page), link);
 });
 
 test('the table as CSV has the numbers of the file, with all digits', async () => {

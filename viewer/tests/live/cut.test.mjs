@@ -21,23 +21,10 @@ const numRed = async () => {
   await frames(live.page);
   return (await pixels(live.page, await live.page.locator('#live-stage canvas').boundingBox())).filter(red).length;
 };
-/** Machines that run tests draw late: waits until as many are red as they should be. */
-const redsCome = async (is) => {
-  for (let tries = 0; tries < 60; ++tries) {
-    if (is(await numRed())) return true;
-    await live.page.waitForTimeout(250);
-  }
-  return false;
-};
-/** How many are red once the picture stays. */
+/** How many are red in the picture of a body at rest, which stays. */
 const redsAtRest = async () => {
-  let last = await numRed();
-  assert.ok(await redsCome((now) => {
-    const stays = now === last;
-    last = now;
-    return stays;
-  }));
-  return last;
+  await live.rests();
+  return numRed();
 };
 const cutsSeen = () => live.page.waitForSelector('#live-blade-readings:not([hidden])');
 const wholeSeen = () => live.page.waitForSelector('#live-blade-readings', { state: 'hidden' });
@@ -60,8 +47,7 @@ for (const engine of ['wasm', 'native'])
   test(`a tumour is cut out with a margin, and the cut is undone (${engine})`, async () => {
     await live.goLive({});
     if (engine === 'native') {
-      await live.page.selectOption('#live-engine', 'native');
-      await live.moving();
+      await live.take('native');
     }
     await live.page.check('#live-translucent');
     const before = await redsAtRest();
@@ -70,7 +56,7 @@ for (const engine of ['wasm', 'native'])
     assert.ok((await live.value('blade-volume')) > 75e-6 && (await live.value('blade-volume')) < 120e-6);
     assert.ok((await live.value('blade-left')) >= 0.005 && (await live.value('blade-left')) < 0.009);
     assert.equal(await live.value('blade-pieces'), 1);
-    assert.ok(await redsCome((now) => now > before + 200), 'the wound is seen through the glass');
+    assert.ok((await redsAtRest()) > before + 200, 'the wound is seen through the glass');
     // What is left is touched as before.
     await live.page.check('[name=tool][value=probe]');
     await live.poke();
@@ -78,7 +64,7 @@ for (const engine of ['wasm', 'native'])
     await live.page.click('#live-let-go');
     await live.page.click('#live-reset');
     await wholeSeen();
-    assert.ok(await redsCome((now) => now < before + 50), 'the wound is gone');
+    assert.ok((await redsAtRest()) < before + 50, 'the wound is gone');
     await cutOut('tumour 6', 0);
     await cutsSeen();
     await live.page.click('#live-undo');
@@ -93,7 +79,7 @@ test('a blade is led across the body, and the wound has its own colour', async (
   await lead([-60, 20], [60, 20]);
   await cutsSeen();
   assert.ok((await live.value('blade-volume')) > 1e-6);
-  assert.ok(await redsCome((now) => now > 50), 'it is seen from outside');
+  assert.ok((await redsAtRest()) > 50, 'it is seen from outside');
   const first = await live.value('blade-area');
   await lead([0, -60], [0, 70]);
   await live.page.waitForFunction((area) => Number(document.querySelector('#live-blade-area').dataset.value) > area, first);
@@ -124,7 +110,7 @@ test('FEM answers about what a cut has left', async () => {
   await live.page.check('[name=tool][value=probe]');
   await live.page.check('#live-fem');
   await live.poke();
-  await live.above('fem-elements', 1e-4);
+  await live.isJudged();
   const [springs, elements] = [await live.value('fem-springs'), await live.value('fem-elements')];
   assert.ok(elements > 0.3 * springs && elements < 3 * springs, `${elements} m beside ${springs} m`);
   await live.page.click('#live-undo');

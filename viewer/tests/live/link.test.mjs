@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
-import { frames, shippedFolder, startBrowser, startServer } from '../browser.mjs';
+import { fragment, frames, shippedFolder, startBrowser, startServer } from '../browser.mjs';
 import { createLivePage } from './live_page.mjs';
 
 let shipped, server, browser, live;
@@ -20,10 +20,6 @@ after(async () => {
   shipped?.remove();
 });
 
-const fragment = async () => {
-  await live.page.waitForTimeout(600); // the address follows a moment later
-  return live.page.evaluate(() => location.hash);
-};
 const fieldOf = (name) => live.page.locator(`#live-${name}`).inputValue();
 const said = async () => ({
   numbers: await Promise.all(['law', 'young', 'nu', 'alpha', 'beta', 'legend-end', 'cut', 'cut-place'].map(fieldOf)),
@@ -35,7 +31,7 @@ const said = async () => ({
 test('a link made in Live opens the same springs, colours, cut, camera and FEM in Live', async () => {
   await live.goLive({});
   const { page } = live;
-  assert.match(await fragment(), /&mode=live&law=van_gelder&/);
+  assert.match(await fragment(live.page), /&mode=live&law=van_gelder&/);
   await live.set('nu', '0.3');
   await live.set('young', '7.5');
   await page.uncheck('#live-keeps-volume');
@@ -48,12 +44,12 @@ test('a link made in Live opens the same springs, colours, cut, camera and FEM i
   await page.locator('#live-legend-end').press('Tab');
   await page.locator('#live-stage canvas').focus();
   for (const key of ['ArrowLeft', 'ArrowUp', '+']) await page.keyboard.press(key);
-  const [link, before] = [await fragment(), await said()];
+  const [link, before] = [await fragment(live.page), await said()];
   assert.deepEqual(before.boxes, [false, true, false]);
   await live.open({}, server.address + link);
   await live.moving();
   assert.deepEqual(await said(), before);
-  assert.equal(await fragment(), link);
+  assert.equal(await fragment(live.page), link);
   // And one made in Compare leads there, from Live as well.
   await live.page.evaluate((hash) => (location.hash = hash), link.replace(/&mode=live.*/, ''));
   await live.page.waitForSelector('#compare', { state: 'visible' });

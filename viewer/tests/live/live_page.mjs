@@ -1,7 +1,7 @@
 // The live page in a browser, as tests handle it. Machines that run tests are slow and draw in software, so nothing here asks how
 // fast it goes.
 import { readFileSync } from 'node:fs';
-import { shippedFolder, startBrowser, startServer } from '../browser.mjs';
+import { newPage, shippedFolder, startBrowser, startServer } from '../browser.mjs';
 
 /** A server with a result of the liver with tumours, a browser, and the live page of that file; stop() ends all. */
 export async function startLivePage() {
@@ -30,11 +30,14 @@ export function createLivePage(browser, address) {
     get page() {
       return page;
     },
-    async open(options = {}, other = address) {
+    /** A new page of any address. */
+    async visit(other, options = {}) {
       await page?.context().close();
-      page = await (await browser.newContext({ viewport: { width: 1200, height: 850 }, ...options })).newPage();
-      page.setDefaultTimeout(240000);
+      page = await newPage(browser, { viewport: { width: 1200, height: 850 }, ...options });
       await page.goto(other);
+    },
+    async open(options = {}, other = address) {
+      await at.visit(other, options);
       await page.waitForSelector('#stage[data-drawn]', { state: 'attached' }); // a link may lead to Live
     },
     moving: () => page.waitForSelector('#live[data-state=moving]'),
@@ -63,7 +66,7 @@ export function createLivePage(browser, address) {
         if ((await page.locator(`#live-${name}`).inputValue()) !== text) await at.set(name, text);
       await page.click('#live-reset');
       await page.click('#live-view');
-      await page.waitForFunction(() => Math.abs(Number(document.querySelector('#live-volume').dataset.value) - 1) < 1e-4);
+      await at.rests();
       return true;
     },
     value: async (name) => Number(await page.locator(`#live-${name}`).getAttribute('data-value')),
@@ -73,8 +76,18 @@ export function createLivePage(browser, address) {
       page.waitForFunction(([id, least]) => Number(document.querySelector(id).dataset.value) > least, [`#live-${name}`, least]),
     below: (name, most) =>
       page.waitForFunction(([id, most]) => Number(document.querySelector(id).dataset.value) < most, [`#live-${name}`, most]),
-    /** Nothing moves, and nothing is asked of the engine. */
-    asleep: () => page.waitForSelector('#live[data-at-rest=true]'),
+    /** Nothing moves, and nothing is asked of the engine: every number that is read from here on is that of the rest. */
+    rests: () => page.waitForSelector('#live[data-at-rest=true]'),
+    /** The same, and FEM has said all that it says to the forces of that rest. */
+    async isJudged() {
+      await at.rests();
+      await page.waitForSelector('#live-fem-readings[data-judged=true]');
+    },
+    /** Who moves the springs: wasm or native. */
+    async take(engine) {
+      await page.selectOption('#live-engine', engine);
+      await at.moving();
+    },
     /** Changes a setting, and waits until the springs have it. */
     async set(name, text) {
       const field = page.locator(`#live-${name}`);
@@ -103,15 +116,11 @@ export function createLivePage(browser, address) {
       await page.mouse.up();
       await at.above('indentation', 0.001);
     },
-    /** Waits until the last answer of a body that pauses is there. */
-    still: () =>
-      page.waitForFunction(() => new Promise((done) => {
-        const time = document.querySelector('#live-time').dataset.value;
-        setTimeout(() => done(time === document.querySelector('#live-time').dataset.value), 700);
-      })),
+    /** The last answer is there. */
+    sleeps: () => page.waitForSelector('#live[data-asleep=true]'),
     async pause() {
       await page.click('#live-pause');
-      await at.still();
+      await at.sleeps();
     },
     /** Pauses. @return what was done, as rows of the file that is saved */
     async saved() {

@@ -43,9 +43,7 @@ async function movedByServer(live) {
   const { page } = live;
   await page.check('#mode [value=live]', { force: true });
   await live.moving();
-  await page.selectOption('#live-engine', 'native');
-  await page.waitForFunction(() => document.querySelector('#live').dataset.state === 'starting');
-  await live.moving();
+  await live.take('native');
   return page;
 }
 
@@ -61,7 +59,7 @@ async function agreesWithRun(t, body) {
     await page.check('#live-stays');
     await page.click('#live-touch');
     await live.above('indentation', 0.002);
-    await live.asleep();
+    await live.rests();
     const [force, indentation, radius] = [await live.value('force'), await live.value('indentation'), await live.value('disc')];
     assert.equal(radius, 0.012);
     const middle = (await page.locator('#live-disc').getAttribute('data-middle')).split(',').map(Number);
@@ -93,12 +91,17 @@ test('a contact that is smaller than an edge is said in a sentence, and what fin
     await page.click('#live-touch');
     await live.above('indentation', 0.002);
     assert.equal(await live.isShown('coarse'), false, 'a finger is larger than an edge');
-    await live.asleep();
-    await page.waitForFunction(() => document.querySelector('#live-fem-springs').dataset.value === document.querySelector('#live-indentation').dataset.value);
+    await live.isJudged();
     const [springs, elements, off] = [await live.value('fem-springs'), await live.value('fem-elements'), await live.value('fem-off')];
     assert.ok(Math.abs(off - (elements / springs - 1)) < 1e-12);
     assert.ok(Math.abs(off) < 0.25, `stiffness off by ${off}`);
-    assert.match(await live.text('fem-words'), new RegExp(`^The springs are (as stiff as FEM|\\d+ % too ${off < 0 ? 'soft' : 'stiff'}) here; a hand feels 7 %\\.$`));
+    const verdict = async (judge, by) => assert.match(await live.text('fem-words'),
+      new RegExp(`^The springs are (as stiff as ${judge} FEM here|\\d+ % too ${by < 0 ? 'soft' : 'stiff'} here beside ${judge} FEM); a hand feels 7 %\\.$`));
+    await verdict('hyperelastic', off);
+    // So shallow that linear elements judge.
+    await page.locator('#live-depth').fill('1');
+    await live.isJudged();
+    await verdict('linear', await live.value('fem-off'));
     await page.locator('#live-radius').fill('5');
     await page.waitForSelector('#live-coarse:not([hidden])');
     assert.match(await live.text('coarse'), /^The contact is smaller than an edge: its radius is 5 mm, the edges there are [\d.]+ mm long/);

@@ -15,9 +15,11 @@ before(async () => {
 after(() => site?.stop());
 
 const needle = (name) => live.value(`needle-${name}`);
-const takeNeedle = async () => {
+/** @param depth  where its tip is led and stays, before the target [mm] */
+const takeNeedle = async (depth) => {
   await live.page.check('[name=tool][value=needle]');
   await live.page.selectOption('#live-needle-target', { label: 'tumour 1' });
+  await live.page.locator('#live-depth').fill(String(depth));
   const [x, y] = await live.place();
   await live.page.mouse.click(x, y);
 };
@@ -32,12 +34,13 @@ for (const engine of ['wasm', 'native'])
   test(`a needle goes to a tumour, and hand and target are read (${engine})`, async () => {
     await live.goLive({});
     if (engine === 'native') {
-      await live.page.selectOption('#live-engine', 'native');
-      await live.moving();
+      await live.take('native');
     }
     const before = await numBlue();
-    await takeNeedle();
+    await takeNeedle(25);
     await live.above('needle-inside', 0.015);
+    await live.rests();
+    assert.ok((await needle('inside')) > 0.015, 'it is in');
     assert.ok((await needle('force')) > 0.2, 'the tissue resists');
     assert.ok((await needle('moved')) > 2e-4 && (await needle('moved')) < 0.02, 'and goes along');
     assert.ok((await needle('left')) > 0);
@@ -50,15 +53,17 @@ for (const engine of ['wasm', 'native'])
     await live.page.check('[name=tool][value=probe]');
     assert.equal(await live.isShown('needle-felt'), false);
     assert.equal(await live.isShown('felt'), true);
-    await live.page.waitForFunction(() => Number(document.querySelector('#live-volume').dataset.value) > 0.98);
+    await live.rests();
+    assert.ok((await live.value('volume')) > 0.98);
   });
 
 test('finite elements say how far the same needle moves the target', async () => {
   await live.goLive({});
-  await takeNeedle();
+  await takeNeedle(25);
   await live.above('needle-inside', 0.015);
   await live.page.check('#live-fem');
-  await live.page.waitForFunction(() => document.querySelector('#live-fem-words').textContent.includes('from where FEM has it'));
+  await live.isJudged();
+  assert.match(await live.text('fem-words'), /^The springs have the target [\d.]+ mm from where linear FEM has it\.$/);
   const [springs, elements] = [await live.value('fem-springs'), await live.value('fem-elements')];
   assert.ok(springs > 2e-4 && elements > 0.3 * springs && elements < 3 * springs, `${springs} m, ${elements} m`);
   assert.equal(await live.text('fem-springs-name'), 'Springs move the target by');
@@ -70,8 +75,10 @@ test('a whole capsule holds for longer', async () => {
   await live.goLive({});
   await live.page.check('[name=tool][value=needle]');
   await live.page.check('#live-needle-capsule');
-  await takeNeedle();
+  await takeNeedle(6);
   await live.above('needle-force', 0.35);
+  await live.rests();
+  assert.ok((await needle('force')) > 0.35);
   assert.equal(await needle('surface'), 0);
   assert.equal(await needle('inside'), 0);
 });
@@ -111,6 +118,6 @@ test('a way that leaves the body is refused in a sentence, and another needle go
   await live.page.click('#live-touch');
   await live.page.waitForFunction(() => document.querySelector('#message').textContent.includes('leaves the body'));
   assert.equal(await live.page.locator('#live-let-go').isDisabled(), true);
-  await takeNeedle();
+  await takeNeedle(25);
   await live.above('needle-inside', 0.005);
 });

@@ -28,7 +28,7 @@ test('Live opens with light on the body and a probe beside it, and what one read
     await live.open({ viewport });
     await live.page.check('#mode [value=live]', { force: true });
     await live.moving();
-    await live.asleep();
+    await live.rests();
     assert.equal(await live.page.locator('[name=live-skin]:checked').getAttribute('value'), 'solid');
     const body = (await picture()).filter((colour) => !isNear(colour, background, 14));
     const purple = ([r, g, b]) => b > g + 12 && r > g;
@@ -46,7 +46,7 @@ test('Live opens with light on the body and a probe beside it, and what one read
 
 test('exact colours: a body at rest has the first colour of the legend and no other', async () => {
   await live.goLive({});
-  await live.asleep();
+  await live.rests();
   const body = (await picture()).filter((colour) => !isNear(colour, background, 14));
   const first = body.filter((colour) => isNear(colour, [0x44, 0x01, 0x54]));
   assert.ok(first.length > 5000);
@@ -71,7 +71,7 @@ test('the colours follow what is there now, down again too, and stay where they 
   assert.equal(await live.page.locator('#live-legend-follows').isChecked(), false);
   assert.equal(await legendEnd(), 27);
   await live.page.locator('#live-depth').fill('4');
-  await live.asleep();
+  await live.rests();
   assert.equal(await legendEnd(), 27);
   await live.page.locator('#live-legend-end').fill('0.2');
   await live.page.locator('#live-legend-end').press('Tab');
@@ -86,7 +86,7 @@ test('the arrow of the force is seen from where the camera is at first, and a sc
   await live.page.locator('#live-node').focus();
   await live.page.keyboard.press('Enter');
   await live.above('indentation', 0.002);
-  await live.asleep();
+  await live.rests();
   const { width } = await canvasBox();
   const all = await picture();
   const key = await live.page.locator('#live-arrow-key').boundingBox();
@@ -115,8 +115,7 @@ test('a click says what springs and FEM are at a node, and how far they are apar
   await live.set('alpha', '60');
   await live.page.check('#live-fem');
   await live.poke();
-  await live.asleep();
-  await live.page.waitForFunction(() => document.querySelector('#live-fem-springs').dataset.value === document.querySelector('#live-indentation').dataset.value);
+  await live.isJudged();
   const [springs, elements, off, strain] = await Promise.all(['springs', 'elements', 'off', 'strain'].map((name) => live.value(`at-${name}`)));
   assert.ok(springs > 0.001 && elements > 0.0005 && strain > 0.001);
   assert.ok(off >= Math.abs(springs - elements) && off <= springs + elements);
@@ -133,8 +132,7 @@ test('the map of the difference to FEM has its own colours, and is there only wi
   assert.equal(await live.page.locator('[name=live-shown][value=difference]').isDisabled(), true);
   await live.page.check('#live-fem');
   await live.poke();
-  await live.asleep();
-  await live.page.waitForFunction(() => document.querySelector('#live-fem-springs').dataset.value === document.querySelector('#live-indentation').dataset.value);
+  await live.isJudged();
   const displacement = await picture();
   const largest = await legendEnd();
   await live.page.check('[name=live-shown][value=difference]');
@@ -151,7 +149,7 @@ test('the strain is a field of its own, in per cent', async () => {
   await live.goLive();
   await live.set('alpha', '60');
   await live.poke();
-  await live.asleep();
+  await live.rests();
   await live.page.check('[name=live-shown][value=strain]');
   assert.match(await live.page.locator('#live-legend .what').textContent(), /strain \[%\]/);
   assert.ok((await legendEnd()) >= 100 * (await live.value('at-strain')) * 0.999);

@@ -37,7 +37,7 @@ const nothing = { messages: 0, frames: 0, drawings: 0 };
 
 test('a body at rest is neither stepped nor drawn, and every input wakes it', async () => {
   await live.goLive();
-  await live.asleep();
+  await live.rests();
   assert.equal(await live.isShown('rest'), true);
   assert.deepEqual(await workInASecond(), nothing);
   // The camera: it is drawn, and still not stepped.
@@ -51,11 +51,10 @@ test('a body at rest is neither stepped nor drawn, and every input wakes it', as
   assert.equal(await live.value('time'), time);
   // A tool.
   await live.page.keyboard.press('Enter');
-  await live.above('indentation', 0.001);
-  assert.equal(await live.isShown('rest'), false);
+  await live.page.waitForFunction(() => Number(document.querySelector('#live-indentation').dataset.value) > 0.001 && document.querySelector('#live-rest').hidden);
   await live.page.keyboard.press('Escape');
   await live.below('force', 1e-12);
-  await live.asleep();
+  await live.rests();
   assert.deepEqual(await workInASecond(), nothing);
   // A setting.
   const before = await live.value('time');
@@ -79,12 +78,9 @@ test('a tool that keeps still lets the body come to rest as well, and FEM has th
   await live.set('alpha', '60');
   await live.page.check('#live-fem');
   await live.poke();
-  await live.asleep();
+  await live.isJudged();
   assert.ok((await live.value('force')) > 0.01);
-  await live.page.waitForFunction(() => {
-    const of = (id) => document.querySelector(id).dataset.value;
-    return of('#live-fem-springs') === of('#live-indentation');
-  });
+  assert.equal(await live.value('fem-springs'), await live.value('indentation'));
   assert.deepEqual(await workInASecond(), nothing);
 });
 
@@ -129,7 +125,7 @@ test('the last tool is undone: the body and the tool before it are as they were'
   // Letting go of the poke for another tool is no tool.
   await live.below('force', 1e-12);
   await page.uncheck('#live-stays');
-  await live.asleep();
+  await live.rests();
   const [x, y] = await live.place();
   await page.mouse.move(x, y);
   await page.mouse.down();

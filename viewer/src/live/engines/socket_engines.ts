@@ -1,8 +1,8 @@
-// What `livermark view` solves for the page: the springs natively, and linear finite elements.
+// What `livermark view` solves for the page: the springs natively, and finite elements.
 import { Fault } from '../../data/types.ts';
 import { openSocket, type Socket } from './socket.ts';
 import { springsEngine } from './springs_engine.ts';
-import type { Engine, TruthEngine } from '../types.ts';
+import type { Elements, Engine, TruthEngine } from '../types.ts';
 
 function opened(socket: Socket | null): Socket {
   if (!socket) throw new Fault('No body is open.');
@@ -30,17 +30,21 @@ export function nativeEngine(): Engine {
 /** @param onProgress  told what an answer waits for, in sentences */
 export function femEngine(onProgress: (sentence: string) => void): TruthEngine {
   let socket: Socket | null = null;
+  let chosen: Elements = 'linear';
   return {
     async open({ file, cuts }) {
       socket?.close();
       socket = openSocket('/live/fem', file, onProgress);
+      chosen = 'linear';
       if (cuts) await socket.ask(new URLSearchParams({ gone: cuts.gone.join(',') }).toString());
     },
     async choose({ youngModulus, poissonRatio }) {
       await opened(socket).ask(
         new URLSearchParams({ young_modulus: String(youngModulus), poisson_ratio: String(poissonRatio) }).toString());
     },
-    async solve({ disc, loadedFacets, tractions }) {
+    async solve({ disc, loadedFacets, tractions }, elements) {
+      if (chosen !== elements) await opened(socket).ask(new URLSearchParams({ elements }).toString());
+      chosen = elements;
       const message = new Float64Array(4 * (1 + loadedFacets.length));
       message.set([...disc.middle, disc.radius]);
       loadedFacets.forEach((facet, i) => {

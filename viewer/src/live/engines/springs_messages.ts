@@ -68,6 +68,7 @@ export function readChosen(bytes: ArrayBuffer): Chosen {
     timeStep: numbers.number(),
     longestTimeStep: numbers.number(),
     criticalTimeStep: numbers.number(),
+    pressedTimeStep: numbers.number(),
     numSprings: numbers.number(),
   };
 }
