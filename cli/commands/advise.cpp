@@ -113,10 +113,11 @@ bool has_plain_loops(const studies::Advice &advice) {
 
 void print_source(const studies::Advice &advice) {
     const auto &evidence = advice.evidence;
-    fmt::print("tool: expected stiffness at the tool, force over displacement where the body is touched, over that of "
-               "the reference, minus 1: median of absolute values; worst: with its sign, positive is too stiff; !: "
-               "above {:.0f} %, which fingers tell apart. Small loads with tools of {:.1f} to {:.1f} edges in radius\n",
-               percent * core::smallest_felt_difference, evidence.least_radius, evidence.largest_radius);
+    fmt::print(
+        "tool: expected error of the stiffness at the tool, which is the force of the tool divided by its "
+        "displacement: median of absolute values; worst: with its sign, positive: stiffer than the reference; !: "
+        "above {:.0f} %, which fingers tell apart. Small loads with tools of {:.1f} to {:.1f} edges in radius\n",
+        percent * core::smallest_felt_difference, evidence.least_radius, evidence.largest_radius);
     fmt::print(
         "L2: expected relative error of the displacement over the whole body: median over small loads on {} {}\n",
         evidence.num_bodies, studies::size_in_words("bodies", evidence.tetrahedra));

@@ -128,9 +128,9 @@ int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions opti
 
 Command add_arena(CLI::App &parent, const std::string &command_line) {
     auto *command =
-        parent.add_subcommand("arena", "Move springs and interactive methods under a tool that presses, slides and "
-                                       "lets go, or with a needle, with as many "
-                                       "steps or iterations as fit into a budget of time, and print their errors");
+        parent.add_subcommand("arena", "Compare the motion of springs and interactive methods under a moving tool or "
+                                       "a needle. Each method gets the same time for a frame (--budget), takes as many "
+                                       "steps or iterations as fit, and is compared with the reference");
     auto options = std::make_shared<studies::ArenaOptions>();
     auto arena = std::make_shared<ArenaCommand>();
     options->bodies = {"liver_healthy"};

@@ -116,7 +116,8 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 /// round end (round_tool.hpp): displacements are largest in its middle and half of that at its rim, pressures and
 /// tractions vanish at its rim, and the given value is their mean.
 ///
-/// Where a body is narrow, a place loses facets to those above it: see place_apart() and LoadCase::yielded.
+/// Two places may claim the same facet where a body is narrow. The place that is written first gets it; the later one
+/// keeps its other facets. If these have less than three quarters of its area, the load case does not fit the body.
 /// @throws support::InputError with file, line and remedy: not TOML, unknown keys, a body that is not constrained, or
 ///         not cut where it should be, nothing to scale, a release without tractions or probes; NotOnBody
 ///         (load_cases/places/selector.hpp) for what this body has no place for: a patch or region that it lacks, a

@@ -139,10 +139,11 @@ Layout large_table(std::span<const Result> results) {
 }
 
 std::string large_legend() {
-    return "L2: of the displacement at the whole load; tool: stiffness at the tool, force over displacement of the "
-           "model where the load case presses, pulls or moves a place, over that of the reference, minus 1, positive "
-           "is too stiff; worst tool: the same along the path; tool L2: of the displacement within two radii of the "
-           "tool; !: above 7 %; worst L2: along the path; 95 %: nodal error that 95 % of the volume stay below; "
+    return "L2: of the displacement at the whole load; tool: error of the stiffness at the tool (the tool is the place "
+           "that the load case presses, pulls or moves; its stiffness is its force divided by its displacement), "
+           "positive: stiffer than the reference; worst tool: the largest along the path; tool L2: of the displacement "
+           "within two radii of the tool; !: above 7 %; worst L2: along the path; 95 %: nodal error that 95 % of the "
+           "volume stay below; "
            "tumour: distance of a tumour's centroid from that of the reference; force: relative difference of the "
            "reactions; worst react.: error of the reactions along the path (fingers tell forces that differ by 7 %; "
            "Pang, Tan, Durlach 1991, Percept. Psychophys. 49(6)); min J: smallest ratio of current to initial volume "

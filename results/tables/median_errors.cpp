@@ -9,6 +9,7 @@
 #include <set>
 #include <vector>
 
+#include "core/tool/tool_stiffness.hpp"
 #include "core/units.hpp"
 #include "results/one_reference.hpp"
 #include "results/quantile.hpp"
@@ -25,6 +26,10 @@ constexpr double largest_tangential_part = 1e-6;
 
 bool has_pressure(const Result &result) {
     return is_pressure_on_whole_surface(result.problem.load_case, result.problem.body->mesh);
+}
+
+bool has_tool(const Result &result) {
+    return !core::tool_places(result.problem.body->mesh, result.problem.load_case).empty();
 }
 
 /// A result for each load case that counts.
@@ -46,6 +51,7 @@ struct MedianCases {
     std::vector<double> own_uncertainties; ///< where the model is the reference
     StiffnessCases stiffness;
     std::vector<double> own_stiffness; ///< how uncertain that is where the model is the reference
+    std::size_t num_with_tool = 0;     ///< load cases with one, of the same
     std::string failure;               ///< a status other than ok
     std::size_t num_in_table = 0;      ///< load cases, of all models
     bool has_springs = false;
@@ -70,6 +76,8 @@ void enter_medians(MedianCases &cases, const ModelResult &model, const Result &r
         cases.own_uncertainties.push_back(known->relative_l2);
         if (known->stiffness)
             cases.own_stiffness.push_back(*known->stiffness);
+        if (known->stiffness || has_tool(result))
+            ++cases.num_with_tool;
     }
 }
 
@@ -90,10 +98,11 @@ std::string cell_of(const MedianCases &cases) {
 
 using CellOfStiffness = std::string (StiffnessCases::*)() const;
 
-/// The median of stiffness at the tool.
+/// The median of stiffness at the tool. Not every reference has a bar of it.
 std::string tool_cell_of(const MedianCases &cases, CellOfStiffness cell) {
     if (cases.errors.empty() && !cases.own_stiffness.empty())
-        return "+- " + fixed(percent * median(cases.own_stiffness), 1);
+        return "+- " + over_some(fixed(percent * median(cases.own_stiffness), 1), cases.own_stiffness.size(),
+                                 cases.num_with_tool);
     return cases.failure.empty() ? (cases.stiffness.*cell)() : "-";
 }
 

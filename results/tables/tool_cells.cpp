@@ -89,10 +89,10 @@ std::string StiffnessCases::worst_cell() const {
 }
 
 std::string tool_legend() {
-    return fmt::format("tool: stiffness at the tool, force over displacement of the model where the load case presses, "
-                       "pulls or moves a place, over that of the reference, minus 1; positive is too stiff; along a "
-                       "path the largest; !: above {:.0f} %, which fingers tell apart (Pang, Tan, Durlach 1991, "
-                       "Percept. Psychophys. 49(6))\n",
+    return fmt::format("tool: error of the stiffness at the tool. The tool is the place that the load case presses, "
+                       "pulls or moves; its stiffness is its force divided by its displacement. Positive: the model is "
+                       "stiffer than the reference. Along a path: the largest error. !: above {:.0f} %, which fingers "
+                       "tell apart (Pang, Tan, Durlach 1991, Percept. Psychophys. 49(6))\n",
                        core::percent * core::smallest_felt_difference);
 }
 

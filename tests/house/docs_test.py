@@ -88,6 +88,16 @@ class GeneratedParts(unittest.TestCase):
         self.assertEqual(docs.with_generated(new, PROGRAM), new)
 
 
+class PlacesOfLoadCases(unittest.TestCase):
+    def test_have_a_row_for_each_selector(self):
+        page = (ROOT / "docs/reference/load_cases.md").read_text()
+        for selector in (ROOT / "load_cases/selectors").glob("*.cpp"):
+            rows = [line for line in page.splitlines() if line.startswith("| `") and f"`{selector.stem} = " in line]
+            self.assertTrue(rows, selector)
+            for row in rows:
+                self.assertRegex(row, r"\| !\[[^\]]+\]\(places/\w+\.png\) \|$")
+
+
 class Site(unittest.TestCase):
     @unittest.skipIf(PROGRAM is None, "takes seconds, which the fast tier has not")
     @unittest.skipIf(shutil.which("mkdocs") is None, "there is no mkdocs (Debian package mkdocs)")

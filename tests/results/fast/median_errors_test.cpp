@@ -132,6 +132,20 @@ TEST(MedianErrors, HaveTheMedianSizeOfStiffnessAtTheToolAndTheWorstWithItsLoadCa
     EXPECT_NE(median_legend(results).find("!: above 7 %"), std::string::npos);
 }
 
+/// References on paths of loads know it under some tools only; a body that is only tilted has no tool.
+TEST(MedianErrors, SayUnderHowManyToolsTheReferenceKnowsItsOwnStiffness) {
+    std::vector<Result> results{named("a", 0.1, 0.01), named("b", 0.1, 0.01), named("c", 0.1, 0.01)};
+    for (const auto r : {1, 2})
+        results[r].reference_uncertainty->stiffness.reset();
+    const auto &mesh = results[2].problem.body->mesh;
+    auto &tilted = results[2].problem.load_case;
+    tilted = tests::empty_load_case(mesh);
+    tilted.name = "c";
+    tilted.acceleration = {1.0, 0.0, 0.0};
+    tests::prescribe(tilted, mesh, "x_min", {0.0, 0.0, 0.0});
+    EXPECT_EQ(median_row_of(median_errors(results), "fem_p2").at(3), "+- 0.8 (1 of 2)");
+}
+
 TEST(MedianErrors, ShowTheStatusOfWhatFailedWhereItFailed) {
     std::vector<Result> results{named("a", 0.10, 0.01), under_pressure(0.20, 0.01)};
     results[1].models[springs].solution.status = core::SolutionStatus::diverged;
