@@ -11,6 +11,16 @@
 
 namespace livermark::core {
 
+/// The axes of a patient in the coordinates of a mesh. Load cases of livers have directions in LPS: x to the patient's
+/// left, y posterior, z superior.
+struct BodyAxes {
+    Eigen::Matrix3d from_lps = Eigen::Matrix3d::Identity().eval(); ///< rotation of a direction
+    /// Load cases that name one of these patches have such directions; those of others are along the axes of the mesh.
+    /// Empty: every load case has them.
+    std::vector<std::string> patches{};
+    std::string doubt{}; ///< why the rotation is not known, a clause; empty where it is
+};
+
 /// A mesh with what it is made of.
 struct Body {
     std::string name;
@@ -20,6 +30,7 @@ struct Body {
     std::vector<std::string> assumptions{};
     /// How clear the orientation is in which its patches were found, from 0 to 1; none where its files name them.
     std::optional<double> patch_confidence{};
+    BodyAxes axes{};
 };
 
 /// What every model gets: a body and the load case put on its mesh. The body is shared between load cases.

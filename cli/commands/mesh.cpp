@@ -78,6 +78,8 @@ int check_body(const std::string &file) {
         }
         for (const auto &doubts : {core::doubts_about_unit(mesh.points), core::doubts_about_liver(mesh)})
             remarks.insert(remarks.end(), doubts.begin(), doubts.end());
+        const auto orientation = meshes::orientation_remarks(mesh);
+        remarks.insert(remarks.end(), orientation.begin(), orientation.end());
         print_notes(remarks);
         fmt::print("{}", meshes::to_text(meshes::mesh_figures(mesh)));
     } else {
@@ -153,8 +155,10 @@ int make_of_segmentation(SegmentationOptions options) {
         support::check_place(options.picture);
     const int status =
         options.body.labels.empty() ? make_body_of_surfaces(options.body) : make_body_of_labels(options.body);
+    const auto body_file = std::filesystem::path(options.output).replace_extension(".toml");
+    print_notes(meshes::orientation_remarks(body_file));
     if (!options.picture.empty())
-        write_picture(std::filesystem::path(options.output).replace_extension(".toml").string(), options.picture);
+        write_picture(body_file.string(), options.picture);
     return status;
 }
 

@@ -154,29 +154,38 @@ Effect read_torque(const toml::table &table, const Selection &selection, const c
 struct EffectReader {
     std::string_view key;
     Effect (*read)(const toml::table &, const Selection &, const core::TetraMesh &);
+    bool has_vector = false;
 };
 
-constexpr std::array<EffectReader, 11> effect_readers{{{"displacement", read_displacement},
+std::vector<std::string_view> keys_of(std::span<const EffectReader> readers, bool has_vector) {
+    std::vector<std::string_view> keys;
+    for (const auto &reader : readers)
+        if (reader.has_vector || !has_vector)
+            keys.push_back(reader.key);
+    return keys;
+}
+
+constexpr std::array<EffectReader, 11> effect_readers{{{"displacement", read_displacement, true},
                                                        {"push", read_push},
                                                        {"press", read_press},
-                                                       {"press_along", read_press_along},
-                                                       {"traction", read_traction},
-                                                       {"tangential_traction", read_tangential_traction},
-                                                       {"force", read_force},
-                                                       {"tangential_force", read_tangential_force},
+                                                       {"press_along", read_press_along, true},
+                                                       {"traction", read_traction, true},
+                                                       {"tangential_traction", read_tangential_traction, true},
+                                                       {"force", read_force, true},
+                                                       {"tangential_force", read_tangential_force, true},
                                                        {"pressure", read_pressure},
                                                        {"follower_pressure", read_follower_pressure},
-                                                       {"torque", read_torque}}};
+                                                       {"torque", read_torque, true}}};
 
 } // namespace
 
 std::span<const std::string_view> effect_keys() {
-    static const auto keys = [] {
-        std::vector<std::string_view> result;
-        for (const auto &reader : effect_readers)
-            result.push_back(reader.key);
-        return result;
-    }();
+    static const auto keys = keys_of(effect_readers, false);
+    return keys;
+}
+
+std::span<const std::string_view> vector_effect_keys() {
+    static const auto keys = keys_of(effect_readers, true);
     return keys;
 }
 

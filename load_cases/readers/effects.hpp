@@ -25,6 +25,9 @@ struct Effect {
 /// The keys that say what a condition puts on its place, see load_case_reader.hpp.
 std::span<const std::string_view> effect_keys();
 
+/// Those of them whose value is a vector.
+std::span<const std::string_view> vector_effect_keys();
+
 /// @param table  of the condition; the effect uses the mesh later on
 /// @throws support::InputError unless it has one of the keys, with a value that makes sense
 Effect read_effect(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh);

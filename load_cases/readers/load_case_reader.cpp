@@ -11,6 +11,7 @@
 #include "load_cases/places/free_body.hpp"
 #include "load_cases/places/place_apart.hpp"
 #include "load_cases/places/selector.hpp"
+#include "load_cases/readers/directions.hpp"
 #include "load_cases/readers/effects.hpp"
 #include "load_cases/readers/history_reader.hpp"
 #include "load_cases/readers/load_case_table.hpp"
@@ -159,6 +160,18 @@ core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core
 core::LoadCase parse_load_case(const std::string &text, const std::filesystem::path &file,
                                const core::TetraMesh &mesh) {
     auto load_case = load_case_of_table(support::parse_toml(text, file), file, mesh);
+    load_case.definition = text;
+    return load_case;
+}
+
+core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::Body &body) {
+    return parse_load_case(support::read_text(toml_file), toml_file, body);
+}
+
+core::LoadCase parse_load_case(const std::string &text, const std::filesystem::path &file, const core::Body &body) {
+    auto table = support::parse_toml(text, file);
+    turn_directions(table, body.axes);
+    auto load_case = load_case_of_table(table, file, body.mesh);
     load_case.definition = text;
     return load_case;
 }

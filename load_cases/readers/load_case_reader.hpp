@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "core/load_case.hpp"
+#include "core/problem.hpp"
 
 namespace livermark::load_cases {
 
@@ -110,6 +110,12 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 /// A body may be cut at rest before the load case: [[cut]], see meshes/cutting/cut_reader.hpp. The mesh here is that of
 /// the cut body, with its patch "wound".
 ///
+/// Vectors of a load case that names a patch of the liver are those of the patient: x to the left, y posterior, z
+/// superior (LPS). Where a run lays the load case on a liver with other axes, they turn with it: accelerations, all
+/// vectors of a condition, the 'direction' of a disc and 'slide'. A load case without such a patch has the axes of the
+/// mesh, and so has every body that is no liver; 'axes' in the .toml of a body sets others for all load cases. Points
+/// are places in the mesh and do not turn: those of a disc, of a needle and of a [[cut]], with the normals of the cut.
+///
 /// The facets of a disc do not have its area, so its tractions are multiplied by the ratio of the two areas: the
 /// resultant is the same on every mesh. All places that press are one instrument, such as the jaws of a forceps, with
 /// one depth and one size of their forces. They alone drive the body. With profile = "round" in a disc the tool has a
@@ -127,5 +133,9 @@ core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core
 
 /// The same from text. The file gives the name of the load case, and the place in messages.
 core::LoadCase parse_load_case(const std::string &text, const std::filesystem::path &file, const core::TetraMesh &mesh);
+
+/// Both on a body: directions are turned with it first (turn_directions()).
+core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::Body &body);
+core::LoadCase parse_load_case(const std::string &text, const std::filesystem::path &file, const core::Body &body);
 
 } // namespace livermark::load_cases

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <numbers>
 
 #include "meshes/anatomy/liver_patches.hpp"
 #include "meshes/anatomy/liver_registration.hpp"
@@ -30,8 +29,13 @@ void drop_empty_patches(core::TetraMesh &mesh) {
 
 } // namespace
 
-std::optional<FoundPatches> find_anatomical_patches(core::TetraMesh &mesh) {
-    const auto fit = fit_liver(mesh);
+bool FoundPatches::is_doubtful() const {
+    return confidence < doubtful;
+}
+
+std::optional<FoundPatches> find_anatomical_patches(core::TetraMesh &mesh,
+                                                    const std::optional<Eigen::Matrix3d> &from_lps) {
+    const auto fit = fit_liver(mesh, from_lps);
     auto liver = mesh;
     assign_liver_patches(liver, fit);
     const auto of_file = mesh.patch_names;
@@ -52,22 +56,21 @@ std::optional<FoundPatches> find_anatomical_patches(core::TetraMesh &mesh) {
         area[found] += core::area_vector(mesh, f).norm();
     }
     drop_empty_patches(mesh);
-    constexpr double square_centimetres = 1e4, millimetres = 1e3, degrees = 180.0 / std::numbers::pi;
+    constexpr double square_centimetres = 1e4, millimetres = 1e3;
     std::vector<std::string> places;
     for (std::size_t patch = 0; patch < number.size(); ++patch)
         if (number[patch] >= 0)
             places.push_back(fmt::format("{} {:.0f} cm^2", liver.patch_names[patch], square_centimetres * area[patch]));
     if (places.empty())
         return std::nullopt;
-    return FoundPatches{fit.confidence(),
-                        fmt::format("patches are those of the liver that ships, deformed onto this body; it is {:.1f} "
-                                    "mm off, and {:.1f} mm in the next best orientation, so the confidence is "
-                                    "{:.2f}{}; the body is turned by {:.0f} degrees from LPS: {}",
-                                    millimetres * fit.distance, millimetres * fit.next_distance, fit.confidence(),
-                                    fit.confidence() < doubtful
-                                        ? ", which is low: look at them with `livermark mesh check --picture`"
-                                        : "",
-                                    degrees * fit.turn(), fmt::join(places, ", "))};
+    FoundPatches found{fit.confidence(), {}, fit.from_lps()};
+    found.remark =
+        fmt::format("patches are those of the liver that ships, deformed onto this body; it is {:.1f} mm off, "
+                    "and {:.1f} mm in the next best orientation, so the confidence is {:.2f}{}: {}",
+                    millimetres * fit.distance, millimetres * fit.next_distance, found.confidence,
+                    found.is_doubtful() ? ", which is low: look at them with `livermark mesh check --picture`" : "",
+                    fmt::join(places, ", "));
+    return found;
 }
 
 } // namespace livermark::meshes

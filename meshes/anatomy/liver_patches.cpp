@@ -134,8 +134,7 @@ class Painter {
 };
 
 void paint(core::TetraMesh &mesh, const LiverFit &fit, const LiverShape &drawn, double tip) {
-    mesh.patch_names = {"posterior",       "anterior",      "inferior",     "superior",
-                        "right_lobe_dome", "right_lateral", "left_lobe_tip"};
+    mesh.patch_names = liver_patch_names();
     mesh.boundary_patch.clear();
     Painter painter(mesh, fit, drawn, tip);
     constexpr int num_rounds = 6;
@@ -159,6 +158,10 @@ double tip_begin(const core::TetraMesh &mesh, const LiverFit &fit) {
 }
 
 } // namespace
+
+std::vector<std::string> liver_patch_names() {
+    return {"posterior", "anterior", "inferior", "superior", "right_lobe_dome", "right_lateral", "left_lobe_tip"};
+}
 
 void assign_liver_patches(core::TetraMesh &mesh) {
     mesh.boundary_triangles = core::outer_faces(mesh.tetrahedra);

@@ -1,10 +1,16 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "core/mesh/tetra_mesh.hpp"
 #include "meshes/anatomy/liver_registration.hpp"
 #include "meshes/generators/liver/liver_shape.hpp"
 
 namespace livermark::meshes {
+
+/// posterior, anterior, inferior, superior, right_lobe_dome, right_lateral and left_lobe_tip.
+std::vector<std::string> liver_patch_names();
 
 /// Finds the boundary of a liver in the axes of liver_level and divides it into connected patches, by where a facet
 /// lies and looks:

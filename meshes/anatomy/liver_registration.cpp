@@ -101,7 +101,8 @@ class Registration {
   public:
     explicit Registration(const core::TetraMesh &mesh)
         : body_(moments_of(mesh.boundary_triangles, mesh.points)), few_(samples_of(mesh, 150)),
-          many_(samples_of(mesh, 800)), to_round_(own_axes(body_, many_) * root_of(body_.covariance, -0.5)),
+          many_(samples_of(mesh, 800)), axes_(own_axes(body_, many_)),
+          to_round_(axes_ * root_of(body_.covariance, -0.5)),
           from_round_(root_of(moments_of_shipped_liver().covariance, 0.5)) {}
 
     LiverFit fit_at(const Quaterniond &rotation) const {
@@ -119,6 +120,11 @@ class Registration {
         for (const auto &sample : few_)
             sum += std::min(std::pow(liver_level(fit.place(sample.place)), 2), far * far);
         return sum / static_cast<double>(few_.size());
+    }
+
+    /// The rotation of a body that lies so.
+    Quaterniond lying(const Matrix3d &from_lps) const {
+        return Quaterniond(Matrix3d(from_lps.transpose() * axes_.transpose()));
     }
 
     double distance(const Quaterniond &rotation) const { return boundary_misfit(fit_at(rotation), many_); }
@@ -155,7 +161,7 @@ class Registration {
   private:
     Moments body_;
     std::vector<BoundarySample> few_, many_;
-    Matrix3d to_round_, from_round_;
+    Matrix3d axes_, to_round_, from_round_;
 };
 
 /// Super-Fibonacci spirals.
@@ -210,21 +216,40 @@ Vector3 LiverFit::normal(const Vector3 &area_vector) const {
     return (linear.inverse().transpose() * area_vector).normalized();
 }
 
+Matrix3d LiverFit::from_lps() const {
+    return rotation_of(*this).toRotationMatrix().transpose();
+}
+
+double LiverFit::confidence() const {
+    return std::max(0.0, 1.0 - distance / next_distance);
+}
+
 double LiverFit::turn() const {
     return rotation_of(*this).angularDistance(Quaterniond::Identity());
 }
 
-LiverFit fit_liver(const core::TetraMesh &mesh) {
+LiverFit fit_liver(const core::TetraMesh &mesh, const std::optional<Matrix3d> &from_lps) {
     constexpr std::size_t num_bent = 8;
     constexpr double apart = std::numbers::pi / 3.0; // of orientations that are others
     const Registration registration(mesh);
+    const auto may_be = [&](const LiverFit &fit) {
+        return !from_lps || rotation_of(fit).angularDistance(Quaterniond(Matrix3d(from_lps->transpose()))) < apart;
+    };
     std::vector<LiverFit> fits;
     for (const auto &candidate : best_rotations(registration)) {
         fits.push_back(registration.bent(candidate.rotation));
         if (fits.size() == num_bent)
             break;
     }
-    auto best = *std::ranges::min_element(fits, {}, &LiverFit::distance);
+    if (from_lps) {
+        const auto quick = [&](const Quaterniond &turned) { return registration.quick_distance(turned); };
+        fits.push_back(registration.bent(registration.refined(registration.lying(*from_lps), 0.2, 0.02, quick)));
+    }
+    const bool is_any = std::ranges::any_of(fits, may_be);
+    const auto distance = [&](const LiverFit &fit) {
+        return !is_any || may_be(fit) ? fit.distance : std::numeric_limits<double>::infinity();
+    };
+    auto best = *std::ranges::min_element(fits, {}, distance);
     const auto rotation = rotation_of(best);
     best.next_distance = std::numeric_limits<double>::infinity();
     for (const auto &fit : fits)

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "core/mesh/tetra_mesh.hpp"
 #include "meshes/generators/liver/liver_shape.hpp"
 
@@ -17,11 +19,13 @@ struct LiverFit {
     /// Unit normal of a facet there.
     core::Vector3 normal(const core::Vector3 &area_vector) const;
 
+    /// The rotation in the map, from LPS to the body's axes.
+    Eigen::Matrix3d from_lps() const;
     /// By how much the body is turned away from LPS [rad].
     double turn() const;
 
     /// How clearly this orientation is the right one: 1 - distance / next_distance, from 0 to 1.
-    double confidence() const { return 1.0 - distance / next_distance; }
+    double confidence() const;
 };
 
 /// Lays the liver that ships over the liver of a mesh, in any position and orientation, and bends it there.
@@ -32,7 +36,8 @@ struct LiverFit {
 /// Of 1000 rotations (Alexa 2022, Super-Fibonacci spirals, CVPR) those are refined that bring the boundary nearest to
 /// the capsule. From the best of each valley the liver that ships is bent (adjusted()), with a Riedel's lobe and
 /// without. The fit of the least distance is taken.
-/// @param mesh  with its boundary [m]
-LiverFit fit_liver(const core::TetraMesh &mesh);
+/// @param mesh      with its boundary [m]
+/// @param from_lps  how it lies, where that is known: the best fit within 60 degrees of that is taken, if there is one
+LiverFit fit_liver(const core::TetraMesh &mesh, const std::optional<Eigen::Matrix3d> &from_lps = {});
 
 } // namespace livermark::meshes

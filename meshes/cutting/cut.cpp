@@ -118,6 +118,7 @@ core::Body body_of(const CutMesh &cut, const std::vector<int> &piece, const Face
     const auto &from = cut.body.mesh;
     core::Body body{.name = cut.body.name, .mesh = {}, .materials = {}};
     body.patch_confidence = cut.body.patch_confidence;
+    body.axes = cut.body.axes;
     auto &mesh = body.mesh;
     std::vector<int> number(from.points.size(), -1);
     for (const int t : piece)

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <toml++/toml.h>
 
+#include "meshes/anatomy/body_axes.hpp"
 #include "meshes/io/msh_writer.hpp"
 #include "support/whole_file.hpp"
 
@@ -28,7 +29,8 @@ std::string key(const std::string &name) {
 std::filesystem::path write_body(std::filesystem::path mesh_file, const core::Body &body, const std::string &title,
                                  const std::string &command) {
     auto text = fmt::format("title = {}\nmesh = {}\ngenerator = {}\n", quoted(title),
-                            quoted(mesh_file.filename().string()), quoted(command));
+                            quoted(mesh_file.filename().string()), quoted(command)) +
+                axes_toml(body.axes);
     for (std::size_t region = 0; region < body.materials.size(); ++region) {
         const auto &material = body.materials[region];
         text += fmt::format("\n[regions.{}]\ndensity = {} # kg/m^3\nyoung_modulus = {} # Pa\npoisson_ratio = {}\n"

@@ -86,6 +86,7 @@ void split(SplitBody &split, const std::map<Edge, Vector3> &points) {
     auto parts = core::split_edges(split.body, points);
     parts.body.assumptions = std::move(split.body.assumptions);
     parts.body.patch_confidence = split.body.patch_confidence;
+    parts.body.axes = split.body.axes;
     split.body = std::move(parts.body);
     std::vector<int> parents;
     parents.reserve(parts.parent_tetrahedron.size());

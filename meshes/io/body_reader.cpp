@@ -9,6 +9,7 @@
 
 #include "core/mesh/plausible_liver.hpp"
 #include "meshes/anatomy/anatomical_patches.hpp"
+#include "meshes/anatomy/body_axes.hpp"
 #include "meshes/cutting/cut_reader.hpp"
 #include "meshes/io/material_reader.hpp"
 #include "meshes/io/mesh_figures.hpp"
@@ -92,7 +93,7 @@ void apply(const MaterialOverride &override_with, std::vector<core::Material> &m
 toml::table read_table(const std::filesystem::path &toml_file) {
     auto table = support::parse_toml(support::read_text(toml_file), toml_file);
     support::refuse_unknown_keys(
-        table, {"title", "mesh", "unit", "find_patches", "generator", "regions", "patches", "image", "cut"});
+        table, {"title", "mesh", "unit", "axes", "find_patches", "generator", "regions", "patches", "image", "cut"});
     return table;
 }
 
@@ -123,14 +124,21 @@ void append_remarks(const toml::table &image, std::vector<std::string> &assumpti
         std::ranges::move(support::required_strings(image, "remarks"), std::back_inserter(assumptions));
 }
 
-void find_patches(core::Body &body) {
-    if (const auto found = find_anatomical_patches(body.mesh)) {
-        body.assumptions.push_back(found->remark);
+/// Where a body has its patches and axes from; finds the patches where that is asked for.
+std::vector<std::string> orient(core::Body &body, bool has_to_find, const SaidAxes &said) {
+    std::vector<std::string> remarks;
+    const auto found = has_to_find ? find_anatomical_patches(body.mesh, said.from_lps) : std::nullopt;
+    if (found) {
+        remarks.push_back(found->remark);
         body.patch_confidence = found->confidence;
     }
+    body.axes = body_axes(body.mesh, found, said, remarks);
+    std::ranges::copy(remarks, std::back_inserter(body.assumptions));
+    return remarks;
 }
 
-core::Body body_of_table(const std::filesystem::path &file) {
+/// @param orientation  gets the sentences on patches and axes, which are in its assumptions too
+core::Body body_of_table(const std::filesystem::path &file, std::vector<std::string> &orientation) {
     const auto table = read_table(file);
     if (table.contains("title"))
         support::required_string(table, "title");
@@ -141,10 +149,10 @@ core::Body body_of_table(const std::filesystem::path &file) {
     if (table.contains("image"))
         append_remarks(support::required_table(table, "image"), body.assumptions);
     std::ranges::move(core::doubts_about_unit(body.mesh.points), std::back_inserter(body.assumptions));
-    if (support::optional_flag(table, "find_patches")) { // so it is a liver
+    const bool is_liver = support::optional_flag(table, "find_patches");
+    if (is_liver)
         std::ranges::move(core::doubts_about_liver(body.mesh), std::back_inserter(body.assumptions));
-        find_patches(body);
-    }
+    orientation = orient(body, is_liver, read_axes(table));
     if (const auto *regions = table.get("regions"); !regions || regions->is_table())
         refuse_missing_materials(table, body.mesh);
     body.materials = read_materials(table, body.mesh);
@@ -153,7 +161,7 @@ core::Body body_of_table(const std::filesystem::path &file) {
 }
 
 /// A mesh that comes alone: all that is missing is assumed, and said.
-core::Body body_of_mesh(const std::filesystem::path &file) {
+core::Body body_of_mesh(const std::filesystem::path &file, std::vector<std::string> &orientation) {
     core::Body body;
     body.mesh = read_mesh(file, body.assumptions);
     const auto unit = guess_unit(body.mesh.points, mesh_figures(body.mesh).volume, file.string());
@@ -169,8 +177,12 @@ core::Body body_of_mesh(const std::filesystem::path &file) {
         fmt::format("{} assumed to have 1060 kg/m^3, 5000 Pa and Poisson's ratio 0.45; a body .toml sets the material "
                     "of each region",
                     num_regions == 1 ? "the body is" : fmt::format("all {} regions are", num_regions)));
-    find_patches(body);
+    orientation = orient(body, true, {});
     return body;
+}
+
+core::Body body_of_file(const std::filesystem::path &file, std::vector<std::string> &orientation) {
+    return support::file_ending(file) == ".toml" ? body_of_table(file, orientation) : body_of_mesh(file, orientation);
 }
 
 } // namespace
@@ -180,8 +192,20 @@ std::string body_title(const std::filesystem::path &toml_file) {
     return table.contains("title") ? support::required_string(table, "title") : toml_file.stem().string();
 }
 
+std::vector<std::string> orientation_remarks(const std::filesystem::path &file) {
+    std::vector<std::string> orientation;
+    body_of_file(file, orientation);
+    return orientation;
+}
+
+std::vector<std::string> orientation_remarks(core::TetraMesh mesh) {
+    core::Body body{.name = {}, .mesh = std::move(mesh), .materials = {}};
+    return orient(body, true, {});
+}
+
 core::Body read_body(const std::filesystem::path &file, const MaterialOverride &override_with) {
-    auto body = support::file_ending(file) == ".toml" ? body_of_table(file) : body_of_mesh(file);
+    std::vector<std::string> orientation;
+    auto body = body_of_file(file, orientation);
     body.name = file.stem().string();
     apply(override_with, body.materials);
     return body;

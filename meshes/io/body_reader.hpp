@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/problem.hpp"
 
@@ -22,9 +23,15 @@ struct MaterialOverride {
 /// that [regions.<name>] with density, young_modulus and poisson_ratio; what is missing is said at once. Or a mesh
 /// alone, whose unit is guessed from its size, whose regions are soft liver, and on which the patches of a liver are
 /// looked for: see Body::assumptions. A [[cut]] of the .toml (cutting/cut_reader.hpp) cuts the mesh; materials and
-/// patches of the .toml are those before.
+/// patches of the .toml are those before. How the
+/// body lies is Body::axes: see body_axes().
 /// @throws support::InputError for a fault of either, a region without material or a material without region, a density
 ///         or Young's modulus that is not positive, a Poisson's ratio outside (-1, 0.5)
 core::Body read_body(const std::filesystem::path &file, const MaterialOverride &override_with = {});
+
+/// The sentences of Body::assumptions on how the body lies: its patches and axes, if they were found or set.
+/// @throws support::InputError as read_body()
+std::vector<std::string> orientation_remarks(const std::filesystem::path &file);
+std::vector<std::string> orientation_remarks(core::TetraMesh mesh); ///< of a mesh alone [m]
 
 } // namespace livermark::meshes

@@ -31,6 +31,17 @@ void check_volumes(const GroupReader &at, const core::TetraMesh &mesh) {
     at.check(bad == volumes.end(), "tetrahedra", fmt::format("row {} has no positive volume", bad - volumes.begin()));
 }
 
+/// Of a body that is turned from LPS.
+template <class At> void describe_axes(At at, Of<At, core::BodyAxes> &axes) {
+    if (!at.has("axes", !axes.from_lps.isIdentity(0.0)))
+        return;
+    core::Vector3 left = axes.from_lps.col(0), posterior = axes.from_lps.col(1), superior = axes.from_lps.col(2);
+    at.rows_of("axes", "", left, posterior, superior);
+    at.finite("axes", std::array{left, posterior, superior});
+    if constexpr (At::reads)
+        axes.from_lps << left, posterior, superior;
+}
+
 template <class At> void describe_body(At root, Of<At, core::Body> &body) {
     auto &mesh = body.mesh;
     root.text("body", body.name);
@@ -46,6 +57,7 @@ template <class At> void describe_body(At root, Of<At, core::Body> &body) {
     at.node_numbers("boundary_triangles", mesh.boundary_triangles, mesh.points.size());
     at.named_indices("boundary_patch", mesh.boundary_patch, mesh.patch_names, mesh.boundary_triangles.size(), 0);
     at.on("boundary_patch").number("confidence", body.patch_confidence);
+    describe_axes(at, body.axes);
     hdf5::describe_materials(root, body.materials, mesh.region_names.size());
 }
 

@@ -19,6 +19,7 @@ struct Segmentation {
     std::vector<std::uint8_t> region;      ///< (num_voxels) 0 outside the body, else 1 + index into region_names
     std::vector<std::string> region_names; ///< (R) "parenchyma", then "tumour_1" ..., largest first
     std::vector<std::string> remarks;      ///< a sentence for all that was left out, filled or taken for something else
+    bool is_lps_by_header = false;         ///< whether the header of its file says how the patient lies
 };
 
 /// The volume of the voxels of each region.

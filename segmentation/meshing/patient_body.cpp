@@ -38,9 +38,10 @@ std::string material(bool is_tumour) {
 std::string image_table(const PatientBody &body, const Segmentation &segmentation, const std::string &image) {
     const auto &grid = segmentation.grid;
     auto text =
-        fmt::format("[image]\nname = {}\nsize = [{}]\nspacing = {}\norigin = {}\naxes = [{}, {}, {}]\nremarks = [\n",
+        fmt::format("[image]\nname = {}\nsize = [{}]\nspacing = {}\norigin = {}\naxes = [{}, {}, {}]\n{}remarks = [\n",
                     quoted(image), fmt::join(grid.size, ", "), numbers(grid.spacing), numbers(grid.origin),
-                    numbers(grid.direction.col(0)), numbers(grid.direction.col(1)), numbers(grid.direction.col(2)));
+                    numbers(grid.direction.col(0)), numbers(grid.direction.col(1)), numbers(grid.direction.col(2)),
+                    segmentation.is_lps_by_header ? "orientation = \"LPS\" # as the header says\n" : "");
     for (const auto &remark : segmentation.remarks)
         text += fmt::format("  {},\n", quoted(remark));
     text += "]\ngates = [\n";

@@ -13,11 +13,14 @@
 #include "meshes/io/mesh_figures.hpp"
 #include "meshes/io/mesh_reader.hpp"
 #include "meshes/io/msh_writer.hpp"
+#include "meshes/io/surface_formats.hpp"
 #include "segmentation/images/image_file.hpp"
+#include "segmentation/images/nifti_header.hpp"
 #include "segmentation/images/phantom.hpp"
 #include "segmentation/meshing/patient_body.hpp"
 #include "segmentation/surfaces/surface_file.hpp"
 #include "segmentation/surfaces/surface_voxels.hpp"
+#include "support/file_ending.hpp"
 #include "support/input_error.hpp"
 #include "support/whole_file.hpp"
 
@@ -69,6 +72,24 @@ int make_body(const BodyCommand &command, const Segmentation &voxels, const std:
     return all_met(body.quality_criteria) ? 0 : 1;
 }
 
+/// Whether the header of an image says how the patient lies. NIfTI and NRRD may leave it out; DICOM and MetaImage do
+/// not.
+bool image_says_axes(const fs::path &file) {
+    const auto ending = support::file_ending(file);
+    if (ending == ".nrrd" || ending == ".nhdr")
+        return meshes::first_bytes(file).find("\nspace:") != std::string::npos;
+    if (ending != ".nii" && ending != ".gz" && ending != ".hdr" && ending != ".img")
+        return true;
+    const auto header = read_nifti_header(header_of_pair(file));
+    return header && (header->qform_code > 0 || header->sform_code > 0);
+}
+
+/// The same of a surface, as 3D Slicer writes it.
+bool surface_says_axes(const fs::path &file, const std::vector<std::string> &remarks) {
+    return meshes::first_bytes(file).find("SPACE=LPS") != std::string::npos ||
+           std::ranges::any_of(remarks, [](const std::string &remark) { return remark.ends_with("turned to LPS"); });
+}
+
 /// Metres per unit of the surfaces, said or guessed from the size.
 double unit_of(const BodyCommand &command, const meshes::SurfaceMesh &liver, std::vector<std::string> &remarks) {
     if (command.unit)
@@ -87,7 +108,9 @@ int make_body_of_labels(const BodyCommand &command) {
         labelled += label != 0 ? 1 : 0;
     // A lesion below the size of a tetrahedron cannot be resolved by the mesh.
     const double smallest_lesion = static_cast<double>(labelled) * voxel_volume(image.grid) / command.tetrahedra;
-    return make_body(command, choose_labels(image, {command.liver, command.tumours}, smallest_lesion), image.name);
+    auto voxels = choose_labels(image, {command.liver, command.tumours}, smallest_lesion);
+    voxels.is_lps_by_header = image_says_axes(command.labels);
+    return make_body(command, voxels, image.name);
 }
 
 int make_body_of_surfaces(const BodyCommand &command) {
@@ -108,6 +131,7 @@ int make_body_of_surfaces(const BodyCommand &command) {
     const double spacing = edge_for(meshes::enclosed_volume(surfaces.front()), command.tetrahedra) / voxels_per_edge;
     auto voxels = voxels_within(surfaces, spacing);
     voxels.remarks.insert(voxels.remarks.begin(), remarks.begin(), remarks.end());
+    voxels.is_lps_by_header = surface_says_axes(command.surfaces.front(), remarks);
     return make_body(command, voxels, fs::path(command.surfaces.front()).filename().string());
 }
 

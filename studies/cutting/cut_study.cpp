@@ -102,7 +102,7 @@ class SameLoads {
         : file_(std::move(file)), scale_(before.load_scale), regime_(before.regime) {}
 
     core::Problem on(const std::shared_ptr<const core::Body> &body) const {
-        auto load_case = load_cases::read_load_case(file_, body->mesh);
+        auto load_case = load_cases::read_load_case(file_, *body);
         load_case.scale_to_target = false;
         load_case.regime = regime_;
         return {body, core::scaled(std::move(load_case), scale_)};

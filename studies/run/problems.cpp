@@ -127,7 +127,7 @@ ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<st
         for (const auto &load_case_file : load_case_files) {
             try {
                 const auto cut = body_for(load_case_file, body, set.notes);
-                set.problems.push_back({cut, load_cases::read_load_case(load_case_file, cut->mesh)});
+                set.problems.push_back({cut, load_cases::read_load_case(load_case_file, *cut)});
                 if (choice == Choice::first) {
                     keep_first(set, first_left_out);
                     break;

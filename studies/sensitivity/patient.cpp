@@ -7,6 +7,7 @@
 
 #include "core/tool/tool_stiffness.hpp"
 #include "load_cases/places/facets.hpp"
+#include "load_cases/readers/directions.hpp"
 #include "load_cases/readers/load_case_table.hpp"
 #include "studies/sensitivity/soft_support.hpp"
 #include "support/toml_input.hpp"
@@ -93,9 +94,10 @@ bool has_movable_tool(const core::LoadCase &load_case) {
            !support::optional_flag(*discs.front(), "opposite");
 }
 
-core::LoadCase with_tool_moved(const core::LoadCase &load_case, const core::TetraMesh &mesh,
-                               const Eigen::Vector2d &offset) {
+core::LoadCase with_tool_moved(const core::LoadCase &load_case, const core::Body &body, const Eigen::Vector2d &offset) {
+    const auto &mesh = body.mesh;
     auto definition = definition_of(load_case);
+    load_cases::turn_directions(definition, body.axes); // as long as it names its patches
     auto &disc = *discs_of(definition).front();
     const Vector3 middle = load_case.round_loads().front().middle;
     const auto nearest = load_cases::nearest_point(load_cases::all_facets(mesh), mesh, middle);
@@ -118,7 +120,7 @@ core::Problem problem_of(const Patient &patient, const core::Problem &nominal) {
     set_materials(*body, patient, tumours);
     problem.body = body;
     if (patient.tool_offset)
-        problem.load_case = with_tool_moved(problem.load_case, body->mesh, *patient.tool_offset);
+        problem.load_case = with_tool_moved(problem.load_case, *body, *patient.tool_offset);
     if (patient.held_share)
         problem.load_case = with_held_share(std::move(problem.load_case), body->mesh, *patient.held_share);
     return patient.support_stiffness ? with_soft_support(problem, *patient.support_stiffness) : problem;

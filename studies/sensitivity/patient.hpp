@@ -37,8 +37,7 @@ bool has_movable_tool(const core::LoadCase &load_case);
 /// offset.y() perpendicular to it [m].
 /// @param load_case  with has_movable_tool(), loads multiplied by its load_scale
 /// @throws support::InputError where there is no room for it
-core::LoadCase with_tool_moved(const core::LoadCase &load_case, const core::TetraMesh &mesh,
-                               const Eigen::Vector2d &offset);
+core::LoadCase with_tool_moved(const core::LoadCase &load_case, const core::Body &body, const Eigen::Vector2d &offset);
 
 /// The problem of a patient.
 /// @param nominal  body and load case as their files have them, with loads scaled

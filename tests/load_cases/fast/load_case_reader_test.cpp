@@ -1,7 +1,10 @@
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <string>
+#include <utility>
 
 #include "load_cases/readers/load_case_reader.hpp"
 #include "tests/bad_input.hpp"
@@ -226,6 +229,124 @@ INSTANTIATE_TEST_SUITE_P(Files, BadLoadCaseToml, testing::ValuesIn(bad_load_case
 
 TEST(LoadCaseReader, RefusesAMissingFile) {
     tests::expect_input_error([] { load_cases::read_load_case("no_such.toml", block()); }, {"no_such.toml"});
+}
+
+/// A block that lies as its axes say.
+core::Body block_with(core::BodyAxes axes) {
+    core::Body body{.name = "block", .mesh = block(), .materials = {}};
+    body.axes = std::move(axes);
+    return body;
+}
+
+const std::string held_x_min = "[[condition]]\npatch = \"x_min\"\ndisplacement = [0.0, 0.0, 0.0]\n";
+
+TEST(Directions, OfALoadCaseTurnWithTheBody) {
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.7, core::Vector3(0.2, -0.5, 0.8).normalized()).toRotationMatrix();
+    const auto turned_body = block_with({turn, {"x_min"}, {}});
+    for (const auto key : {"displacement", "press_along", "traction", "force", "torque"}) {
+        const auto text = held_x_min + "[[condition]]\npatch = \"x_max\"\n" + key + " = [0.003, 2, -1.0]\n";
+        const auto plain = parse(text);
+        const auto turned = load_cases::parse_load_case(text, "press.toml", turned_body);
+        EXPECT_EQ(turned.definition, text);
+        const core::Vector3 way = turn * core::Vector3(0.003, 2.0, -1.0);
+        const auto by_hand =
+            parse(held_x_min + "[[condition]]\npatch = \"x_max\"\n" + key + " = [" + std::to_string(way.x()) + ", " +
+                  std::to_string(way.y()) + ", " + std::to_string(way.z()) + "]\n");
+        for (int f = 0; f < plain.num_facets(); ++f) {
+            EXPECT_EQ(turned.is_free(f), plain.is_free(f));
+            if (plain.is_free(f))
+                continue;
+            EXPECT_NEAR((turned.value[f] - by_hand.value[f]).norm(), 0.0, 1e-5 * (1.0 + by_hand.value[f].norm()))
+                << key;
+        }
+        EXPECT_NEAR(turned.press_depth, plain.press_depth, 1e-12) << key;
+    }
+    for (const auto key : {"tangential_traction", "tangential_force"}) {
+        const auto text = held_x_min + "[[condition]]\npatch = \"x_max\"\n" + key + " = [0.0, 2.0, -1.0]\n";
+        const auto turned = load_cases::parse_load_case(text, "press.toml", turned_body);
+        core::Vector3 along = turn * core::Vector3(0.0, 2.0, -1.0);
+        along.x() = 0.0; // the normal of x_max
+        for (int f = 0; f < turned.num_facets(); ++f)
+            if (turned.is_loaded(f)) {
+                EXPECT_NEAR(turned.value[f].normalized().dot(along.normalized()), 1.0, 1e-12) << key;
+            }
+    }
+    const auto falling =
+        load_cases::parse_load_case("acceleration = [0.0, 0, -9.81]\n" + held_x_min, "fall.toml", turned_body);
+    EXPECT_NEAR((falling.acceleration - turn * core::Vector3(0.0, 0.0, -9.81)).norm(), 0.0, 1e-12);
+}
+
+TEST(Directions, OfToolsAndDiscsTurnToo) {
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.5 * std::numbers::pi, core::Vector3::UnitX()).toRotationMatrix();
+    const auto turned_body = block_with({turn, {"x_min"}, {}});
+    const auto slide = load_cases::parse_load_case(
+        "regime = \"large\"\n" + held_x_min + "[[condition]]\nname = \"finger\"\npatch = \"x_max\"\npush = 0.01\n" +
+            "[tool]\nplace = \"finger\"\npress_until = 0.5\nslide = [0.0, 0.01, 0.0]\nrelease_at = 1.0\n"
+            "duration = 1.5\nmass_damping = 7.0\n",
+        "poke.toml", turned_body);
+    EXPECT_NEAR((slide.tool->slide - core::Vector3(0.0, 0.0, 0.01)).norm(), 0.0, 1e-15);
+    const auto ball = load_cases::parse_load_case(
+        "regime = \"large\"\n" + held_x_min +
+            "[touch]\ndisc = { region = \"solid\", direction = [0.0, 1.0, 0.0], radius = 0.02 }\nradius = 0.02\n"
+            "depth = 0.01\nslide = [0.0, 0.0, 0.01]\n",
+        "touch.toml", turned_body);
+    EXPECT_NEAR((ball.touching->start - core::Vector3(0.05, 0.05, 0.12)).norm(), 0.0, 0.01) << "above z_max";
+    EXPECT_NEAR(ball.touching->start.z(), 0.12, 1e-6);
+    EXPECT_NEAR((ball.touching->slide - core::Vector3(0.0, -0.01, 0.0)).norm(), 0.0, 1e-15);
+}
+
+TEST(Directions, AreThoseOfTheMeshWhereTheLoadCaseNamesNoPatchOfTheLiver) {
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.7, core::Vector3::UnitX()).toRotationMatrix();
+    const auto pulled = [&](const core::BodyAxes &axes) {
+        return load_cases::parse_load_case(held_x_min +
+                                               "[[condition]]\npatch = \"x_max\"\ntraction = [0.0, 2.0, 0.0]\n",
+                                           "pull.toml", block_with(axes));
+    };
+    EXPECT_TRUE(core::are_statically_equal(pulled({turn, {"posterior"}, {}}), pulled({})));
+    EXPECT_TRUE(core::are_statically_equal(pulled({turn, {"posterior"}, "nobody knows"}), pulled({})));
+    EXPECT_FALSE(core::are_statically_equal(pulled({turn, {}, {}}), pulled({}))) << "axes of the .toml are for all";
+}
+
+TEST(Directions, OfFreeComponentsTurnByRightAnglesOnly) {
+    const auto slid = [&](const Eigen::Matrix3d &turn) {
+        return load_cases::parse_load_case("[[condition]]\npatch = \"x_max\"\ndisplacement = [0.001, \"free\", 0.0]\n" +
+                                               held_x_min,
+                                           "slide.toml", block_with({turn, {}, {}}));
+    };
+    Eigen::Matrix3d quarter;
+    quarter << 0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+    const auto turned = slid(quarter);
+    for (int f = 0; f < turned.num_facets(); ++f)
+        if (turned.constraint_on(f) == 0) {
+            EXPECT_TRUE(std::isnan(turned.value[f].x()));
+            EXPECT_EQ(turned.value[f].y(), -0.001);
+            EXPECT_EQ(turned.value[f].z(), 0.0);
+        }
+    tests::expect_input_error(
+        [&] { slid(Eigen::AngleAxisd(0.3, core::Vector3::UnitZ()).toRotationMatrix()); },
+        {"slide.toml:3", "free along an axis of the patient", "turn the mesh to LPS, or give all three components"});
+}
+
+TEST(Directions, AreRefusedWhereNobodyKnowsHowTheBodyLies) {
+    const auto doubtful = block_with({Eigen::Matrix3d::Identity(), {"x_min"}, "it may lie either way"});
+    for (const auto *line : {"press_along = [0.0, 0.0, -0.002]", "traction = [0.0, 1.0, 0.0]"})
+        tests::expect_input_error(
+            [&] {
+                load_cases::parse_load_case(held_x_min + "[[condition]]\npatch = \"x_max\"\n" + line + "\n",
+                                            "case.toml", doubtful);
+            },
+            {"case.toml:6", "its directions are those of the patient, and it may lie either way",
+             "`livermark mesh check BODY --picture patches.png`", "axes = \"LPS\""});
+    EXPECT_NO_THROW(load_cases::parse_load_case(held_x_min + "[[condition]]\npatch = \"x_max\"\npress = 0.002\n",
+                                                "case.toml", doubtful));
+    const auto turned = block_with({Eigen::AngleAxisd(1.7, core::Vector3::UnitX()).toRotationMatrix(), {"x_min"}, {}});
+    tests::expect_input_error(
+        [&] {
+            load_cases::parse_load_case(held_x_min + "[[condition]]\ndisc = { point = [0.05, 0.05, 0.05], direction = "
+                                                     "[0.0, 0.0, 1.0], radius = 0.02 }\npressure = 100.0\n",
+                                        "case.toml", turned);
+        },
+        {"case.toml:5", "by a point of the mesh and a direction of the patient", "leave the 'direction' out"});
 }
 
 } // namespace

@@ -3,13 +3,22 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <numbers>
 
+#include "load_cases/readers/load_case_reader.hpp"
+#include "meshes/anatomy/body_axes.hpp"
 #include "meshes/anatomy/liver_registration.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/generators/liver/liver_generator.hpp"
 #include "meshes/generators/liver/liver_variation.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "meshes/io/msh_reader.hpp"
+#include "meshes/io/msh_writer.hpp"
+#include "tests/bad_input.hpp"
+#include "tests/result_folder.hpp"
 
 namespace livermark::meshes {
 namespace {
@@ -156,6 +165,128 @@ TEST(AnatomicalPatches, LeaveThoseOfTheFileAlone) {
     EXPECT_FALSE(find_anatomical_patches(same));
     EXPECT_EQ(same.boundary_patch, mesh.boundary_patch);
     EXPECT_EQ(same.patch_names, mesh.patch_names);
+}
+
+/// Rotations of whole bodies, as rotation vectors: about one axis by 97 degrees, about all, and nearly back to front.
+const std::vector<core::Vector3> three_turns{{1.69, 0.0, 0.0}, {0.4, -1.1, 0.7}, {-0.3, 0.5, 2.9}};
+
+Eigen::Matrix3d rotation_by(const core::Vector3 &turn) {
+    return Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+}
+
+/// Between the directions of both [degrees].
+double apart(const Eigen::Matrix3d &a, const Eigen::Matrix3d &b) {
+    return 180.0 / std::numbers::pi * Eigen::AngleAxisd(Eigen::Matrix3d(a.transpose() * b)).angle();
+}
+
+class BodyAxesOfFiles : public tests::ResultFolder {
+  protected:
+    /// A body with this mesh.
+    core::Body body_of(const core::TetraMesh &mesh, const std::string &lines) const {
+        write_msh(directory_ / "body.msh", mesh);
+        auto toml = "mesh = \"body.msh\"\n" + lines + "\n";
+        for (const auto &name : mesh.region_names)
+            toml += "[regions." + name + "]\ndensity = 1000.0\nyoung_modulus = 5000.0\npoisson_ratio = 0.45\n";
+        std::ofstream(directory_ / "body.toml") << toml + image_;
+        return read_body(directory_ / "body.toml");
+    }
+
+    static core::TetraMesh shipped(const std::string &name) {
+        return read_msh(LIVERMARK_SOURCE_DIR "/meshes/" + name + ".msh");
+    }
+
+    std::string image_;
+};
+
+const core::Vector3 no_stretch(1.0, 1.0, 1.0);
+
+TEST_F(BodyAxesOfFiles, TurnWithBothLiversToWithinHalfADegree) {
+    for (const std::string name : {"liver_healthy", "liver_tumours"})
+        for (const auto &turn : three_turns) {
+            const auto expected = rotation_by(turn);
+            const auto found = body_of(moved(plain(shipped(name)), turn, no_stretch), "find_patches = true");
+            EXPECT_LT(apart(found.axes.from_lps, expected), 0.5) << name;
+            EXPECT_TRUE(found.axes.doubt.empty());
+            EXPECT_NE(found.assumptions.back().find("directions of load cases turn with it"), std::string::npos)
+                << found.assumptions.back();
+            const auto named = body_of(moved(shipped(name), turn, no_stretch), "");
+            EXPECT_LT(apart(named.axes.from_lps, expected), 0.5) << name << ", whose file names the patches";
+        }
+}
+
+TEST_F(BodyAxesOfFiles, AreThoseOfTheMeshWhereTheBodyIsNotTurned) {
+    for (const std::string name : {"liver_healthy", "liver_tumours", "beam"}) {
+        const auto body = read_body(LIVERMARK_SOURCE_DIR "/meshes/" + name + ".toml");
+        EXPECT_EQ(body.axes.from_lps, Eigen::Matrix3d::Identity()) << name;
+        EXPECT_TRUE(body.axes.doubt.empty());
+        EXPECT_TRUE(body.assumptions.empty());
+    }
+    const auto found = body_of(plain(shipped("liver_healthy")), "find_patches = true");
+    EXPECT_EQ(found.axes.from_lps, Eigen::Matrix3d::Identity());
+    for (const int variant : {1, 5, 9, 13, 17, 21}) {
+        auto liver = draw_liver(variant);
+        liver.lesions.clear();
+        const auto body = body_of(generate_liver(liver, 4000), "");
+        EXPECT_EQ(body.axes.from_lps, Eigen::Matrix3d::Identity()) << variant;
+        EXPECT_TRUE(body.assumptions.empty()) << variant << ": " << body.assumptions.front();
+    }
+}
+
+TEST_F(BodyAxesOfFiles, AreInDoubtWhereTheHeaderSaysOtherwise) {
+    image_ = "[image]\nname = \"liver.nii.gz\"\nspacing = [0.001, 0.001, 0.001]\norientation = \"LPS\"\n";
+    const auto turned = moved(plain(shipped("liver_healthy")), three_turns[0], no_stretch);
+    const auto body = body_of(turned, "find_patches = true");
+    EXPECT_NE(body.axes.doubt.find("the header of its file says LPS, where its shape is found turned by 97 degrees"),
+              std::string::npos)
+        << body.axes.doubt;
+    const auto breathing = std::filesystem::path(LIVERMARK_SOURCE_DIR "/load_cases/breathing.toml");
+    tests::expect_input_error([&] { load_cases::read_load_case(breathing, body); },
+                              {"breathing.toml:", "the header of its file says LPS", "--picture patches.png"});
+    EXPECT_NO_THROW(load_cases::read_load_case(LIVERMARK_SOURCE_DIR "/load_cases/palpation.toml", body));
+    const auto decided = body_of(turned, "find_patches = true\naxes = \"registered\"");
+    EXPECT_LT(apart(decided.axes.from_lps, rotation_by(three_turns[0])), 0.5);
+    EXPECT_TRUE(load_cases::read_load_case(breathing, decided).press_depth > 0.0);
+    const auto agrees =
+        body_of(moved(plain(shipped("liver_healthy")), {0.0, 0.0, 0.4}, no_stretch), "find_patches = true");
+    EXPECT_EQ(agrees.axes.from_lps, Eigen::Matrix3d::Identity());
+    EXPECT_NE(agrees.assumptions.back().find("in LPS, as the header of its file says"), std::string::npos);
+}
+
+TEST_F(BodyAxesOfFiles, AreInDoubtWhereTheShapeFitsTwoWays) {
+    const auto body = body_of(plain(generate_box({0.2, 0.15, 0.1}, 0.02)), "find_patches = true");
+    EXPECT_NE(body.axes.doubt.find("another orientation fits its shape about as well"), std::string::npos)
+        << body.assumptions.back();
+    for (const std::string load_case : {"breathing", "traction", "gravity_tilt", "retraction"})
+        tests::expect_input_error(
+            [&] { load_cases::read_load_case(LIVERMARK_SOURCE_DIR "/load_cases/" + load_case + ".toml", body); },
+            {"its directions are those of the patient", "`livermark mesh check BODY --picture patches.png`"});
+}
+
+TEST_F(BodyAxesOfFiles, AreWhatTheTomlSays) {
+    const auto mesh = generate_box({0.2, 0.15, 0.1}, 0.05);
+    Eigen::Matrix3d back_to_front = Eigen::Matrix3d::Identity(), quarter;
+    back_to_front.diagonal() << -1.0, -1.0, 1.0;
+    quarter << 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+    EXPECT_EQ(body_of(mesh, "axes = \"RAS\"").axes.from_lps, back_to_front);
+    EXPECT_EQ(body_of(mesh, "axes = \"ALS\"").axes.from_lps, quarter);
+    EXPECT_EQ(body_of(mesh, "axes = [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]").axes.from_lps, quarter);
+    EXPECT_EQ(body_of(mesh, "axes = \"LPS\"").axes.from_lps, Eigen::Matrix3d::Identity());
+    EXPECT_FALSE(body_of(mesh, "axes = \"unknown\"").axes.doubt.empty());
+    for (const auto *mirror_or_nonsense : {"\"LAS\"", "\"LLS\"", "\"up\"", "[[1, 0, 0], [0, 1, 0], [0, 0, 2]]", "7"})
+        tests::expect_input_error([&] { body_of(mesh, std::string("axes = ") + mirror_or_nonsense); },
+                                  {"body.toml:2", "'axes' has to be three letters"});
+    const auto fits_four_ways = plain(generate_box({0.2, 0.15, 0.1}, 0.02));
+    for (const auto &[word, backwards] : {std::pair{"LPS", 1.0}, {"RAS", -1.0}}) {
+        const auto lying = body_of(fits_four_ways, std::string("find_patches = true\naxes = \"") + word + "\"");
+        core::Vector3 area = core::Vector3::Zero();
+        for (int f = 0; f < lying.mesh.num_boundary_triangles(); ++f)
+            if (lying.mesh.patch_names[lying.mesh.boundary_patch[f]] == "posterior")
+                area += core::area_vector(lying.mesh, f);
+        EXPECT_GT(backwards * area.normalized().y(), 0.4) << word;
+    }
+    const auto turned = body_of(mesh, "axes = [[0.6, 0.8, 0], [-0.8, 0.6, 0], [0, 0, 1]]");
+    const auto written = body_of(mesh, axes_toml(turned.axes));
+    EXPECT_LT((written.axes.from_lps - turned.axes.from_lps).norm(), 1e-12);
 }
 
 } // namespace

@@ -21,6 +21,7 @@ core::Problem sample_problem(int num_bricks) {
     body->mesh = box_mesh({0.2, 0.1, 0.1}, {num_bricks, 1, 1});
     body->assumptions = {"the box is taken to be in m"};
     body->patch_confidence = 0.625;
+    body->axes.from_lps << 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
     body->mesh.region_names = {"parenchyma", "tumour"};
     body->mesh.region.back() = 1;
     body->materials = {{1060.0, 4000.0, 0.45}, {1100.0, 20000.0, 0.48}};

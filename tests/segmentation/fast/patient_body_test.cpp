@@ -69,10 +69,13 @@ TEST(PatientBody, IsTheSameEveryTime) {
 }
 
 TEST(PatientBody, HasABodyFileThatNamesTheImage) {
-    const auto voxels = coarse_phantom({.spacing = {3e-3, 3e-3, 3e-3}});
+    auto voxels = coarse_phantom({.spacing = {3e-3, 3e-3, 3e-3}});
     const auto body = patient_body(voxels, 4000);
+    EXPECT_EQ(body_toml(body, voxels, "a", "p.msh", "livermark mesh").find("orientation"), std::string::npos);
+    voxels.is_lps_by_header = true;
     const auto table = support::parse_toml(body_toml(body, voxels, "a \"b\".nii", "p.msh", "livermark mesh"), "p.toml");
     EXPECT_EQ(table["image"]["name"].value<std::string>(), "a \"b\".nii");
+    EXPECT_EQ(table["image"]["orientation"].value<std::string>(), "LPS");
     EXPECT_EQ(table["image"]["gates"].as_array()->size(), body.quality_criteria.size());
     EXPECT_EQ(table["image"]["mesh"]["tetrahedra"].value<int>(), body.mesh.num_tetrahedra());
     for (const auto &name : body.mesh.region_names)

@@ -119,6 +119,9 @@ TEST(WholeWay, FromAnImageToDisplacementsAgreesWithTheMeshOfTheSameShape) {
         const auto scanned = results::read_result(folder / "runs" / "phantom" / load_case);
         const auto direct = results::read_result(folder / "runs" / "direct" / load_case);
         EXPECT_TRUE(scanned.problem.body->assumptions.front().starts_with("made of the segmentation phantom.nii.gz"));
+        EXPECT_TRUE(scanned.problem.body->assumptions.back().starts_with("the body is in LPS, as the header of its "
+                                                                         "file says"))
+            << scanned.problem.body->assumptions.back();
         const double volume = meshes::mesh_figures(direct.problem.body->mesh).volume;
         // Facets cut the corners of a round shape, and bending goes with the third power of how thick a lobe is; what
         // is pulled ends where a facet ends.

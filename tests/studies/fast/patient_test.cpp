@@ -96,8 +96,8 @@ TEST(MovedTool, IsWhereItWasWithoutAnOffsetAndKeepsItsForce) {
     const auto &mesh = nominal.body->mesh;
     ASSERT_TRUE(has_movable_tool(nominal.load_case));
     const auto there = core::scaled(nominal.load_case, 1.5);
-    EXPECT_TRUE(core::are_statically_equal(with_tool_moved(there, mesh, {0.0, 0.0}), there));
-    const auto moved = with_tool_moved(there, mesh, {0.02, -0.01});
+    EXPECT_TRUE(core::are_statically_equal(with_tool_moved(there, *nominal.body, {0.0, 0.0}), there));
+    const auto moved = with_tool_moved(there, *nominal.body, {0.02, -0.01});
     EXPECT_NEAR((moved.round_loads()[0].middle - Vector3(0.07, 0.04, 0.06)).norm(), 0.0, 1e-12);
     const auto force = [&](const core::LoadCase &load_case) {
         Vector3 sum = Vector3::Zero();

@@ -171,6 +171,7 @@ void expect_equal(const Result &a, const Result &b) {
     EXPECT_TRUE(same_bits(a.problem.body->materials, b.problem.body->materials));
     EXPECT_EQ(a.problem.body->assumptions, b.problem.body->assumptions);
     EXPECT_EQ(a.problem.body->patch_confidence, b.problem.body->patch_confidence);
+    EXPECT_EQ(a.problem.body->axes.from_lps, b.problem.body->axes.from_lps);
     expect_equal(a.problem.load_case, b.problem.load_case);
     EXPECT_EQ(problem_key(a.problem), problem_key(b.problem));
     EXPECT_EQ(a.reference_uncertainty, b.reference_uncertainty);

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/problem.hpp"
+#include "meshes/anatomy/anatomical_patches.hpp"
+#include "support/toml_input.hpp"
+
+namespace livermark::meshes {
+
+/// What the files of a body say of its axes.
+struct SaidAxes {
+    std::optional<Eigen::Matrix3d> from_lps{}; ///< "axes" in its .toml
+    bool as_registered = false;                ///< "axes" there lets the shape of the liver decide, whatever it is
+    bool is_unknown = false;                   ///< "axes" there says that nobody knows
+    bool is_lps_by_header = false;             ///< the header of its image has said how the patient lies
+};
+
+/// Reads 'axes' of a body, which may be
+///     axes = "LPS"            # where x, y and z of the mesh lead to: L or R (left, right), P or A, S or I; here x to
+///     the
+///                             # patient's left, y posterior, z superior
+///     axes = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]] # the patient's left, posterior and superior in the
+///                             # coordinates of the mesh
+///     axes = "registered"     # as the shape of a liver says that it lies, however unclear
+///     axes = "unknown"        # load cases with directions are refused
+/// and 'orientation' of its [image].
+/// @throws support::InputError for another word, and for axes that are no rotation
+SaidAxes read_axes(const toml::table &body);
+
+/// 'axes' for the .toml of a body, a line; empty where its patches and the axes of its mesh need none.
+std::string axes_toml(const core::BodyAxes &axes);
+
+/// The axes of a body: those that its .toml says; LPS where its header says so and its shape does not contradict; else
+/// as its patches were found. An orientation that is not clear is in doubt, and so is one 60 degrees or more from the
+/// header's. Livers in LPS are found turned by up to 28 degrees (docs/studies/segmentation.md), unless their shape is
+/// that of the generator; so they count as LPS up to 30. A body whose file names the patches has the axes of its mesh.
+/// It is turned where patches lie as only those of the liver that ships do; where they lie otherwise in another
+/// orientation a remark asks for 'axes'.
+/// @param found    how its patches were found; nothing where its file names them
+/// @param remarks  gets a sentence where directions are not simply those of the mesh, or were decided
+core::BodyAxes body_axes(const core::TetraMesh &mesh, const std::optional<FoundPatches> &found, const SaidAxes &said,
+                         std::vector<std::string> &remarks);
+
+} // namespace livermark::meshes
