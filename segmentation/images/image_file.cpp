@@ -111,6 +111,7 @@ LabelImage read_plain_image(const fs::path &file, const std::string &name, const
     auto read = read_image_values(file, scratch);
     auto image = labels_of(*read.values, name);
     image.label_names = std::move(read.names);
+    image.label_codes = std::move(read.codes);
     std::ranges::move(read.remarks, std::back_inserter(image.remarks));
     return image;
 }
@@ -179,6 +180,12 @@ std::string packed(const LabelImage &image) {
         packer.put(label);
         packer.put(name);
     }
+    packer.put(static_cast<int>(image.label_codes.size()));
+    for (const auto &[label, code] : image.label_codes) {
+        packer.put(label);
+        for (const auto *text : {&code.type, &code.meaning, &code.region})
+            packer.put(*text);
+    }
     return std::move(packer).bytes();
 }
 
@@ -203,6 +210,15 @@ LabelImage unpacked(const std::string &bytes) {
         int label = 0;
         unpacker.get(label);
         unpacker.get(image.label_names[label]);
+    }
+    int num_codes = 0;
+    unpacker.get(num_codes);
+    for (int c = 0; c < num_codes; ++c) {
+        int label = 0;
+        unpacker.get(label);
+        auto &code = image.label_codes[label];
+        for (auto *text : {&code.type, &code.meaning, &code.region})
+            unpacker.get(*text);
     }
     return image;
 }

@@ -10,6 +10,9 @@
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
+#include <sstream>
+#include <string_view>
+#include <utility>
 
 #include "segmentation/images/dicom_segmentation.hpp"
 #include "segmentation/images/image_bytes.hpp"
@@ -52,19 +55,46 @@ itk::ImageIOBase::Pointer reader_of(const fs::path &file) {
                     file.string(), image_formats));
 }
 
+/// Type and region of a segment in the words of 3D Slicer's tags: "TerminologyEntry:context~category~type~modifier~
+/// context~region~modifier|...", of which type and region are "scheme^value^meaning".
+core::SegmentCode code_in_tags(const std::string &tags) {
+    constexpr std::string_view key = "TerminologyEntry:";
+    constexpr std::size_t type_at = 2, region_at = 5;
+    const auto parts_of = [](std::string text, char separator) {
+        std::vector<std::string> parts;
+        std::istringstream stream(std::move(text));
+        for (std::string part; std::getline(stream, part, separator);)
+            parts.push_back(part);
+        return parts;
+    };
+    const auto begin = tags.find(key);
+    if (begin == std::string::npos)
+        return {};
+    const auto end = tags.find('|', begin);
+    const auto first = begin + key.size();
+    auto fields = parts_of(tags.substr(first, end == std::string::npos ? end : end - first), '~');
+    fields.resize(region_at + 1);
+    auto type = parts_of(fields[type_at], '^'), region = parts_of(fields[region_at], '^');
+    type.resize(3);
+    region.resize(3);
+    return {.type = type[1], .meaning = type[2], .region = region[2]};
+}
+
 /// 3D Slicer names its segments in the header: Segment0_LabelValue:=1, Segment0_Name:=Liver.
-std::map<int, std::string> segment_names(const itk::MetaDataDictionary &dictionary) {
+void read_segments(const itk::MetaDataDictionary &dictionary, ReadValues &read) {
     constexpr int most_segments = 1000;
-    std::map<int, std::string> names;
     for (int s = 0; s < most_segments; ++s) {
-        std::string label, name;
+        std::string label, name, tags;
         if (!itk::ExposeMetaData(dictionary, fmt::format("Segment{}_LabelValue", s), label))
             break;
         itk::ExposeMetaData(dictionary, fmt::format("Segment{}_Name", s), name);
-        if (const int number = std::atoi(label.c_str()); number > 0 && !name.empty())
-            names.emplace(number, name);
+        itk::ExposeMetaData(dictionary, fmt::format("Segment{}_Tags", s), tags);
+        const int number = std::atoi(label.c_str());
+        if (number > 0 && !name.empty())
+            read.names.emplace(number, name);
+        if (auto code = code_in_tags(tags); number > 0 && !code.type.empty())
+            read.codes.emplace(number, std::move(code));
     }
-    return names;
 }
 
 ReadValues read_values(const fs::path &file) {
@@ -75,7 +105,7 @@ ReadValues read_values(const fs::path &file) {
     reader->SetImageIO(io);
     reader->SetFileName(file.string());
     reader->Update();
-    read.names = segment_names(io->GetMetaDataDictionary());
+    read_segments(io->GetMetaDataDictionary(), read);
     read.values = reader->GetOutput();
     return read;
 }

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh/segment_names.hpp"
+
 /// What ITK reads of image files, before anything is believed. Internal to segmentation/.
 namespace livermark::segmentation {
 
@@ -24,6 +26,7 @@ inline constexpr double most_degrees_off = 0.3;
 struct ReadValues {
     Values::Pointer values;
     std::map<int, std::string> names;
+    std::map<int, core::SegmentCode> codes;
     std::vector<std::string> remarks;
 };
 
