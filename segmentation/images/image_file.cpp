@@ -65,7 +65,8 @@ void check_grid(ImageGrid &grid, const std::string &name, std::vector<std::strin
     grid.direction = svd.matrixU() * svd.matrixV().transpose();
 }
 
-ImageGrid grid_of(const Values &values, const std::string &name, std::vector<std::string> &remarks) {
+ImageGrid grid_of(const Values &values, const HeaderGrid &header, const std::string &name,
+                  std::vector<std::string> &remarks) {
     ImageGrid grid;
     for (unsigned d = 0; d < 3; ++d) {
         grid.size.at(d) = static_cast<int>(values.GetLargestPossibleRegion().GetSize(d));
@@ -74,13 +75,14 @@ ImageGrid grid_of(const Values &values, const std::string &name, std::vector<std
         for (unsigned c = 0; c < 3; ++c)
             grid.direction(c, d) = values.GetDirection()(c, d);
     }
+    correct_by_header(grid, header, name, remarks);
     check_grid(grid, name, remarks);
     return grid;
 }
 
-LabelImage labels_of(const Values &values, const std::string &name) {
+LabelImage labels_of(const Values &values, const HeaderGrid &header, const std::string &name) {
     LabelImage image{.name = name, .grid = {}, .label = {}};
-    image.grid = grid_of(values, name, image.remarks);
+    image.grid = grid_of(values, header, name, image.remarks);
     constexpr float most_off = 1e-3F; // a slope and its product are rounded
     const float *value = values.GetBufferPointer();
     image.label.resize(num_voxels(image.grid));
@@ -109,10 +111,11 @@ LabelImage labels_of(const Values &values, const std::string &name) {
 
 LabelImage read_plain_image(const fs::path &file, const std::string &name, const fs::path &scratch) {
     auto read = read_image_values(file, scratch);
-    auto image = labels_of(*read.values, name);
+    auto image = labels_of(*read.values, read.header, name);
     image.label_names = std::move(read.names);
     image.label_codes = std::move(read.codes);
-    std::ranges::move(read.remarks, std::back_inserter(image.remarks));
+    for (auto *remarks : {&read.header.remarks, &read.remarks})
+        std::ranges::move(*remarks, std::back_inserter(image.remarks));
     return image;
 }
 
@@ -147,7 +150,7 @@ LabelImage read_folder(const fs::path &folder, const std::string &name) {
         throw InputError(fmt::format("{}: the slices are not evenly spaced ({:.2g} mm off); a slice may be missing, so "
                                      "export the series again",
                                      folder.string(), deviation));
-    return labels_of(*reader->GetOutput(), name);
+    return labels_of(*reader->GetOutput(), {}, name); // whose header GDCM reads
 }
 
 LabelImage read_here(const fs::path &file, const fs::path &scratch) {

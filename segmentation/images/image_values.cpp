@@ -107,6 +107,7 @@ ReadValues read_values(const fs::path &file) {
     reader->Update();
     read_segments(io->GetMetaDataDictionary(), read);
     read.values = reader->GetOutput();
+    read.header = grid_in_header(file);
     return read;
 }
 
@@ -143,19 +144,20 @@ bool is_pair_in_capitals(const fs::path &header) {
 }
 
 /// Where a NIfTI header may be put, with its voxels beside it if they are in a file of their own.
-fs::path place_in(const fs::path &scratch, const fs::path &header) {
+fs::path place_in(const fs::path &scratch, const fs::path &header, const std::string &stem = "image") {
     if (support::file_ending(header) != ".hdr")
-        return scratch / "image.nii";
+        return scratch / (stem + ".nii");
     if (const auto voxels = voxels_of_pair(header))
         fs::create_symlink(fs::absolute(*voxels),
-                           scratch / (support::file_ending(*voxels) == ".gz" ? "image.img.gz" : "image.img"));
-    return scratch / "image.hdr";
+                           scratch / (stem + (support::file_ending(*voxels) == ".gz" ? ".img.gz" : ".img")));
+    return scratch / (stem + ".hdr");
 }
 
 /// Reads a file that stands for another, which messages name.
-ReadValues read_in_place_of(const fs::path &file, const fs::path &readable) {
+template <class Read = ReadValues (*)(const fs::path &)>
+ReadValues read_in_place_of(const fs::path &file, const fs::path &readable, const Read &read = read_values) {
     try {
-        return read_values(readable);
+        return read(readable);
     } catch (const InputError &error) {
         std::string text = error.what();
         if (const auto at = text.find(readable.string()); at != std::string::npos)
@@ -201,12 +203,19 @@ void check_header(itk::ImageIOBase &io, const fs::path &file) {
 }
 
 bool needs_a_copy(const fs::path &file) {
+    if (is_nifti_2(file))
+        return true;
     if (const auto header = read_nifti_header(file))
         return has_rounded_axes(*header) || is_pair_in_capitals(file);
     return name_with_lower_ending(file) != file.filename().string();
 }
 
 ReadValues read_image_values(const fs::path &file, const fs::path &scratch) {
+    if (is_nifti_2(file)) {
+        const auto copy = place_in(scratch, file, "version_1");
+        write_as_nifti_1(file, copy);
+        return read_in_place_of(file, copy, [&](const fs::path &path) { return read_image_values(path, scratch); });
+    }
     const auto header = read_nifti_header(file);
     if (!header)
         return read_in_place_of(file, with_lower_ending(file, scratch));
@@ -216,6 +225,7 @@ ReadValues read_image_values(const fs::path &file, const fs::path &scratch) {
         const auto copy = place_in(scratch, file);
         write_with_right_angles(file, *header, copy);
         read = read_in_place_of(file, copy);
+        read.header = grid_in_header(file);
         read.remarks.push_back(off.text + ", and are turned to the nearest axes at right angles");
     } else if (is_pair_in_capitals(file)) {
         const auto link = place_in(scratch, file);

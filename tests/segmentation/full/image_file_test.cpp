@@ -115,7 +115,7 @@ TEST_F(ImageFile, WhoseFormsDisagreeSaysSo) {
     write_label_image(file, straight_image());
     EXPECT_TRUE(read_label_image(file).remarks.empty());
     poke_header<std::int16_t>(file, 252, {1, 1});
-    poke_header<float>(file, 280, {4.0F, 0.0F, 0.0F, 0.0F, 0.0F, 4.0F, 0.0F, 0.0F, 0.0F, 0.0F, 4.0F, 0.0F});
+    poke_header<float>(file, 280, {-4.0F, 0.0F, 0.0F, 0.0F, 0.0F, -4.0F, 0.0F, 0.0F, 0.0F, 0.0F, 4.0F, 0.0F});
     const auto back = read_label_image(file);
     ASSERT_EQ(back.remarks.size(), 1U);
     EXPECT_NE(back.remarks[0].find("voxels are 2 x 2 x 2 mm by its pixdim and qform"), std::string::npos)
