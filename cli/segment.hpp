@@ -8,7 +8,7 @@
 #include "core/mesh/tetra_mesh.hpp"
 
 /// Bodies of segmentations, for `livermark mesh` and all that takes bodies. The program `livermark-segment` makes them,
-/// in a process of its own; where it is not built each says how to build it.
+/// in a process of its own; where it is not built yet it is built first, and where that cannot be done each says how.
 namespace livermark::cli {
 
 inline constexpr int default_tetrahedra = 16000;

@@ -126,6 +126,22 @@ std::string nifti() {
     return nifti_header(false) + std::string(4, '\0') + voxels();
 }
 
+/// The second version, with wider fields: https://nifti.nimh.nih.gov/nifti-2/
+std::string nifti_2() {
+    std::string bytes(544, '\0');
+    write_at<std::int32_t>(bytes, 0, {540});
+    bytes.replace(4, 8, std::string("n+2\0\r\n\032\n", 8));
+    write_at<std::int16_t>(bytes, 12, {2, 8}); // unsigned bytes
+    write_at<std::int64_t>(bytes, 16, {3, extent, extent, extent, 1, 1, 1, 1});
+    write_at<double>(bytes, 104, {1, 2, 2, 2, 1, 1, 1, 1});
+    write_at<std::int64_t>(bytes, 168, {544});
+    write_at<double>(bytes, 176, {1, 0});
+    write_at<std::int32_t>(bytes, 348, {1});
+    write_at<double>(bytes, 400, {2, 0, 0, -4, 0, 2, 0, -4, 0, 0, 2, -4});
+    write_at<std::int32_t>(bytes, 500, {2}); // mm
+    return bytes + voxels();
+}
+
 std::string nrrd_header(const std::string &encoding, const std::string &more) {
     return fmt::format("NRRD0004\ntype: uchar\ndimension: 3\nspace: left-posterior-superior\nsizes: {0} {0} {0}\n"
                        "space directions: (2,0,0) (0,2,0) (0,0,2)\nkinds: domain domain domain\nendian: little\n"
@@ -215,6 +231,7 @@ std::vector<SeedFile> seeds_of(std::string_view kind) {
     if (kind == "nifti")
         return {{"labels.nii", nifti()},
                 {.name = "labels.nii.gz", .bytes = nifti(), .is_gzipped = true},
+                {"version_2.nii", nifti_2()},
                 {"labels.hdr", nifti_header(true), {{"labels.img", voxels()}}}};
     if (kind == "nrrd")
         return {{"labels.nrrd", nrrd_header("ascii", "\n") + digits_of_voxels()},

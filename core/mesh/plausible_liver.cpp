@@ -3,21 +3,15 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <numeric>
-#include <string_view>
 #include <utility>
 
 #include "core/mesh/bounding_box.hpp"
 #include "core/mesh/parts_by_faces.hpp"
-#include "support/file_ending.hpp"
+#include "core/mesh/segment_names.hpp"
 
 namespace livermark::core {
 
 namespace {
-
-bool has_one_of(const std::string &name, std::initializer_list<std::string_view> words) {
-    const auto lower = support::lower_case(name);
-    return std::ranges::any_of(words, [&](std::string_view word) { return lower.find(word) != std::string::npos; });
-}
 
 /// Of all tetrahedra, and of each region with the name of a lesion [m^3].
 struct LiverVolumes {
@@ -32,7 +26,7 @@ LiverVolumes liver_volumes(const TetraMesh &mesh) {
         of_region[static_cast<std::size_t>(mesh.region[t])] += volumes[t];
     LiverVolumes result{std::accumulate(of_region.begin(), of_region.end(), 0.0), {}};
     for (std::size_t r = 0; r < of_region.size(); ++r)
-        if (is_name_of_lesion(mesh.region_names[r]))
+        if (role_of_name(mesh.region_names[r]) == SegmentRole::lesion)
             result.lesions.push_back(of_region[r]);
     return result;
 }
@@ -47,16 +41,6 @@ std::vector<std::string> doubts_about_share(const LiverVolumes &volumes) {
 }
 
 } // namespace
-
-bool is_name_of_lesion(const std::string &name) {
-    return has_one_of(name,
-                      {"tumor", "tumour", "lesion", "metast", "cancer", "carcin", "mass", "nodule", "cyst", "hcc"});
-}
-
-bool is_name_of_liver(const std::string &name) {
-    return has_one_of(name, {"liver", "parenchym", "hepar", "hepatic tissue"}) && !is_name_of_lesion(name) &&
-           !has_one_of(name, {"vessel", "vein", "arter", "duct"});
-}
 
 std::vector<std::string> doubts_about_liver(double volume, std::span<const double> lesions) {
     constexpr double litres_per_cubic_metre = 1e3;

@@ -20,10 +20,6 @@ inline constexpr double largest_organ = 2.0;
 /// precision.
 inline constexpr double largest_poisson_ratio = 0.49999;
 
-/// Whether a name is that of a lesion, or of the liver or its tissue, in a segmentation or a mesh.
-bool is_name_of_lesion(const std::string &name);
-bool is_name_of_liver(const std::string &name);
-
 /// A sentence for each thing that speaks against a body being an adult's liver in metres: its volume, and lesions that
 /// are larger than its other tissue.
 /// @param volume   of liver and lesions [m^3]

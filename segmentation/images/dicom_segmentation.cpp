@@ -239,20 +239,33 @@ int value_at(const Frames &frames, std::size_t pixel) {
            static_cast<unsigned char>(frames.pixels[2 * pixel + 1]) << 8;
 }
 
-/// What the segments are called, by their numbers.
-std::map<int, std::string> segment_labels(const gdcm::DataSet &data) {
-    const gdcm::Tag sequence(0x0062, 0x0002), label(0x0062, 0x0005);
-    std::map<int, std::string> names;
+/// Names and codes of the segments, by their numbers.
+void read_segments_of(const gdcm::DataSet &data, LabelImage &image) {
+    const gdcm::Tag sequence(0x0062, 0x0002), label(0x0062, 0x0005), type(0x0062, 0x000f), region(0x0008, 0x2218),
+        value(0x0008, 0x0100), meaning(0x0008, 0x0104);
     if (!data.FindDataElement(sequence))
-        return names;
+        return;
     const auto items = data.GetDataElement(sequence).GetValueAsSQ();
+    std::vector<gdcm::SmartPointer<gdcm::SequenceOfItems>> keep;
+    const auto text_in = [](const gdcm::DataSet *item, const gdcm::Tag &tag) {
+        return item ? text_of(*item, tag) : std::string();
+    };
     for (std::size_t i = 1; items && i <= items->GetNumberOfItems(); ++i) {
         const auto &segment = items->GetItem(i).GetNestedDataSet();
-        const auto number = numbers_of<0x0062, 0x0004>(&segment);
-        if (auto name = text_of(segment, label); !number.empty() && !name.empty())
-            names.emplace(static_cast<int>(number.front()), std::move(name));
+        const auto numbers = numbers_of<0x0062, 0x0004>(&segment);
+        if (numbers.empty())
+            continue;
+        const int number = static_cast<int>(numbers.front());
+        const auto *code = first_item(&segment, type, keep);
+        if (code)
+            image.label_codes[number] = {.type = text_in(code, value),
+                                         .meaning = text_in(code, meaning),
+                                         .region = text_in(first_item(&segment, region, keep), meaning)};
+        if (const auto name = text_of(segment, label); !name.empty())
+            image.label_names.emplace(number, name);
+        else if (code)
+            image.label_names.emplace(number, image.label_codes[number].meaning);
     }
-    return names;
 }
 
 /// Frames of the largest segment first.
@@ -296,7 +309,7 @@ LabelImage read_dicom_segmentation(const fs::path &file) {
     auto frames = read_frames(reader.GetFile().GetDataSet(), file);
     LabelImage image{.name = file.filename().string(), .grid = {}, .label = {}};
     const auto slices = slices_of(frames, image.grid, file);
-    image.label_names = segment_labels(reader.GetFile().GetDataSet());
+    read_segments_of(reader.GetFile().GetDataSet(), image);
     constexpr double most_voxels = 1 << 28;
     const auto pixels_per_frame = static_cast<std::size_t>(frames.rows) * static_cast<std::size_t>(frames.columns);
     if (static_cast<double>(pixels_per_frame) * image.grid.size[2] > most_voxels)

@@ -114,11 +114,6 @@ void check_nifti(const fs::path &file, double num_voxels, double data_bytes) {
         check_finite(file, file, *said, header, num_voxels);
 }
 
-std::string trimmed(const std::string &text) {
-    const auto first = text.find_first_not_of(" \t\r");
-    return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r") + 1 - first);
-}
-
 /// Such as "slice_%03d.raw 1 40 1": the first word goes to printf, which believes whatever it says.
 bool is_pattern_of_one_number(const std::string &data_file) {
     const auto word = data_file.substr(0, data_file.find(' '));
@@ -194,6 +189,11 @@ void check_nrrd_data_file(const fs::path &file, const std::string &line) {
 }
 
 } // namespace
+
+std::string trimmed(const std::string &text) {
+    const auto first = text.find_first_not_of(" \t\r");
+    return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r") + 1 - first);
+}
 
 void check_voxels_beside(const fs::path &file) {
     if (support::file_ending(file) == ".hdr" && !voxels_of_pair(file))

@@ -1,8 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace livermark::segmentation {
+
+/// A piece of a header without spaces and ends of lines around it.
+std::string trimmed(const std::string &text);
 
 /// NIfTI and MetaImage files that were cut off come out of ITK with the rest as zeros: a liver without its top. Does
 /// the file hold as many bytes of voxels as its header says? Formats of which ITK takes care itself pass.

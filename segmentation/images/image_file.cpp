@@ -65,7 +65,8 @@ void check_grid(ImageGrid &grid, const std::string &name, std::vector<std::strin
     grid.direction = svd.matrixU() * svd.matrixV().transpose();
 }
 
-ImageGrid grid_of(const Values &values, const std::string &name, std::vector<std::string> &remarks) {
+ImageGrid grid_of(const Values &values, const HeaderGrid &header, const std::string &name,
+                  std::vector<std::string> &remarks) {
     ImageGrid grid;
     for (unsigned d = 0; d < 3; ++d) {
         grid.size.at(d) = static_cast<int>(values.GetLargestPossibleRegion().GetSize(d));
@@ -74,13 +75,14 @@ ImageGrid grid_of(const Values &values, const std::string &name, std::vector<std
         for (unsigned c = 0; c < 3; ++c)
             grid.direction(c, d) = values.GetDirection()(c, d);
     }
+    correct_by_header(grid, header, name, remarks);
     check_grid(grid, name, remarks);
     return grid;
 }
 
-LabelImage labels_of(const Values &values, const std::string &name) {
+LabelImage labels_of(const Values &values, const HeaderGrid &header, const std::string &name) {
     LabelImage image{.name = name, .grid = {}, .label = {}};
-    image.grid = grid_of(values, name, image.remarks);
+    image.grid = grid_of(values, header, name, image.remarks);
     constexpr float most_off = 1e-3F; // a slope and its product are rounded
     const float *value = values.GetBufferPointer();
     image.label.resize(num_voxels(image.grid));
@@ -109,9 +111,11 @@ LabelImage labels_of(const Values &values, const std::string &name) {
 
 LabelImage read_plain_image(const fs::path &file, const std::string &name, const fs::path &scratch) {
     auto read = read_image_values(file, scratch);
-    auto image = labels_of(*read.values, name);
+    auto image = labels_of(*read.values, read.header, name);
     image.label_names = std::move(read.names);
-    std::ranges::move(read.remarks, std::back_inserter(image.remarks));
+    image.label_codes = std::move(read.codes);
+    for (auto *remarks : {&read.header.remarks, &read.remarks})
+        std::ranges::move(*remarks, std::back_inserter(image.remarks));
     return image;
 }
 
@@ -146,7 +150,7 @@ LabelImage read_folder(const fs::path &folder, const std::string &name) {
         throw InputError(fmt::format("{}: the slices are not evenly spaced ({:.2g} mm off); a slice may be missing, so "
                                      "export the series again",
                                      folder.string(), deviation));
-    return labels_of(*reader->GetOutput(), name);
+    return labels_of(*reader->GetOutput(), {}, name); // whose header GDCM reads
 }
 
 LabelImage read_here(const fs::path &file, const fs::path &scratch) {
@@ -179,6 +183,12 @@ std::string packed(const LabelImage &image) {
         packer.put(label);
         packer.put(name);
     }
+    packer.put(static_cast<int>(image.label_codes.size()));
+    for (const auto &[label, code] : image.label_codes) {
+        packer.put(label);
+        for (const auto *text : {&code.type, &code.meaning, &code.region})
+            packer.put(*text);
+    }
     return std::move(packer).bytes();
 }
 
@@ -203,6 +213,15 @@ LabelImage unpacked(const std::string &bytes) {
         int label = 0;
         unpacker.get(label);
         unpacker.get(image.label_names[label]);
+    }
+    int num_codes = 0;
+    unpacker.get(num_codes);
+    for (int c = 0; c < num_codes; ++c) {
+        int label = 0;
+        unpacker.get(label);
+        auto &code = image.label_codes[label];
+        for (auto *text : {&code.type, &code.meaning, &code.region})
+            unpacker.get(*text);
     }
     return image;
 }

@@ -10,6 +10,9 @@
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
+#include <sstream>
+#include <string_view>
+#include <utility>
 
 #include "segmentation/images/dicom_segmentation.hpp"
 #include "segmentation/images/image_bytes.hpp"
@@ -52,19 +55,46 @@ itk::ImageIOBase::Pointer reader_of(const fs::path &file) {
                     file.string(), image_formats));
 }
 
+/// Type and region of a segment in the words of 3D Slicer's tags: "TerminologyEntry:context~category~type~modifier~
+/// context~region~modifier|...", of which type and region are "scheme^value^meaning".
+core::SegmentCode code_in_tags(const std::string &tags) {
+    constexpr std::string_view key = "TerminologyEntry:";
+    constexpr std::size_t type_at = 2, region_at = 5;
+    const auto parts_of = [](std::string text, char separator) {
+        std::vector<std::string> parts;
+        std::istringstream stream(std::move(text));
+        for (std::string part; std::getline(stream, part, separator);)
+            parts.push_back(part);
+        return parts;
+    };
+    const auto begin = tags.find(key);
+    if (begin == std::string::npos)
+        return {};
+    const auto end = tags.find('|', begin);
+    const auto first = begin + key.size();
+    auto fields = parts_of(tags.substr(first, end == std::string::npos ? end : end - first), '~');
+    fields.resize(region_at + 1);
+    auto type = parts_of(fields[type_at], '^'), region = parts_of(fields[region_at], '^');
+    type.resize(3);
+    region.resize(3);
+    return {.type = type[1], .meaning = type[2], .region = region[2]};
+}
+
 /// 3D Slicer names its segments in the header: Segment0_LabelValue:=1, Segment0_Name:=Liver.
-std::map<int, std::string> segment_names(const itk::MetaDataDictionary &dictionary) {
+void read_segments(const itk::MetaDataDictionary &dictionary, ReadValues &read) {
     constexpr int most_segments = 1000;
-    std::map<int, std::string> names;
     for (int s = 0; s < most_segments; ++s) {
-        std::string label, name;
+        std::string label, name, tags;
         if (!itk::ExposeMetaData(dictionary, fmt::format("Segment{}_LabelValue", s), label))
             break;
         itk::ExposeMetaData(dictionary, fmt::format("Segment{}_Name", s), name);
-        if (const int number = std::atoi(label.c_str()); number > 0 && !name.empty())
-            names.emplace(number, name);
+        itk::ExposeMetaData(dictionary, fmt::format("Segment{}_Tags", s), tags);
+        const int number = std::atoi(label.c_str());
+        if (number > 0 && !name.empty())
+            read.names.emplace(number, name);
+        if (auto code = code_in_tags(tags); number > 0 && !code.type.empty())
+            read.codes.emplace(number, std::move(code));
     }
-    return names;
 }
 
 ReadValues read_values(const fs::path &file) {
@@ -75,8 +105,9 @@ ReadValues read_values(const fs::path &file) {
     reader->SetImageIO(io);
     reader->SetFileName(file.string());
     reader->Update();
-    read.names = segment_names(io->GetMetaDataDictionary());
+    read_segments(io->GetMetaDataDictionary(), read);
     read.values = reader->GetOutput();
+    read.header = grid_in_header(file);
     return read;
 }
 
@@ -113,19 +144,20 @@ bool is_pair_in_capitals(const fs::path &header) {
 }
 
 /// Where a NIfTI header may be put, with its voxels beside it if they are in a file of their own.
-fs::path place_in(const fs::path &scratch, const fs::path &header) {
+fs::path place_in(const fs::path &scratch, const fs::path &header, const std::string &stem = "image") {
     if (support::file_ending(header) != ".hdr")
-        return scratch / "image.nii";
+        return scratch / (stem + ".nii");
     if (const auto voxels = voxels_of_pair(header))
         fs::create_symlink(fs::absolute(*voxels),
-                           scratch / (support::file_ending(*voxels) == ".gz" ? "image.img.gz" : "image.img"));
-    return scratch / "image.hdr";
+                           scratch / (stem + (support::file_ending(*voxels) == ".gz" ? ".img.gz" : ".img")));
+    return scratch / (stem + ".hdr");
 }
 
 /// Reads a file that stands for another, which messages name.
-ReadValues read_in_place_of(const fs::path &file, const fs::path &readable) {
+template <class Read = ReadValues (*)(const fs::path &)>
+ReadValues read_in_place_of(const fs::path &file, const fs::path &readable, const Read &read = read_values) {
     try {
-        return read_values(readable);
+        return read(readable);
     } catch (const InputError &error) {
         std::string text = error.what();
         if (const auto at = text.find(readable.string()); at != std::string::npos)
@@ -171,12 +203,19 @@ void check_header(itk::ImageIOBase &io, const fs::path &file) {
 }
 
 bool needs_a_copy(const fs::path &file) {
+    if (is_nifti_2(file))
+        return true;
     if (const auto header = read_nifti_header(file))
         return has_rounded_axes(*header) || is_pair_in_capitals(file);
     return name_with_lower_ending(file) != file.filename().string();
 }
 
 ReadValues read_image_values(const fs::path &file, const fs::path &scratch) {
+    if (is_nifti_2(file)) {
+        const auto copy = place_in(scratch, file, "version_1");
+        write_as_nifti_1(file, copy);
+        return read_in_place_of(file, copy, [&](const fs::path &path) { return read_image_values(path, scratch); });
+    }
     const auto header = read_nifti_header(file);
     if (!header)
         return read_in_place_of(file, with_lower_ending(file, scratch));
@@ -186,6 +225,7 @@ ReadValues read_image_values(const fs::path &file, const fs::path &scratch) {
         const auto copy = place_in(scratch, file);
         write_with_right_angles(file, *header, copy);
         read = read_in_place_of(file, copy);
+        read.header = grid_in_header(file);
         read.remarks.push_back(off.text + ", and are turned to the nearest axes at right angles");
     } else if (is_pair_in_capitals(file)) {
         const auto link = place_in(scratch, file);

@@ -7,6 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh/segment_names.hpp"
+#include "segmentation/images/header_grid.hpp"
+
 /// What ITK reads of image files, before anything is believed. Internal to segmentation/.
 namespace livermark::segmentation {
 
@@ -24,6 +27,8 @@ inline constexpr double most_degrees_off = 0.3;
 struct ReadValues {
     Values::Pointer values;
     std::map<int, std::string> names;
+    std::map<int, core::SegmentCode> codes;
+    HeaderGrid header; ///< what it says of the place of the voxels
     std::vector<std::string> remarks;
 };
 
@@ -31,8 +36,8 @@ struct ReadValues {
 /// @throws support::InputError if it is not
 void check_header(itk::ImageIOBase &io, const std::filesystem::path &file);
 
-/// Whether something else is read in the place of a file: ITK takes axes that are only rounded for sheared, and knows
-/// endings in lower case alone.
+/// Whether something else is read in the place of a file: ITK takes axes that are only rounded for sheared, knows
+/// endings in lower case alone, and does not read NIfTI-2.
 bool needs_a_copy(const std::filesystem::path &file);
 
 /// Reads a file of one image.

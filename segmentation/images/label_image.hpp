@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh/segment_names.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::segmentation {
@@ -34,7 +35,8 @@ struct LabelImage {
     ImageGrid grid;
     std::vector<std::uint16_t> label;         ///< (num_voxels) the first axis runs fastest
     std::map<int, std::string> label_names{}; ///< of segments, where the file has them
-    std::vector<std::string> remarks{};       ///< a sentence for what the file leaves in doubt
+    std::map<int, core::SegmentCode> label_codes{};
+    std::vector<std::string> remarks{}; ///< a sentence for what the file leaves in doubt
 };
 
 /// A scan, such as a computed tomography.

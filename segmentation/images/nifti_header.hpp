@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -12,22 +13,34 @@ namespace livermark::segmentation {
 
 /// What a NIfTI-1 header says of voxels and their place: https://nifti.nimh.nih.gov/nifti-1/
 struct NiftiHeader {
-    bool is_swapped = false;  ///< whether the other byte order wrote it
-    bool has_floats = false;  ///< whether its voxels are stored in floating point
-    int bits_per_voxel = 0;   ///< as they are stored, whatever a slope makes of them
-    double data_offset = 0.0; ///< [byte]
-    int qform_code = 0;       ///< 0 if it says nothing
+    bool is_swapped = false; ///< whether the other byte order wrote it
+    bool is_nifti = true;    ///< not its forerunner Analyze 7.5, which has no place for axes
+    std::array<int, 3> size = {0, 0, 0};
+    double metres_per_unit = 1e-3; ///< of all lengths below, which are in mm where the header says no unit
+    bool has_floats = false;       ///< whether its voxels are stored in floating point
+    int bits_per_voxel = 0;        ///< as they are stored, whatever a slope makes of them
+    double data_offset = 0.0;      ///< [byte]
+    int qform_code = 0;            ///< 0 if it says nothing
     int sform_code = 0;
-    Eigen::Vector3d spacing = {1.0, 1.0, 1.0}; ///< between voxels along the axes, of which the qform is made [mm]
-    Eigen::Matrix3d sform = Eigen::Matrix3d::Identity().eval(); ///< columns: from voxel to voxel along each axis [mm]
+    Eigen::Vector3d spacing = {1.0, 1.0, 1.0}; ///< between voxels along the axes, of which the qform is made
+    Eigen::Matrix3d sform = Eigen::Matrix3d::Identity().eval(); ///< columns: from voxel to voxel along each axis
+    Eigen::Matrix3d qform = Eigen::Matrix3d::Identity().eval(); ///< columns: the axes, of length 1
+    Eigen::Vector3d sform_origin = {0.0, 0.0, 0.0};             ///< centre of the first voxel; RAS, as the forms are
+    Eigen::Vector3d qform_origin = {0.0, 0.0, 0.0};
 };
 
 /// Whether a number in floating point is finite, by the bytes that a file has of it. ITK reads what is not as 0.
 /// @param bytes  4 or 8
 bool is_finite(std::span<const char> bytes, bool is_swapped);
 
-/// @return nothing if the file has no such header
+/// @return nothing if the file has no such header, or one of NIfTI-2
 std::optional<NiftiHeader> read_nifti_header(const std::filesystem::path &file);
+
+/// Whether a file has a header of NIfTI-2, which ITK does not read.
+bool is_nifti_2(const std::filesystem::path &file);
+/// Copies such a file with the header that NIfTI-1 has for it; the voxels of a pair stay where they are.
+/// @throws support::InputError if NIfTI-1 cannot hold it
+void write_as_nifti_1(const std::filesystem::path &file, const std::filesystem::path &to);
 
 /// Voxels may be in a file of their own: NAME.hdr and NAME.img, or NAME.img.gz, in any case.
 /// @return the header where the voxels are given, the file itself otherwise

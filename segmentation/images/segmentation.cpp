@@ -7,9 +7,8 @@
 #include <itkConnectedComponentImageFilter.h>
 #include <itkImage.h>
 #include <map>
-#include <set>
+#include <span>
 
-#include "core/mesh/plausible_liver.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::segmentation {
@@ -53,80 +52,108 @@ ConnectedPieces connected_pieces(const Mask::Pointer &mask) {
     return pieces;
 }
 
-std::set<int> labels_of(const LabelImage &image) {
+/// Labels that voxels have, but for the background, in ascending order.
+std::vector<int> labels_of(const LabelImage &image) {
     std::vector<bool> is_there(65536, false);
     for (const auto label : image.label)
         is_there[label] = true;
-    std::set<int> labels;
+    std::vector<int> labels;
     for (int label = 1; label < 65536; ++label)
         if (is_there[static_cast<std::size_t>(label)])
-            labels.insert(label);
+            labels.push_back(label);
     return labels;
 }
 
-/// Chooses by the names that the file has, if one of them is that of the liver.
-bool choose_by_name(LabelChoice &choice, const LabelImage &image, const std::set<int> &there,
-                    std::vector<std::string> &remarks) {
-    LabelChoice named;
-    std::vector<std::string> others;
-    for (const int label : there) {
-        const auto name = image.label_names.find(label);
-        if (name != image.label_names.end() && core::is_name_of_liver(name->second))
-            named.liver.push_back(label);
-        else if (name != image.label_names.end() && core::is_name_of_lesion(name->second))
-            named.tumours.push_back(label);
-        else
-            others.push_back(name == image.label_names.end() ? fmt::format("{}", label)
-                                                             : fmt::format("{} '{}'", label, name->second));
-    }
-    if (named.liver.empty())
-        return false;
-    choice = named;
-    remarks.push_back(fmt::format("by the names of the segments label {} is the liver{}{}",
-                                  fmt::join(named.liver, ", "), named.tumours.empty() ? "" : " and lesions are ",
-                                  fmt::join(named.tumours, ", ")));
+/// Label and name: 3 'Hepatic vein'.
+std::string shown_label(const LabelImage &image, int label) {
+    const auto name = image.label_names.find(label);
+    return name == image.label_names.end() ? fmt::format("{}", label)
+                                           : fmt::format("{} '{}'", label, support::shown(name->second));
+}
+
+std::string shown_labels(const LabelImage &image, const std::vector<int> &labels) {
     constexpr std::size_t most_named = 10;
-    if (const auto num_others = others.size(); num_others > most_named) {
-        others.resize(most_named);
-        others.push_back(fmt::format("{} more", num_others - most_named));
+    std::vector<std::string> shown;
+    for (const int label : std::span(labels).first(std::min(labels.size(), most_named)))
+        shown.push_back(shown_label(image, label));
+    if (labels.size() > most_named)
+        shown.push_back(fmt::format("{} more", labels.size() - most_named));
+    return fmt::format("{}", fmt::join(shown, ", "));
+}
+
+/// A sentence for each label whose code decides against its name.
+void tell_of_codes(const LabelImage &image, std::vector<std::string> &remarks) {
+    using core::SegmentRole;
+    for (const auto &[label, code] : image.label_codes) {
+        const auto name = image.label_names.find(label);
+        if (name == image.label_names.end())
+            continue;
+        const auto by_name = core::role_of_name(name->second), by_code = core::role_of_segment(name->second, code);
+        if (by_name != by_code && by_name != SegmentRole::unnamed && by_name != SegmentRole::other)
+            remarks.push_back(fmt::format("label {} is '{}' by its code, {}, and so it counts; --liver and --tumours "
+                                          "choose otherwise",
+                                          shown_label(image, label), support::shown(code.meaning),
+                                          support::shown(code.type)));
     }
-    if (!others.empty())
-        remarks.push_back(fmt::format("labels whose names are neither of a liver nor of a lesion are left out: {}; "
-                                      "--liver and --tumours may name them",
-                                      fmt::join(others, ", ")));
-    return true;
+}
+
+/// The lowest label that no tumour has.
+int guessed_liver(const LabelImage &image, const std::vector<int> &there, const std::vector<int> &tumours) {
+    if (static_cast<int>(there.size()) > max_labels_to_guess)
+        throw support::InputError(
+            fmt::format("{}: it has {} labels, more than a liver and its lesions; name them with --liver and --tumours",
+                        image.name, there.size()));
+    const auto first =
+        std::ranges::find_if(there, [&](int label) { return std::ranges::find(tumours, label) == tumours.end(); });
+    if (first == there.end())
+        throw support::InputError(
+            fmt::format("{}: every label is a tumour's; name the liver's with --liver", image.name));
+    return *first;
+}
+
+/// Chooses by codes and names, or by numbers where the file has no names.
+LabelChoice chosen_by_file(const LabelImage &image, const std::vector<int> &there, const std::vector<int> &tumours,
+                           std::vector<std::string> &remarks) {
+    auto roles = labels_by_role(image);
+    LabelChoice choice{roles[core::SegmentRole::liver], tumours.empty() ? roles[core::SegmentRole::lesion] : tumours};
+    std::erase_if(choice.liver, [&](int label) { return std::ranges::find(tumours, label) != tumours.end(); });
+    if (!choice.liver.empty()) {
+        remarks.push_back(fmt::format("by the names of the segments label {} is the liver{}{}",
+                                      fmt::join(choice.liver, ", "), choice.tumours.empty() ? "" : " and lesions are ",
+                                      fmt::join(choice.tumours, ", ")));
+        tell_of_codes(image, remarks);
+        return choice;
+    }
+    if (roles[core::SegmentRole::unnamed].size() < there.size())
+        throw support::InputError(fmt::format("{}: none of its segments is a liver by its name: {}; if one is, give "
+                                              "its label to `livermark mesh --labels` with --liver",
+                                              image.name, shown_labels(image, there)));
+    choice.liver = {guessed_liver(image, there, tumours)};
+    if (tumours.empty())
+        std::ranges::copy_if(there, std::back_inserter(choice.tumours), [&](int l) { return l != choice.liver[0]; });
+    if (there.size() > 1)
+        remarks.push_back(
+            fmt::format("the file does not name its labels, so {}, the lowest, is taken for the liver and "
+                        "{} for lesions; vessels and other organs among them have to be left out with "
+                        "--liver and --tumours",
+                        choice.liver[0], fmt::join(choice.tumours, ", ")));
+    return choice;
 }
 
 /// Every label that is meant, from what was said and what is there.
-LabelChoice completed(LabelChoice choice, const LabelImage &image, std::vector<std::string> &remarks) {
+LabelChoice completed(const LabelChoice &choice, const LabelImage &image, std::vector<std::string> &remarks) {
     const auto there = labels_of(image);
-    if (choice.liver.empty() && choice.tumours.empty() && choose_by_name(choice, image, there, remarks))
-        return choice;
     if (there.empty())
         throw support::InputError(fmt::format("{}: every voxel is background, so there is no liver in it", image.name));
     for (const auto *labels : {&choice.liver, &choice.tumours})
         for (const int label : *labels)
-            if (!there.contains(label))
+            if (std::ranges::find(there, label) == there.end())
                 throw support::InputError(
                     fmt::format("{}: no voxel has the label {}; it has {}", image.name, label, fmt::join(there, ", ")));
     for (const int label : choice.tumours)
         if (std::ranges::find(choice.liver, label) != choice.liver.end())
             throw support::InputError(fmt::format("label {} cannot be both liver and tumour; name it once", label));
-    if (choice.liver.empty()) {
-        if (static_cast<int>(there.size()) > max_labels_to_guess)
-            throw support::InputError(fmt::format(
-                "{}: it has {} labels, more than a liver and its lesions; name them with --liver and --tumours",
-                image.name, there.size()));
-        const auto first = std::ranges::find_if(
-            there, [&](int label) { return std::ranges::find(choice.tumours, label) == choice.tumours.end(); });
-        if (first == there.end())
-            throw support::InputError(
-                fmt::format("{}: every label is a tumour's; name the liver's with --liver", image.name));
-        choice.liver = {*first};
-        if (choice.tumours.empty())
-            std::ranges::copy_if(there, std::back_inserter(choice.tumours), [&](int l) { return l != *first; });
-    }
-    return choice;
+    return choice.liver.empty() ? chosen_by_file(image, there, choice.tumours, remarks) : choice;
 }
 
 std::string millilitres(std::size_t voxels, const ImageGrid &grid) {
@@ -159,6 +186,38 @@ Mask::Pointer solid_body(const LabelImage &image, const std::vector<bool> &is_bo
     return body;
 }
 
+/// What becomes of labels that are no part of the body.
+void tell_left_out(const LabelImage &image, const LabelChoice &choice, const Mask::Pointer &body,
+                   std::vector<std::string> &remarks) {
+    const auto roles = labels_by_role(image);
+    std::vector<int> vessels, others;
+    for (const int label : labels_of(image)) {
+        const auto is_in = [&](const std::vector<int> &labels) {
+            return std::ranges::find(labels, label) != labels.end();
+        };
+        const auto vessel = roles.find(core::SegmentRole::vessel);
+        if (!is_in(choice.liver) && !is_in(choice.tumours))
+            (vessel != roles.end() && is_in(vessel->second) ? vessels : others).push_back(label);
+    }
+    const auto tell = [&](const std::vector<int> &labels, const std::string &what) {
+        std::vector<bool> is_meant(65536, false);
+        for (const int label : labels)
+            is_meant[static_cast<std::size_t>(label)] = true;
+        std::size_t inside = 0, outside = 0;
+        for (std::size_t v = 0; v < image.label.size(); ++v)
+            if (is_meant[image.label[v]])
+                ++(body->GetBufferPointer()[v] == 1 ? inside : outside);
+        remarks.push_back(fmt::format("{} are left out: {}; {} of them that the liver encloses become parenchyma, {} "
+                                      "are holes in it or lie outside",
+                                      what, shown_labels(image, labels), millilitres(inside, image.grid),
+                                      millilitres(outside, image.grid)));
+    };
+    if (!vessels.empty())
+        tell(vessels, "vessels and ducts have no region of their own and");
+    if (!others.empty())
+        tell(others, "labels that are neither the liver's nor a lesion's");
+}
+
 struct Lesion {
     int label;
     std::vector<std::size_t> voxels;
@@ -182,6 +241,18 @@ std::vector<Lesion> lesions_of(const LabelImage &image, const std::vector<int> &
 
 } // namespace
 
+std::map<core::SegmentRole, std::vector<int>> labels_by_role(const LabelImage &image) {
+    std::map<core::SegmentRole, std::vector<int>> roles;
+    for (const int label : labels_of(image)) {
+        const auto name = image.label_names.find(label);
+        const auto code = image.label_codes.find(label);
+        roles[core::role_of_segment(name == image.label_names.end() ? "" : name->second,
+                                    code == image.label_codes.end() ? core::SegmentCode{} : code->second)]
+            .push_back(label);
+    }
+    return roles;
+}
+
 std::vector<double> region_volumes(const Segmentation &segmentation) {
     std::vector<double> volumes(segmentation.region_names.size(), 0.0);
     for (const auto region : segmentation.region)
@@ -198,6 +269,7 @@ Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, d
         for (const int label : *kind)
             is_body[static_cast<std::size_t>(label)] = true;
     const auto body = solid_body(image, is_body, result.remarks);
+    tell_left_out(image, labels, body, result.remarks);
     result.region.assign(body->GetBufferPointer(), body->GetBufferPointer() + num_voxels(image.grid));
 
     std::size_t num_small = 0, small_voxels = 0;

@@ -145,16 +145,25 @@ std::string figures_of_labels(const std::string &file) {
     for (const int label : image.label)
         if (label != 0)
             ++num_voxels[label];
+    using core::SegmentRole;
+    auto roles = labels_by_role(image);
+    const bool has_liver = !roles[SegmentRole::liver].empty(),
+               has_names = roles[SegmentRole::unnamed].size() < num_voxels.size();
     double volume = 0.0;
+    for (const auto &[role, labels] : roles)
+        for (const int label : labels)
+            if (!has_liver || role == SegmentRole::liver || role == SegmentRole::lesion)
+                volume += static_cast<double>(num_voxels[label]) * voxel_volume(grid);
     for (const auto &[label, count] : num_voxels) {
-        const double of_label = static_cast<double>(count) * voxel_volume(grid);
         const auto name = image.label_names.find(label);
-        volume += of_label;
-        text += fmt::format("{:<17} {:.1f} mL{}\n", fmt::format("label {}", label), 1e6 * of_label,
+        text += fmt::format("{:<17} {:.1f} mL{}\n", fmt::format("label {}", label),
+                            1e6 * static_cast<double>(count) * voxel_volume(grid),
                             name == image.label_names.end() ? "" : " " + name->second);
     }
     for (const auto &remark : image.remarks)
         tell(remark);
+    if (has_names && !has_liver)
+        tell("none of the segments is a liver by its name, so it is refused unless --liver gives the label of one");
     for (const auto &doubt : core::doubts_about_liver(volume, {}))
         tell(doubt);
     return text;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 #include <numeric>
+#include <utility>
 
 #include "segmentation/images/phantom.hpp"
 #include "segmentation/images/segmentation.hpp"
@@ -91,6 +92,68 @@ TEST(ChooseLabels, NamesOfSegmentsSayWhatIsTheLiver) {
     EXPECT_TRUE(is_said(chosen, "are left out: 3 'Hepatic vein'"));
     image.label_names = {{1, "Segment_1"}};
     EXPECT_EQ(choose_labels(image, {}, 0.0).region[at(4, 4, 4)], 1) << "without a name that says it the lowest label";
+}
+
+std::string refusal(const LabelImage &image) {
+    try {
+        choose_labels(image, {}, 0.0);
+    } catch (const support::InputError &error) {
+        return error.what();
+    }
+    return "none";
+}
+
+TEST(ChooseLabels, NamesOfWhichNoneIsALiversAreRefusedAndListed) {
+    auto image = block();
+    image.label[at(4, 4, 4)] = 2;
+    for (const auto &[first, second] : {std::pair{"stomach", "gallbladder"},
+                                        {"liver_vessels", "liver_tumor"},
+                                        {"Liver bed", "Segment_2"},
+                                        {"Non-liver", ""}}) {
+        image.label_names = {{1, first}, {2, second}};
+        EXPECT_NE(refusal(image).find(std::string("none of its segments is a liver by its name: 1 '") + first),
+                  std::string::npos)
+            << refusal(image);
+    }
+    EXPECT_EQ(choose_labels(image, {.liver = {1}, .tumours = {2}}, 0.0).region_names.size(), 2u) << "numbers decide";
+}
+
+TEST(ChooseLabels, CodesSayWhatIsALesion) {
+    auto image = block();
+    image.label[at(4, 4, 4)] = 2;
+    image.label[at(6, 6, 6)] = 3;
+    image.label_names = {{1, "Liver"}, {2, "green"}, {3, "Tumour"}};
+    image.label_codes = {{2, {.type = "108369006", .meaning = "Neoplasm"}},
+                         {3, {.type = "8993003", .meaning = "Hepatic vein"}}};
+    const auto chosen = choose_labels(image, {}, 0.0);
+    EXPECT_EQ(chosen.region[at(4, 4, 4)], 2);
+    EXPECT_EQ(chosen.region[at(6, 6, 6)], 1);
+    EXPECT_TRUE(is_said(chosen, "label 3 'Tumour' is 'Hepatic vein' by its code, 8993003"));
+}
+
+TEST(ChooseLabels, VesselsAreNeitherLesionsNorParenchymaInSilence) {
+    auto image = block();
+    image.label_names = {{1, "Liver"}, {2, "Portal vein"}, {3, "spleen"}};
+    for (int i = 5; i < 9; ++i)
+        image.label[at(i, 5, 5)] = 2; // it comes in from outside
+    image.label[at(3, 3, 3)] = 2;     // it begins and ends inside
+    image.label[at(0, 0, 0)] = 3;
+    const auto chosen = choose_labels(image, {}, 0.0);
+    EXPECT_EQ(chosen.region_names.size(), 1u);
+    EXPECT_EQ(chosen.region[at(5, 5, 5)], 0);
+    EXPECT_EQ(chosen.region[at(3, 3, 3)], 1);
+    EXPECT_TRUE(is_said(chosen, "are left out: 2 'Portal vein'; 0.001 mL of them that the liver encloses become "
+                                "parenchyma, 0.004 mL are holes in it or lie outside"));
+    EXPECT_TRUE(is_said(chosen, "are left out: 3 'spleen'"));
+}
+
+TEST(ChooseLabels, WithoutNamesSayHowTheLabelsAreTaken) {
+    auto image = block();
+    image.label[at(4, 4, 4)] = 2;
+    EXPECT_TRUE(is_said(choose_labels(image, {}, 0.0), "so 1, the lowest, is taken for the liver and 2 for lesions"));
+    image.label_names = {{1, "kidney"}, {2, "liver"}};
+    EXPECT_EQ(choose_labels(image, {.liver = {}, .tumours = {1}}, 0.0).region[at(4, 4, 4)], 1)
+        << "the liver's name counts where its number is not given";
 }
 
 TEST(ChooseLabels, LabelsThatAreNotMeantAreBackground) {

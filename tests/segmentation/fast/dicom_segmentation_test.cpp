@@ -5,9 +5,13 @@
 #include <fstream>
 #include <functional>
 #include <gtest/gtest.h>
+#include <map>
+#include <string>
+#include <vector>
 
 #include "fuzz/dicom_elements.hpp"
 #include "segmentation/images/image_file.hpp"
+#include "segmentation/images/segmentation.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 
@@ -27,6 +31,7 @@ struct Object {
     int rows = 3, columns = 4;
     Vector3 along_row{1.0, 0.0, 0.0}, along_column{0.0, 0.6, 0.8}; ///< a tilted image
     double row_spacing = 1.5, column_spacing = 2.0, slice_spacing = 3.0;
+    std::string segments;                                                               ///< items of the sequence
     std::vector<std::pair<int, double>> frames{{1, 0.0}, {1, 1.0}, {1, 3.0}, {2, 1.0}}; ///< segment, slice
     /// Whether a voxel is in a segment.
     std::function<bool(int segment, int i, int j, int k)> is_inside = [](int segment, int i, int j, int) {
@@ -78,9 +83,10 @@ void write(const fs::path &file, const Object &object) {
         << element(0x00080060, "CS", "SEG") << element(0x00280008, "IS", fmt::format("{}", object.frames.size()))
         << number(0x00280010, static_cast<std::uint32_t>(object.rows))
         << number(0x00280011, static_cast<std::uint32_t>(object.columns)) << number(0x00280100, are_bits ? 1 : 8)
-        << element(0x00620001, "CS", object.kind) << (are_bits ? "" : number(0x0062000e, 200))
-        << element(0x52009229, "SQ", shared) << element(0x52009230, "SQ", per_frame)
-        << element(0x7fe00010, "OB", pixels_of(object));
+        << element(0x00620001, "CS", object.kind)
+        << (object.segments.empty() ? "" : element(0x00620002, "SQ", object.segments))
+        << (are_bits ? "" : number(0x0062000e, 200)) << element(0x52009229, "SQ", shared)
+        << element(0x52009230, "SQ", per_frame) << element(0x7fe00010, "OB", pixels_of(object));
 }
 
 class DicomSegmentation : public tests::ResultFolder {
@@ -119,6 +125,26 @@ TEST_F(DicomSegmentation, OfBitsOrPartsGivesTheNumbersOfItsSegments) {
         write(directory_ / "seg.dcm", object);
         expect_labels(read_label_image(directory_ / "seg.dcm"), object);
     }
+}
+
+std::string code(std::uint32_t tag, const std::string &value, const std::string &meaning) {
+    return element(
+        tag, "SQ",
+        item(element(0x00080100, "SH", value) + element(0x00080102, "SH", "SCT") + element(0x00080104, "LO", meaning)));
+}
+
+TEST_F(DicomSegmentation, HasNamesAndCodesOfItsSegments) {
+    Object object;
+    object.segments =
+        item(number(0x00620004, 1) + element(0x00620005, "LO", "Liver") + code(0x0062000f, "10200004", "Liver")) +
+        item(code(0x00082218, "10200004", "Liver") + number(0x00620004, 2) + code(0x0062000f, "108369006", "Neoplasm"));
+    write(directory_ / "seg.dcm", object);
+    const auto image = read_label_image(directory_ / "seg.dcm");
+    EXPECT_EQ(image.label_names, (std::map<int, std::string>{{1, "Liver"}, {2, "Neoplasm"}}));
+    ASSERT_EQ(image.label_codes.size(), 2u);
+    EXPECT_EQ(image.label_codes.at(2).type, "108369006");
+    EXPECT_EQ(image.label_codes.at(2).region, "Liver");
+    EXPECT_EQ(labels_by_role(image).at(core::SegmentRole::lesion), std::vector{2});
 }
 
 TEST_F(DicomSegmentation, MayBeAloneInItsFolder) {

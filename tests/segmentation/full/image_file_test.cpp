@@ -115,7 +115,7 @@ TEST_F(ImageFile, WhoseFormsDisagreeSaysSo) {
     write_label_image(file, straight_image());
     EXPECT_TRUE(read_label_image(file).remarks.empty());
     poke_header<std::int16_t>(file, 252, {1, 1});
-    poke_header<float>(file, 280, {4.0F, 0.0F, 0.0F, 0.0F, 0.0F, 4.0F, 0.0F, 0.0F, 0.0F, 0.0F, 4.0F, 0.0F});
+    poke_header<float>(file, 280, {-4.0F, 0.0F, 0.0F, 0.0F, 0.0F, -4.0F, 0.0F, 0.0F, 0.0F, 0.0F, 4.0F, 0.0F});
     const auto back = read_label_image(file);
     ASSERT_EQ(back.remarks.size(), 1U);
     EXPECT_NE(back.remarks[0].find("voxels are 2 x 2 x 2 mm by its pixdim and qform"), std::string::npos)
@@ -127,10 +127,14 @@ TEST_F(ImageFile, OfLabelsThatAreNearlyWholeIsRead) {
     std::ofstream(directory_ / "a.nrrd") << "NRRD0004\ntype: float\ndimension: 3\nspace: left-posterior-superior\n"
                                             "sizes: 2 2 2\nspace directions: (2,0,0) (0,3,0) (0,0,4)\n"
                                             "space origin: (10,20,30)\nencoding: ascii\nSegment0_LabelValue:=2\n"
-                                            "Segment0_Name:=Liver\n\n1.9999 0 0 1.0004 0 0 0 0\n";
+                                            "Segment0_Name:=Liver\nSegment0_Tags:=Segmentation.Status:inprogress|"
+                                            "TerminologyEntry:DICOM list~SCT^123037004^Anatomical Structure~SCT^"
+                                            "10200004^Liver~^^~Anatomic list~^^~^^|\n\n1.9999 0 0 1.0004 0 0 0 0\n";
     const auto image = read_label_image(directory_ / "a.nrrd");
     EXPECT_EQ(image.label, (std::vector<std::uint16_t>{2, 0, 0, 1, 0, 0, 0, 0}));
     EXPECT_EQ(image.label_names, (std::map<int, std::string>{{2, "Liver"}}));
+    EXPECT_EQ(image.label_codes.at(2).type, "10200004");
+    EXPECT_EQ(image.label_codes.at(2).meaning, "Liver");
 }
 
 TEST_F(ImageFile, MayHaveItsEndingInUpperCase) {
