@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <numeric>
 
+#include "core/mesh/patches.hpp"
 #include "core/mesh/triangle.hpp"
 #include "load_cases/places/selector.hpp"
 
@@ -50,14 +51,12 @@ std::vector<int> all_facets(const core::TetraMesh &mesh) {
 }
 
 std::vector<int> facets_of_patch(const std::string &name, const toml::node &place, const core::TetraMesh &mesh) {
-    const auto found = std::ranges::find(mesh.patch_names, name);
-    if (found == mesh.patch_names.end())
+    const auto known = core::patches_of(mesh);
+    if (std::ranges::find(known, name) == known.end())
         throw NotOnBody(support::place_of(place), fmt::format("the body has no patch '{}'", name),
                         fmt::format("it has {}; find_patches = true in the .toml of a liver finds those of livers",
-                                    fmt::join(mesh.patch_names, ", ")));
-    auto facets = all_facets(mesh);
-    std::erase_if(facets, [&](int f) { return mesh.boundary_patch[f] != found - mesh.patch_names.begin(); });
-    return facets;
+                                    fmt::join(known, ", ")));
+    return core::facets_in_patch(mesh, name);
 }
 
 Vector3 facet_centroid(const core::TetraMesh &mesh, int facet) {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/mesh/patches.hpp"
 #include "core/mesh/plausible_liver.hpp"
 #include "meshes/anatomy/anatomical_patches.hpp"
 #include "meshes/cutting/cut_reader.hpp"
@@ -50,9 +51,9 @@ void check_patches(const toml::table &body, const core::TetraMesh &mesh) {
     if (!body.contains("patches"))
         return;
     for (const auto &[name, patch] : support::required_table(body, "patches")) {
-        if (std::ranges::find(mesh.patch_names, name.str()) == mesh.patch_names.end())
+        if (const auto known = core::patches_of(mesh); std::ranges::find(known, name.str()) == known.end())
             throw support::InputError(fmt::format("{}: the mesh has no patch '{}'; it has {}", support::place_of(patch),
-                                                  name.str(), fmt::join(mesh.patch_names, ", ")));
+                                                  name.str(), fmt::join(known, ", ")));
         if (!patch.is_table())
             throw support::InputError(fmt::format("{}: patch '{}' has to be a table with a description",
                                                   support::place_of(patch), name.str()));
