@@ -146,14 +146,6 @@ ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<st
     return set;
 }
 
-void refuse_tools(const ProblemSet &set) {
-    for (const auto &problem : set.problems)
-        if (problem.load_case.tool)
-            throw support::InputError(
-                fmt::format("load case {} has a tool that moves; give it to 'livermark arena --load-case'",
-                            problem.load_case.name));
-}
-
 void scale_and_note(ProblemSet &set) {
     for (auto &problem : set.problems)
         problem = scaled_to_target(std::move(problem));
@@ -173,27 +165,33 @@ std::vector<std::string> usual_constraints_first() {
 
 ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
                          const meshes::MaterialOverride &material, bool may_leave_out) {
-    for (const auto &file : load_case_files_of(load_cases))
-        if (load_cases::load_case_kind(file).has_needle)
-            throw support::InputError(fmt::format(
-                "load case {} has a needle; give it to 'livermark needle --load-case'", file.stem().string()));
-    auto set = read_all(bodies, load_cases, material, may_leave_out);
-    refuse_tools(set);
-    return set;
+    for (const auto &file : load_case_files_of(load_cases)) {
+        const auto kind = load_cases::load_case_kind(file);
+        if (kind.has_needle || kind.moves_tool)
+            throw support::InputError(fmt::format("load case {} has a {}; give it to 'livermark {} --load-case'",
+                                                  file.stem().string(), kind.has_needle ? "needle" : "tool that moves",
+                                                  kind.has_needle ? "needle" : "arena"));
+    }
+    return read_all(bodies, load_cases, material, may_leave_out);
 }
 
 ProblemSet read_moving_problems(const std::vector<std::string> &bodies, const std::string &load_case,
                                 const meshes::MaterialOverride &material) {
-    auto set = read_all(bodies, {load_case}, material, false);
-    for (const auto &problem : set.problems)
-        if (!problem.load_case.tool)
-            throw support::InputError(
-                fmt::format("load case {} has no tool that moves; choose one with a [tool]", problem.load_case.name));
-    return set;
+    if (const auto kind = load_cases::load_case_kind(load_case); !kind.moves_tool)
+        throw support::InputError(fmt::format("load case {} has no [tool] that moves; give it to 'livermark {} "
+                                              "--load-case', or choose one with a [tool]",
+                                              std::filesystem::path(load_case).stem().string(),
+                                              kind.has_needle ? "needle" : "run"));
+    return read_all(bodies, {load_case}, material, false);
 }
 
 ProblemSet read_needle_problems(const std::vector<std::string> &bodies, const std::string &load_case,
                                 const meshes::MaterialOverride &material) {
+    if (const auto kind = load_cases::load_case_kind(load_case); !kind.has_needle)
+        throw support::InputError(fmt::format("load case {} has no [[needle]]; give it to 'livermark {} --load-case', "
+                                              "or choose one with a [[needle]]",
+                                              std::filesystem::path(load_case).stem().string(),
+                                              kind.moves_tool ? "arena" : "run"));
     auto set = read_all(bodies, {load_case}, material, true);
     std::ranges::move(sentences(set.left_out), std::back_inserter(set.notes));
     return set;
