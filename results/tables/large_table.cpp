@@ -139,7 +139,8 @@ Layout large_table(std::span<const Result> results) {
 }
 
 std::string large_legend() {
-    return "L2: of the displacement at the whole load; tool: stiffness at the tool, force over displacement of the "
+    return "L2: of the displacement at the whole load, or at the part that the status names; tool: stiffness at the "
+           "tool, force over displacement of the "
            "model where the load case presses, pulls or moves a place, over that of the reference, minus 1, positive "
            "is too stiff; worst tool: the same along the path; tool L2: of the displacement within two radii of the "
            "tool; !: above 7 %; worst L2: along the path; 95 %: nodal error that 95 % of the volume stay below; "
