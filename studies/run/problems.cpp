@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/mesh/plausible_liver.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut_reader.hpp"
@@ -128,6 +129,8 @@ ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<st
             try {
                 const auto cut = body_for(load_case_file, body, set.notes);
                 set.problems.push_back({cut, load_cases::read_load_case(load_case_file, cut->mesh)});
+                for (const auto &doubt : core::doubts_about_loads(set.problems.back().load_case, cut->mesh))
+                    set.notes.push_back(fmt::format("{}: {}", body->name, doubt));
                 if (choice == Choice::first) {
                     keep_first(set, first_left_out);
                     break;
