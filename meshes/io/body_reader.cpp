@@ -16,6 +16,7 @@
 #include "meshes/io/mesh_reader.hpp"
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
+#include "support/length_unit.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
 
@@ -103,17 +104,6 @@ void scale(core::TetraMesh &mesh, double factor) {
             point *= factor;
 }
 
-/// A word, or a number of metres.
-double metres_of(const toml::table &table, const toml::node &unit) {
-    if (!unit.is_number())
-        return metres_per_unit(support::required_string(table, "unit"), support::place_of(unit));
-    const double metres = support::required_number(table, "unit");
-    if (!(metres > 0.0))
-        throw support::InputError(
-            fmt::format("{}: the unit is {} m; it has to be positive", support::place_of(unit), metres));
-    return metres;
-}
-
 /// What is told of the image that a body was made of; the rest of [image] is for people.
 void append_remarks(const toml::table &image, std::vector<std::string> &assumptions) {
     const auto spacing = support::required_vector(image, "spacing");
@@ -137,8 +127,7 @@ core::Body body_of_table(const std::filesystem::path &file) {
         support::required_string(table, "title");
     core::Body body;
     body.mesh = read_mesh(file.parent_path() / support::required_string(table, "mesh"), body.assumptions);
-    if (const auto *unit = table.get("unit"))
-        scale(body.mesh, metres_of(table, *unit));
+    scale(body.mesh, support::metres_per_unit(table));
     if (table.contains("image"))
         append_remarks(support::required_table(table, "image"), body.assumptions);
     std::ranges::move(core::doubts_about_unit(body.mesh.points), std::back_inserter(body.assumptions));
@@ -185,6 +174,8 @@ core::Body read_body(const std::filesystem::path &file, const MaterialOverride &
     auto body = support::file_ending(file) == ".toml" ? body_of_table(file) : body_of_mesh(file);
     body.name = file.stem().string();
     apply(override_with, body.materials);
+    std::ranges::move(core::doubts_about_materials(body.materials, body.mesh.region_names),
+                      std::back_inserter(body.assumptions));
     return body;
 }
 
