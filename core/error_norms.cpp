@@ -152,6 +152,32 @@ PathComparison compare_paths(const TetraMesh &mesh, const Solution &solution, co
     return result;
 }
 
+/// A solution of the load at a point of the path.
+Solution as_far_as(const Solution &solution, std::size_t num_points) {
+    const auto &last = solution.path[num_points - 1];
+    Solution part;
+    for (const auto &displacement : last.displacement)
+        part.displacement.push_back(displacement.cast<double>());
+    part.reaction = last.reaction;
+    part.strain_energy = last.strain_energy;
+    part.path.assign(solution.path.begin(), solution.path.begin() + static_cast<std::ptrdiff_t>(num_points));
+    return part;
+}
+
+/// The load case whose whole load is that at a point of the path.
+LoadCase as_far_as(LoadCase load_case, std::size_t num_points) {
+    const double fraction = load_case.path[num_points - 1];
+    const auto ball = load_case.touching;
+    load_case = scaled(std::move(load_case), fraction);
+    if (ball) // which presses before it slides
+        load_case.touching->press = std::min(1.0, fraction / ball->pressed_at()) * ball->press;
+    load_case.path.resize(num_points);
+    for (double &part : load_case.path)
+        part /= fraction;
+    load_case.path.back() = 1.0;
+    return load_case;
+}
+
 } // namespace
 
 const char *to_string(SolutionStatus status) {
@@ -185,9 +211,14 @@ Comparison compare(const TetraMesh &mesh, const LoadCase &load_case, const Solut
         result.error.push_back(error);
     }
     const auto scale = scale_of(load_case, reference);
+    if (!std::isfinite(squared_reference))
+        throw std::invalid_argument(fmt::format("the reference {} moves farther than numbers go; give the load case a "
+                                                "smaller load, and check the units of its numbers and of the material",
+                                                reference_name));
     if (!(squared_reference > 0.0) && !load_case.touching)
-        throw std::invalid_argument(
-            fmt::format("the reference {} does not move; give the load case a load", reference_name));
+        throw std::invalid_argument(fmt::format(
+            "the reference {} does not move, or so little that squares of it are zero; give the load case a load",
+            reference_name));
     const bool is_at_rest = scale.is_rest(peak);
     const auto unless_at_rest = [&](double ratio) { return is_at_rest ? no_ratio : ratio; };
     result.relative_l2 = unless_at_rest(std::sqrt(squared_error / squared_reference));
@@ -203,6 +234,25 @@ Comparison compare(const TetraMesh &mesh, const LoadCase &load_case, const Solut
         for (auto &place : result.tool->places)
             place.stiffness = place.relative_l2 = no_ratio;
     return result;
+}
+
+std::size_t num_points_reached(const LoadCase &load_case, const Solution &reference) {
+    if (reference.status == SolutionStatus::ok || load_case.slow_history)
+        return 0;
+    return std::min(reference.path.size(), load_case.path.size());
+}
+
+std::optional<Comparison> compare_as_far_as_reached(const TetraMesh &mesh, const LoadCase &load_case,
+                                                    const Solution &solution, const Solution &reference,
+                                                    const std::string &reference_name) {
+    const auto num_points = num_points_reached(load_case, reference);
+    if (num_points == 0 || solution.path.size() < num_points)
+        return std::nullopt;
+    const double fraction = load_case.path[num_points - 1];
+    auto comparison = compare(mesh, as_far_as(load_case, num_points), as_far_as(solution, num_points),
+                              as_far_as(reference, num_points), reference_name);
+    comparison.load_fraction = fraction;
+    return comparison;
 }
 
 HistoryComparison compare(const History &history, const History &reference, const std::string &reference_name) {

@@ -44,9 +44,10 @@ struct PathComparison {
 /// How far a solution is from a reference solution of the same problem. Ratios are NaN where the reference is at rest
 /// at the end of its way, as where a ball has slid off: all that is left there is rounding.
 struct Comparison {
-    std::string reference;    ///< name of the reference model
-    double relative_l2 = 0.0; ///< sqrt(sum_i V_i |u_i - r_i|^2 / sum_i V_i |r_i|^2), V_i barycentric nodal volume
-    double max_error = 0.0;   ///< max_i |u_i - r_i| [m]
+    std::string reference;      ///< name of the reference model
+    double load_fraction = 1.0; ///< part of the load at which all is compared: below 1 where the reference ended early
+    double relative_l2 = 0.0;   ///< sqrt(sum_i V_i |u_i - r_i|^2 / sum_i V_i |r_i|^2), V_i barycentric nodal volume
+    double max_error = 0.0;     ///< max_i |u_i - r_i| [m]
     double max_error_relative = 0.0; ///< max_error / max_i |r_i|
     double energy_error = 0.0;       ///< (U - U_r) / U_r of the strain energies, signed
     /// sqrt(sum_p |R_p - R_rp|^2 / sum_p |R_rp|^2) over the constraints; NaN where these have no resultant, as under
@@ -69,6 +70,18 @@ struct Comparison {
 /// @throws std::invalid_argument if the shapes differ, or if the reference is not a solution to compare with
 Comparison compare(const TetraMesh &mesh, const LoadCase &load_case, const Solution &solution,
                    const Solution &reference, const std::string &reference_name);
+
+/// How many points of the path a reference that ended early has come to, and others can be compared at: 0 for one that
+/// has a solution to the whole load or that came to none, and where time passes in the material.
+std::size_t num_points_reached(const LoadCase &load_case, const Solution &reference);
+
+/// Compares a solution with a reference that ended early, at the last point of the path which that has reached, as two
+/// solutions of the load there.
+/// @param reference  with a number of points reached that is not 0
+/// @return nothing if the solution did not come so far itself
+std::optional<Comparison> compare_as_far_as_reached(const TetraMesh &mesh, const LoadCase &load_case,
+                                                    const Solution &solution, const Solution &reference,
+                                                    const std::string &reference_name);
 
 /// Compares the motion of the probes. What is not finite gives a comparison that is not finite.
 /// @param reference_name  kept in the comparison

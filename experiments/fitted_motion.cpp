@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fmt/ranges.h>
 
+#include "core/mesh/patches.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::experiments {
@@ -78,15 +79,12 @@ Vector3 FittedMotion::at(const Vector3 &point) const {
 }
 
 void drive(core::LoadCase &load_case, const core::TetraMesh &mesh, const PlaceMotion &place) {
-    const auto patch = std::ranges::find(mesh.patch_names, place.patch);
-    if (patch == mesh.patch_names.end())
+    const auto facets = core::facets_in_patch(mesh, place.patch);
+    if (facets.empty())
         throw support::InputError(fmt::format("markers drive '{}', and the body has no such patch; it has {}",
-                                              support::shown(place.patch), fmt::join(mesh.patch_names, ", ")));
+                                              support::shown(place.patch), fmt::join(core::patches_of(mesh), ", ")));
     load_case.node_shift.resize(mesh.points.size(), Vector3::Zero());
-    const auto number = static_cast<int>(patch - mesh.patch_names.begin());
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        if (mesh.boundary_patch[f] != number)
-            continue;
+    for (const int f : facets) {
         if (!load_case.is_constrained(f))
             throw support::InputError(fmt::format("markers drive '{}', and nothing constrains it; give it a "
                                                   "[[condition]] with displacement = [0.0, 0.0, 0.0]",

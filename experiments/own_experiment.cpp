@@ -14,8 +14,8 @@
 #include "meshes/generators/expected_tetrahedra.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/material_reader.hpp"
-#include "meshes/io/mesh_reader.hpp"
 #include "support/input_error.hpp"
+#include "support/length_unit.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
 
@@ -35,16 +35,9 @@ toml::table parse(const std::filesystem::path &file) {
 }
 
 double unit_of(const toml::table &table) {
-    const auto *unit = table.get("unit");
-    if (unit && unit->is_number()) {
-        const double metres = support::required_number(table, "unit");
-        if (!(metres > 0.0))
-            throw support::InputError(
-                fmt::format("{}: the unit is {} m; it has to be positive", support::place_of(*unit), metres));
-        return metres;
-    }
-    const auto word = support::required_string(table, "unit"); // says if there is none
-    return meshes::metres_per_unit(word, support::place_of(*unit));
+    if (!table.contains("unit"))
+        support::required_string(table, "unit"); // which says so
+    return support::metres_per_unit(table);
 }
 
 Vector3 optional_vector(const toml::table &table, const char *key) {

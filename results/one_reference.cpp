@@ -6,6 +6,8 @@
 #include <iterator>
 #include <map>
 #include <set>
+#include <tuple>
+#include <utility>
 
 #include "core/mesh/bounding_box.hpp"
 #include "core/units.hpp"
@@ -25,6 +27,32 @@ bool has_known_uncertainty(const Result &result) {
     return result.reference_uncertainty && result.reference_uncertainty->reference == reference_of(result);
 }
 
+/// Whether a result has a reference with a solution, and nothing to compare with it: others are compared with every
+/// reference that has one.
+bool is_reference_alone(const Result &result) {
+    return result.models.size() == 1 && !result.models.front().comparison &&
+           result.models.front().solution.status == core::SolutionStatus::ok;
+}
+
+/// "fem_p2p1, fem_p2p1_refined: why they have no solution", of models that give the same reason; empty if none does.
+std::string reasons(const Result &result) {
+    std::vector<std::pair<std::string, std::string>> models_of_reason;
+    for (const auto &model : result.models) {
+        const auto &[status, message] = std::tie(model.solution.status, model.solution.message);
+        if (status == core::SolutionStatus::ok || message.empty())
+            continue;
+        const auto same = std::ranges::find(models_of_reason, message, &std::pair<std::string, std::string>::first);
+        if (same == models_of_reason.end())
+            models_of_reason.emplace_back(message, model.name);
+        else
+            same->second += ", " + model.name;
+    }
+    std::string text;
+    for (const auto &[reason, names] : models_of_reason)
+        text += fmt::format("; {}: {}", names, reason);
+    return text;
+}
+
 /// Body, Poisson's ratio and load case, in words.
 std::string place_of_result(const Result &result) {
     return fmt::format("{}, nu {:g}, {}", result.problem.body->name, poisson_ratio(result),
@@ -37,6 +65,12 @@ std::string reference_of(const Result &result) {
     const auto found =
         std::ranges::find_if(result.models, [](const ModelResult &model) { return model.comparison.has_value(); });
     return found == result.models.end() ? "" : found->comparison->reference;
+}
+
+double compared_part(const Result &result) {
+    const auto found =
+        std::ranges::find_if(result.models, [](const ModelResult &model) { return model.comparison.has_value(); });
+    return found == result.models.end() ? 1.0 : found->comparison->load_fraction;
 }
 
 bool is_reference_on_mesh(const Result &result) {
@@ -79,6 +113,11 @@ std::string reference_sentence(std::span<const Result> results) {
             compared = compared ? compared : &result;
             is_known = is_known && has_known_uncertainty(result);
         }
+    if (!compared && !results.empty() && std::ranges::all_of(results, is_reference_alone))
+        return fmt::format(
+            "Nothing is compared, because {} is the reference itself and no other model was run; name one "
+            "with --model.",
+            results.front().models.front().name);
     if (!compared)
         return "Nothing is compared, because no reference has a solution.";
     return fmt::format("Errors are against {}, which was solved on {}; {}.", reference_of(*compared),
@@ -111,7 +150,8 @@ bool ends_at_rest(const Result &result) {
 }
 
 bool counts_in_means(const Result &result) {
-    return is_plain_static(result) && !reference_of(result).empty() && !leaves_regime(result) && !ends_at_rest(result);
+    return is_plain_static(result) && !reference_of(result).empty() && !leaves_regime(result) && !ends_at_rest(result) &&
+           compared_part(result) == 1.0;
 }
 
 std::vector<std::string> counted_load_cases(std::span<const Result> results, const std::string &body, double ratio) {
@@ -141,19 +181,26 @@ std::vector<CountedCase> counted_cases(std::span<const Result> results, const st
 std::string shown_status(const ModelResult &model, const Result &result) {
     if (model.solution.status != core::SolutionStatus::ok)
         return core::to_string(model.solution.status);
+    if (is_reference_alone(result))
+        return "reference";
     if (reference_of(result).empty())
         return "not compared";
     if (ends_at_rest(result))
         return result.problem.load_case.touching ? "nothing touches" : "at rest";
+    if (const double part = compared_part(result); part < 1.0)
+        return fmt::format("ok to {:.3g} %", core::percent * part);
     return leaves_regime(result) ? "out of regime" : "ok";
 }
 
 std::vector<std::string> result_remarks(std::span<const Result> results) {
     std::vector<std::string> remarks;
     for (const auto &result : results)
-        if (reference_of(result).empty() && !result.models.empty())
-            remarks.push_back(
-                fmt::format("{}: no reference has a solution, so no model is compared", place_of_result(result)));
+        if (is_reference_alone(result))
+            remarks.push_back(fmt::format("{}: {} is the reference, and no other model is there to compare with it",
+                                          place_of_result(result), result.models.front().name));
+        else if (reference_of(result).empty() && !result.models.empty())
+            remarks.push_back(fmt::format("{}: no reference has a solution, so no model is compared{}",
+                                          place_of_result(result), reasons(result)));
         else if (ends_at_rest(result))
             remarks.push_back(fmt::format(
                 "{}: {}, where {} is at rest, so there are no ratios and no model is ranked; {}",
@@ -162,6 +209,10 @@ std::vector<std::string> result_remarks(std::span<const Result> results) {
                 reference_of(result),
                 result.problem.load_case.touching ? "give a shorter 'slide' or a larger 'depth'"
                                                   : "give a load that stays"));
+        else if (const double part = compared_part(result); part < 1.0)
+            remarks.push_back(fmt::format("{}: models are compared at {:.3g} % of the load, the last point of the path "
+                                          "with a reference, and count in no mean{}",
+                                          place_of_result(result), core::percent * part, reasons(result)));
         else if (leaves_regime(result))
             remarks.push_back(fmt::format(
                 "{} moves {:.3g} mm where {:.3g} mm were meant: small deformations end before that, so its errors "

@@ -23,7 +23,11 @@ bool is_reference_on_mesh(const Result &result);
 /// of their regime.
 std::vector<std::vector<Result>> of_one_reference(std::span<const Result> results);
 
-/// "Errors are against fem_p2p1_refined, which was solved on refined meshes; +- is its own uncertainty."
+/// The part of the load that models are compared at: below 1 where the reference has no solution beyond it.
+double compared_part(const Result &result);
+
+/// "Errors are against fem_p2p1_refined, which was solved on refined meshes; +- is its own uncertainty." Where nothing
+/// is compared, why.
 /// @param results  of one reference
 std::string reference_sentence(std::span<const Result> results);
 
@@ -46,7 +50,7 @@ bool leaves_regime(const Result &result);
 bool ends_at_rest(const Result &result);
 
 /// Whether means and medians of static errors count a result: as is_plain_static() says, compared with a reference that
-/// moves, and inside its regime.
+/// moves, at the whole load, and inside its regime.
 bool counts_in_means(const Result &result);
 
 /// The names of the load cases of a body that count, in alphabetical order.
@@ -65,7 +69,7 @@ std::vector<CountedCase> counted_cases(std::span<const Result> results, const st
 
 /// What a table says of a model: its status, but "not compared", "out of regime" and "nothing touches" or "at rest"
 /// where it has found a solution and the reference has not, the load leaves its regime, or nothing moves the reference
-/// at the end.
+/// at the end; "ok to 80 %" where the reference has none beyond; and "reference" of one that is alone.
 std::string shown_status(const ModelResult &model, const Result &result);
 
 /// A sentence for each result whose models are not "ok" for such a reason.

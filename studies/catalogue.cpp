@@ -1,8 +1,11 @@
 #include "studies/catalogue.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <fmt/format.h>
+#include <string_view>
+#include <system_error>
 
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
@@ -11,6 +14,35 @@
 #include "support/toml_input.hpp"
 
 namespace livermark::studies {
+
+namespace {
+
+/// Load cases that ship in one folder, and who takes them.
+struct LoadCaseKindByFolder {
+    const char *folder;
+    const char *what;
+    const char *command;
+};
+
+constexpr std::array<LoadCaseKindByFolder, 5> kinds_of_load_case{
+    {{load_cases_folder, "has neither a moving tool nor a needle", "livermark run --load-case"},
+     {moving_load_cases_folder, "has a tool that moves", "livermark arena --load-case"},
+     {needle_load_cases_folder, "has a needle", "livermark needle --load-case"},
+     {slow_load_cases_folder, "is of tissue that relaxes", "livermark run --load-case"},
+     {touching_load_cases_folder, "has a ball that touches", "livermark run --load-case"}}};
+
+/// The command that takes a load case which ships, and is of another kind than those of a folder; empty if none is.
+std::string other_command(const std::string &name, std::string_view folder) {
+    for (const auto &kind : kinds_of_load_case) {
+        const auto path = support::root_folder() / kind.folder;
+        std::error_code nobody_cares; // a tree of somebody's own has fewer
+        if (kind.folder != folder && std::filesystem::exists(path / (name + ".toml"), nobody_cares))
+            return fmt::format("load case {} {}; give it to '{} {}'", name, kind.what, kind.command, name);
+    }
+    return {};
+}
+
+} // namespace
 
 std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string> &wanted, const char *folder,
                                                    const char *word) {
@@ -30,8 +62,10 @@ std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string
         else if (std::ranges::find(touching, name) != touching.end())
             file = touching_path / (name + ".toml");
         else if (support::file_ending(file) != ".toml" &&
-                 !(folder == std::string_view(bodies_folder) && file.has_extension()))
-            throw support::InputError(support::unknown_name(word, name, known));
+                 !(folder == std::string_view(bodies_folder) && file.has_extension())) {
+            const auto elsewhere = folder == std::string_view(bodies_folder) ? "" : other_command(name, folder);
+            throw support::InputError(elsewhere.empty() ? support::unknown_name(word, name, known) : elsewhere);
+        }
         if (std::ranges::find(files, file) != files.end())
             throw support::InputError(fmt::format("{} '{}' is asked for twice; name it once", word, name));
         files.push_back(file);

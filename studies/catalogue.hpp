@@ -18,7 +18,9 @@ inline constexpr const char *touching_load_cases_folder = "load_cases/touching";
 /// Among load cases those of touching_load_cases_folder are known by name too.
 /// @param folder  one of these
 /// @param word    "body" or "load case", for messages
-/// @throws support::InputError for a name that does not ship, with the nearest one that does
+/// @throws support::InputError for a name that does not ship, with the nearest one that does; for a load case of
+/// another
+///   folder with the command that takes it
 std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string> &wanted, const char *folder,
                                                    const char *word);
 

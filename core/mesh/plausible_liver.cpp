@@ -81,6 +81,88 @@ std::vector<std::string> doubts_about_unit(const std::vector<Vector3> &points) {
     return {};
 }
 
+std::vector<std::string> doubts_about_materials(std::span<const Material> materials,
+                                                std::span<const std::string> names) {
+    constexpr double lightest = 100.0, heaviest = 5000.0; // [kg/m^3] a lung, and more than tooth
+    constexpr double softest = 50.0, stiffest = 1e8;      // [Pa] softer gels flow, and silicones are far below
+    std::vector<std::string> doubts;
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+        const auto &[density, modulus, ratio] = materials[m];
+        if (!(density >= lightest && density <= heaviest))
+            doubts.push_back(
+                fmt::format("region '{}' has a density of {:g} kg/m^3, which fits no tissue; check whether "
+                            "it is in kg/m^3, in which water has 1000",
+                            names[m], density));
+        if (!(modulus >= softest && modulus <= stiffest))
+            doubts.push_back(fmt::format("region '{}' has a Young's modulus of {:g} Pa, which fits no tissue; check "
+                                         "whether it is in Pa, in which a liver has some thousands",
+                                         names[m], modulus));
+    }
+    return doubts;
+}
+
+std::vector<std::string> doubts_about_loads(const LoadCase &load_case, const TetraMesh &mesh) {
+    constexpr double largest_traction = 1e6, largest_force = 1e3; // [Pa] and [N]
+    constexpr double largest_acceleration = 1e3;                  // [m/s^2]
+    if (load_case.scale_to_target)
+        return {};
+    struct Sums {
+        double traction = 0.0, displacement = 0.0; ///< the largest [Pa, m]
+        Vector3 force = Vector3::Zero();           ///< [N]
+    };
+    std::vector<Sums> of_place(load_case.conditions.size());
+    for (int f = 0; f < load_case.num_facets(); ++f) {
+        if (load_case.is_free(f) || load_case.presses(f))
+            continue;
+        auto &sums = of_place[static_cast<std::size_t>(load_case.condition_on[f])];
+        const Vector3 value = load_case.value[f].array().isNaN().select(0.0, load_case.value[f].array()).matrix();
+        if (load_case.is_constrained(f)) {
+            sums.displacement = std::max(sums.displacement, value.norm());
+        } else {
+            sums.traction = std::max(sums.traction, value.norm());
+            sums.force += area_vector(mesh, f).norm() * value;
+        }
+    }
+    const double size = bounding_box(mesh.points).diagonal().norm();
+    std::vector<std::string> doubts;
+    const auto doubt = [&](const std::string &place, const std::string &what, const char *unit) {
+        doubts.push_back(
+            fmt::format("{}: '{}' has {}; check the number, which is in {}", load_case.name, place, what, unit));
+    };
+    for (std::size_t c = 0; c < of_place.size(); ++c) {
+        const auto &place = load_case.conditions[c].place;
+        const auto &sums = of_place[c];
+        if (sums.traction > largest_traction)
+            doubt(place,
+                  fmt::format("a traction of {:.3g} Pa, where no instrument exerts more than {:g} Pa on tissue",
+                              sums.traction, largest_traction),
+                  "Pa");
+        else if (sums.force.norm() > largest_force)
+            doubt(place, fmt::format("a force of {:.3g} N, more than a hand exerts", sums.force.norm()), "N");
+        if (sums.displacement > size)
+            doubt(place,
+                  fmt::format("a displacement of {:.3g} m, and the body is {:.3g} m across", sums.displacement, size),
+                  "m unless the load case says its 'unit'");
+    }
+    if (load_case.press_depth > size)
+        doubt("press", fmt::format("a depth of {:.3g} m, and the body is {:.3g} m across", load_case.press_depth, size),
+              "m unless the load case says its 'unit'");
+    if (load_case.acceleration.norm() > largest_acceleration)
+        doubt("acceleration",
+              fmt::format("{:.3g} m/s^2, more than a hundred times gravity", load_case.acceleration.norm()), "m/s^2");
+    return doubts;
+}
+
+std::vector<std::string> doubts_about_noise(double noise, double largest) {
+    constexpr double worst_camera = 0.01; // [m]
+    if (!(noise > std::min(worst_camera, largest)))
+        return {};
+    return {
+        fmt::format("the noise is {:g} m, and the largest displacement that was measured is {:.3g} m; check whether "
+                    "the noise is in m",
+                    noise, largest)};
+}
+
 std::optional<std::pair<std::size_t, std::size_t>> apart_by_faces(std::span<const std::array<int, 4>> tetrahedra) {
     const auto part = parts_by_faces(tetrahedra);
     const auto other = std::ranges::find_if(part, [](int number) { return number != 0; });

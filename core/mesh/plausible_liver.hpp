@@ -7,9 +7,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/load_case.hpp"
+#include "core/material.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 
-/// Whether what somebody gives as a liver can be one. Every way in asks here: label images, surfaces, meshes, Python.
+/// Whether what somebody gives as a liver, a tissue or a load can be one. Every way in asks here: label images,
+/// surfaces, meshes, Python.
 namespace livermark::core {
 
 /// Volume of an adult's liver, from after a resection to enlarged [L], and a usual one.
@@ -34,6 +37,21 @@ std::vector<std::string> doubts_about_lesions(const TetraMesh &mesh);
 /// A sentence if a body in metres is larger than any organ, as one in millimetres is, or smaller than any sample of
 /// one.
 std::vector<std::string> doubts_about_unit(const std::vector<Vector3> &points);
+
+/// A sentence for each material whose density or Young's modulus no tissue or phantom of one has, as g/cm^3 and kPa
+/// make it.
+/// @param names  of the regions of the materials
+std::vector<std::string> doubts_about_materials(std::span<const Material> materials,
+                                                std::span<const std::string> names);
+
+/// A sentence for each place of a load case with a traction, force or displacement that no hand or instrument gives a
+/// body of this size, and for an acceleration that none survives. Loads that are to be scaled are not looked at.
+std::vector<std::string> doubts_about_loads(const LoadCase &load_case, const TetraMesh &mesh);
+
+/// A sentence if the noise of a measurement of displacements is larger than what was measured, or than a centimetre.
+/// @param noise    root mean square length [m]
+/// @param largest  displacement that was measured [m]
+std::vector<std::string> doubts_about_noise(double noise, double largest);
 
 /// Two tetrahedra that no way over faces joins; nothing if all are joined. A part that hangs on an edge or a node
 /// swings about it, and finite elements have no reference for it.

@@ -4,8 +4,12 @@
 #include <fmt/format.h>
 #include <numeric>
 
+#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/patches.hpp"
 #include "core/mesh/triangle.hpp"
+#include "core/units.hpp"
 #include "load_cases/places/selector.hpp"
+#include "support/length_unit.hpp"
 
 namespace livermark::load_cases {
 
@@ -50,14 +54,12 @@ std::vector<int> all_facets(const core::TetraMesh &mesh) {
 }
 
 std::vector<int> facets_of_patch(const std::string &name, const toml::node &place, const core::TetraMesh &mesh) {
-    const auto found = std::ranges::find(mesh.patch_names, name);
-    if (found == mesh.patch_names.end())
+    const auto known = core::patches_of(mesh);
+    if (std::ranges::find(known, name) == known.end())
         throw NotOnBody(support::place_of(place), fmt::format("the body has no patch '{}'", name),
                         fmt::format("it has {}; find_patches = true in the .toml of a liver finds those of livers",
-                                    fmt::join(mesh.patch_names, ", ")));
-    auto facets = all_facets(mesh);
-    std::erase_if(facets, [&](int f) { return mesh.boundary_patch[f] != found - mesh.patch_names.begin(); });
-    return facets;
+                                    fmt::join(known, ", ")));
+    return core::facets_in_patch(mesh, name);
 }
 
 Vector3 facet_centroid(const core::TetraMesh &mesh, int facet) {
@@ -90,6 +92,48 @@ SurfacePoint nearest_point(const std::vector<int> &facets, const core::TetraMesh
             (candidate - point).squaredNorm() < (nearest.point - point).squaredNorm())
             nearest = {f, candidate};
     return nearest;
+}
+
+SurfacePoint nearest_to_given(const toml::table &table, std::string_view key, const core::TetraMesh &mesh,
+                              const Vector3 &point, double farthest) {
+    const auto facets = all_facets(mesh);
+    const auto from_surface = [&](const Vector3 &other) {
+        return (nearest_point(facets, mesh, other).point - other).norm();
+    };
+    const auto nearest = nearest_point(facets, mesh, point);
+    const double away = (nearest.point - point).norm();
+    if (away <= farthest)
+        return nearest;
+    std::string remedy = "give a point that is near the surface, in metres or in the 'unit' of the load case";
+    // Whatever is divided by a thousand is near the origin, and that may be near the surface.
+    const bool is_elsewhere = away > core::extent(mesh.points);
+    for (const auto &[name, metres] : support::length_units) {
+        if (metres == 1.0)
+            continue;
+        if (is_elsewhere && from_surface(metres * point) <= farthest) {
+            remedy = fmt::format("give it in metres; or write unit = \"{0}\" in the load case, and all of its lengths "
+                                 "in {0}",
+                                 name);
+            break;
+        }
+        if (from_surface(point / metres) <= farthest)
+            remedy = fmt::format(
+                "multiplied by {:g} it is near the surface: correct it, or the 'unit' of the load case", 1.0 / metres);
+    }
+    const auto shown = [](const Vector3 &p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x(), p.y(), p.z()); };
+    throw NotOnBody(support::place_of(*table.get(key)),
+                    fmt::format("the '{}' {} m is {:.3g} m from the surface of the body, whose nearest point is {} m, "
+                                "which is {} mm",
+                                key, shown(point), away, shown(nearest.point),
+                                shown(core::millimetres * nearest.point)),
+                    remedy);
+}
+
+void refuse_beyond_body(const toml::table &table, std::string_view key, double length, const core::TetraMesh &mesh) {
+    if (const double size = core::extent(mesh.points); length > size)
+        throw NotOnBody(support::place_of(*table.get(key)),
+                        fmt::format("the '{}' is {:.4g} m, and the body is {:.3g} m across", key, length, size),
+                        "give it in metres; or write unit = \"mm\" in the load case, and all of its lengths in mm");
 }
 
 std::optional<SurfacePoint> exit_point(const core::TetraMesh &mesh, const Vector3 &origin, const Vector3 &direction,

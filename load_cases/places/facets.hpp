@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
@@ -35,6 +36,22 @@ struct SurfacePoint {
 /// The point of the facets that is nearest to a point [m].
 /// @param facets  at least one
 SurfacePoint nearest_point(const std::vector<int> &facets, const core::TetraMesh &mesh, const core::Vector3 &point);
+
+/// How far a point that is meant as one of the surface may be from it, over the size of the body.
+inline constexpr double farthest_from_surface = 0.1;
+
+/// The same of a point that somebody gives, over the whole surface.
+/// @param table     has the point as this key, for the message
+/// @param farthest  that it may be from the surface [m]
+/// @throws NotOnBody for one that is farther, most often one in another unit, with the nearest point of the surface in
+///   metres and in millimetres
+SurfacePoint nearest_to_given(const toml::table &table, std::string_view key, const core::TetraMesh &mesh,
+                              const core::Vector3 &point, double farthest);
+
+/// Refuses the size of a place that is larger than the body, most often one in another unit.
+/// @param table  has the length as this key, for the message
+/// @throws NotOnBody
+void refuse_beyond_body(const toml::table &table, std::string_view key, double length, const core::TetraMesh &mesh);
 
 /// Of the volume of a region [m].
 /// @param place  where its name stands, for the message

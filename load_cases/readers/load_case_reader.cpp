@@ -14,6 +14,7 @@
 #include "load_cases/readers/directions.hpp"
 #include "load_cases/readers/effects.hpp"
 #include "load_cases/readers/history_reader.hpp"
+#include "load_cases/readers/lengths.hpp"
 #include "load_cases/readers/load_case_table.hpp"
 #include "load_cases/readers/missing_parts.hpp"
 #include "load_cases/readers/regime_reader.hpp"
@@ -93,8 +94,8 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
 
 void refuse_unknown_keys_of_load_case(const toml::table &table) {
     support::refuse_unknown_keys(table, {"title", "regime", "path", "target_peak_displacement", "scale_to_target",
-                                         "acceleration", "condition", "release", "probe", "tool", "touch", "needle",
-                                         "cut", "history"});
+                                         "unit", "acceleration", "condition", "release", "probe", "tool", "touch",
+                                         "needle", "cut", "history"});
 }
 
 toml::table read_table(const std::string &text, const std::filesystem::path &file) {
@@ -159,7 +160,8 @@ core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core
 
 core::LoadCase parse_load_case(const std::string &text, const std::filesystem::path &file,
                                const core::TetraMesh &mesh) {
-    auto load_case = load_case_of_table(support::parse_toml(text, file), file, mesh);
+    auto table = support::parse_toml(text, file);
+    auto load_case = load_case_of_table(table, file, mesh);
     load_case.definition = text;
     return load_case;
 }
@@ -176,9 +178,9 @@ core::LoadCase parse_load_case(const std::string &text, const std::filesystem::p
     return load_case;
 }
 
-core::LoadCase load_case_of_table(const toml::table &table, const std::filesystem::path &file,
-                                  const core::TetraMesh &mesh) {
+core::LoadCase load_case_of_table(toml::table &table, const std::filesystem::path &file, const core::TetraMesh &mesh) {
     refuse_unknown_keys_of_load_case(table);
+    bring_to_metres(table);
     if (table.contains("cut") && std::ranges::find(mesh.patch_names, "wound") == mesh.patch_names.end())
         throw support::InputError(fmt::format("{}: the load case cuts the body, and this one is not cut; cut it first",
                                               support::place_of(*table.get("cut"))));

@@ -31,6 +31,8 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///                                             # hundredth of the size of the body)
 ///     scale_to_target = true                  # whoever solves multiplies loads and displacements until the linear
 ///                                             # baseline reaches the target (false); this reader does not
+///     unit = "mm"                             # of all lengths in this file: "m", "cm", "mm" or a number of metres
+///                                             # ("m"); all else is in SI units
 ///     acceleration = [0.0, 0.0, 0.0]          # [m/s^2] (zero)
 ///     [[condition]]                           # a place, and what happens there
 ///     patch = "posterior"                     # the place: a key of load_cases/selectors/, such as

@@ -5,6 +5,7 @@
 
 #include "core/tool/tool_motion.hpp"
 #include "load_cases/places/facets.hpp"
+#include "load_cases/readers/lengths.hpp"
 #include "load_cases/readers/touch_reader.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
@@ -46,7 +47,8 @@ PushedPlace pushed_place(const core::LoadCase &load_case, const core::TetraMesh 
 } // namespace
 
 core::LoadCase with_touching_ball(core::LoadCase load_case, const core::TetraMesh &mesh, double friction) {
-    const auto table = support::parse_toml(load_case.definition, load_case.name + ".toml");
+    auto table = support::parse_toml(load_case.definition, load_case.name + ".toml");
+    bring_to_metres(table);
     const auto &tool = support::required_table(table, "tool");
     if (!tool.contains("radius"))
         throw support::InputError(fmt::format("load case {}: the [tool] has no radius, so it is not a ball that can "

@@ -5,9 +5,12 @@
 #include <optional>
 #include <string_view>
 
+#include "core/mesh/bounding_box.hpp"
 #include "core/mesh/point_location.hpp"
+#include "core/tool/needle/needle_line.hpp"
 #include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
+#include "load_cases/readers/lengths.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
@@ -18,11 +21,11 @@ namespace {
 
 using core::Vector3;
 
-constexpr double default_step = 0.0005;
+constexpr double default_step = 0.0005, usual_spread = 0.006; // [m]
 /// A step of a micrometre was asked for by a slip of the unit.
 constexpr double most_steps_in = 1e4;
 /// Of a point that is given as one of the surface, over the depth of the needle.
-constexpr double farthest_from_surface = 0.2;
+constexpr double farthest_entry = 0.2;
 /// Of two ways, over their length.
 constexpr double same_way = 1e-6;
 
@@ -56,6 +59,8 @@ Way way_to_target(const toml::table &needle, const core::TetraMesh &mesh) {
     const Vector3 target = node && node->is_string()
                                ? region_centroid(support::required_string(needle, "target"), *node, mesh)
                                : support::required_vector(needle, "target");
+    if (!core::locate(mesh, target).is_inside()) // what is not far outside is refused with the way
+        nearest_to_given(needle, "target", mesh, target, farthest_from_surface * core::extent(mesh.points));
     const auto *entry = needle.get("entry");
     if (entry && entry->is_string()) {
         const auto facets = facets_of_patch(support::required_string(needle, "entry"), *entry, mesh);
@@ -65,13 +70,8 @@ Way way_to_target(const toml::table &needle, const core::TetraMesh &mesh) {
         return {nearest_point(facets, mesh, target), target};
     }
     const auto wanted = support::required_vector(needle, "entry");
-    const auto nearest = nearest_point(all_facets(mesh), mesh, wanted);
-    const double away = (nearest.point - wanted).norm();
-    if (away > farthest_from_surface * (target - nearest.point).norm())
-        throw support::InputError(fmt::format("{}: the 'entry' is {:.3g} m from the surface of the body; give a point "
-                                              "on it [m], or the name of a patch",
-                                              support::place_of(*entry), away));
-    return {nearest, target};
+    const double depth = (target - nearest_point(all_facets(mesh), mesh, wanted).point).norm();
+    return {nearest_to_given(needle, "entry", mesh, wanted, farthest_entry * depth), target};
 }
 
 Way read_way(const toml::table &needle, const core::TetraMesh &mesh) {
@@ -111,6 +111,21 @@ void refuse_held(const core::Needle &needle, const Way &way, const core::TetraMe
                         place, needle.name));
 }
 
+/// @throws support::InputError for forces over places that are smaller than the needle, or that the quadrature of a
+///   place does not see in the tetrahedra there
+void refuse_small_spread(const core::Needle &needle, const core::TetraMesh &mesh, const toml::node &place) {
+    if (needle.spread < 0.5 * needle.diameter)
+        throw support::InputError(fmt::format("{}: a 'spread' of {:g} m is less than the radius of the needle, {:g} m; "
+                                              "spread its forces over some millimetres, such as {:g} m",
+                                              support::place_of(place), needle.spread, 0.5 * needle.diameter,
+                                              usual_spread));
+    if (const double least = core::smallest_spread(needle, mesh); needle.spread < least)
+        throw support::InputError(fmt::format(
+            "{}: a 'spread' of {:g} m is too small for the tetrahedra along '{}'; take {:.3g} m or more, or "
+            "a finer mesh",
+            support::place_of(place), needle.spread, needle.name, 1e-5 * std::ceil(1e5 * least)));
+}
+
 core::Needle read_needle(const toml::table &table, const core::TetraMesh &mesh, const core::LoadCase &load_case) {
     support::refuse_unknown_keys(table, {"name", "entry", "target", "depth", "diameter", "spread", "toughness",
                                          "friction", "puncture_force", "step"});
@@ -142,6 +157,7 @@ core::Needle read_needle(const toml::table &table, const core::TetraMesh &mesh, 
                                               "one",
                                               place, needle.step, most_steps_in));
     refuse_outside(way, mesh, place);
+    refuse_small_spread(needle, mesh, *table.get("spread"));
     refuse_held(needle, way, mesh, load_case, place);
     return needle;
 }
@@ -161,7 +177,8 @@ void refuse_same(const std::vector<core::Needle> &needles, const core::Needle &n
 
 std::vector<core::Needle> read_needles(const std::filesystem::path &toml_file, const core::Body &body,
                                        const core::LoadCase &load_case) {
-    const auto table = support::parse_toml(support::read_text(toml_file), toml_file);
+    auto table = support::parse_toml(support::read_text(toml_file), toml_file);
+    bring_to_metres(table);
     const auto *array = table.get("needle");
     if (!array || !array->is_array_of_tables())
         throw support::InputError(fmt::format(

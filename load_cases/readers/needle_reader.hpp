@@ -9,7 +9,8 @@
 
 namespace livermark::load_cases {
 
-/// Reads the needles of a load case and puts them on a body. Its conditions hold the body, and nothing else acts.
+/// Reads the needles of a load case, whose lengths are in its 'unit', and puts them on a body. Its conditions hold the
+/// body, and nothing else acts.
 ///
 ///     [[needle]]
 ///     name = "to the largest"        # in tables and files
@@ -18,7 +19,8 @@ namespace livermark::load_cases {
 ///     target = "tumour_1"            # the centroid of a region, or [x, y, z] [m]; or instead
 ///     depth = 0.06                   # [m], below the middle of the patch, against its normal there
 ///     diameter = 0.00127             # [m]
-///     spread = 0.006                 # [m], radius of the places that forces are spread over
+///     spread = 0.006                 # [m], radius of the places that forces are spread over: that of the needle or
+///                                    # more, and no less than core::smallest_spread()
 ///     toughness = 164.0              # [J/m^2], see core::Needle
 ///     friction = 20.0                # [N/m]
 ///     puncture_force = 1.4           # [N]; what tearing takes if it is left out: a nick was made first

@@ -3,6 +3,7 @@
 #include <numbers>
 #include <optional>
 
+#include "core/mesh/bounding_box.hpp"
 #include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 
@@ -27,7 +28,7 @@ Place around_patch(const toml::table &disc, const core::TetraMesh &mesh) {
     return place;
 }
 
-Place seen_from(const toml::table &disc, const core::TetraMesh &mesh) {
+Place seen_from(const toml::table &disc, const core::TetraMesh &mesh, double radius) {
     const bool from_region = disc.contains("region");
     const auto region = from_region ? support::required_string(disc, "region") : "";
     const Vector3 origin =
@@ -35,7 +36,11 @@ Place seen_from(const toml::table &disc, const core::TetraMesh &mesh) {
     Place place{from_region ? "disc over " + region
                             : fmt::format("disc at ({:g}, {:g}, {:g}) m", origin.x(), origin.y(), origin.z()),
                 all_facets(mesh)};
-    if (!disc.contains("direction")) {
+    const bool has_direction = disc.contains("direction");
+    if (const double size = core::extent(mesh.points); !from_region)
+        nearest_to_given(disc, "point", mesh, origin,
+                         has_direction ? size : std::max(radius, farthest_from_surface * size));
+    if (!has_direction) {
         place.middle = nearest_point(place.facets, mesh, origin);
         return place;
     }
@@ -47,7 +52,7 @@ Place seen_from(const toml::table &disc, const core::TetraMesh &mesh) {
     return place;
 }
 
-Place find_place(const toml::table &disc, const core::TetraMesh &mesh) {
+Place find_place(const toml::table &disc, const core::TetraMesh &mesh, double radius) {
     const int num_origins = int{disc.contains("patch")} + int{disc.contains("point")} + int{disc.contains("region")};
     if (num_origins != 1)
         throw support::InputError(
@@ -55,7 +60,7 @@ Place find_place(const toml::table &disc, const core::TetraMesh &mesh) {
                         "of them",
                         support::place_of(disc)));
     if (!disc.contains("patch"))
-        return seen_from(disc, mesh);
+        return seen_from(disc, mesh, radius);
     if (disc.contains("direction"))
         throw support::InputError(
             fmt::format("{}: a disc on a 'patch' lies in its middle; leave the 'direction' out, or "
@@ -95,8 +100,9 @@ Selection select(const toml::table &condition, const core::TetraMesh &mesh, cons
     if (!(radius > 0.0))
         throw support::InputError(
             fmt::format("{}: the radius is {} m; it has to be positive", support::place_of(disc), radius));
+    refuse_beyond_body(disc, "radius", radius, mesh);
     const bool has_round_tool = is_round(disc);
-    auto place = find_place(disc, mesh);
+    auto place = find_place(disc, mesh, radius);
     if (place.middle && support::optional_flag(disc, "opposite"))
         place = opposite(place, mesh, radius);
     if (!place.middle)
@@ -116,6 +122,8 @@ Selection select(const toml::table &condition, const core::TetraMesh &mesh, cons
 ///   of a point or region, as in { region = "tumour_1", direction = [0, 0, 1], radius = 0.01 }
 ///                  where the direction, followed from the point [m] or the centroid of the region, leaves the body for
 ///                  the last time; without a direction, the point of the surface that is nearest to it
+/// A point has to be within a tenth of the size of the body, or the radius, of the surface; with a direction, which may
+/// come from outside, within the size of the body.
 /// With opposite = true it is the place that faces this one: where the mean normal of its facets, followed inwards from
 /// the middle, leaves the body.
 Selector disc() {

@@ -43,6 +43,7 @@ Selection select(const toml::table &condition, const core::TetraMesh &mesh, cons
             fmt::format("{}: an edge is 'between' two patches; name two", support::place_of(*edge.get("between"))));
     const double width = positive(edge, "width");
     const double length = positive(edge, "length");
+    refuse_beyond_body(edge, "width", width, mesh);
     auto facets = facets_of_patch(names[0], *edge.get("between"), mesh);
     const auto others = facets_of_patch(names[1], *edge.get("between"), mesh);
     std::vector<int> shared;

@@ -21,7 +21,9 @@ struct FoundPatches {
 ///
 /// The liver that ships is laid over the mesh and bent (fit_liver()), in whatever orientation the mesh is, and each
 /// facet gets the patch that it has there (assign_liver_patches()). A mesh that is turned gets the same patches. A
-/// facet that the file itself gives to a patch of these names stays there.
+/// facet that the file itself gives to a patch of these names stays there, and of such a name none is found. The
+/// patches of other names that the file has keep their facets and share them with those that are found, see
+/// core/mesh/patches.hpp; only names that say nothing ("surface", "unnamed", "patch_7") go.
 /// @param from_lps  how it lies, where that is known, see fit_liver()
 /// @return nothing if no patch was missing
 std::optional<FoundPatches> find_anatomical_patches(core::TetraMesh &mesh,

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/mesh/neighbours.hpp"
+#include "core/mesh/patches.hpp"
 #include "meshes/cutting/check_cut.hpp"
 #include "meshes/cutting/clean_up.hpp"
 #include "meshes/cutting/parting.hpp"
@@ -155,9 +156,8 @@ core::Body body_of(const CutMesh &cut, const std::vector<int> &piece, const Face
 
 double area_of_patch(const core::TetraMesh &mesh, const std::string &name) {
     double area = 0.0;
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (mesh.patch_names[mesh.boundary_patch[f]] == name)
-            area += core::area_vector(mesh, f).norm();
+    for (const int f : core::facets_in_patch(mesh, name))
+        area += core::area_vector(mesh, f).norm();
     return area;
 }
 
@@ -222,7 +222,7 @@ void add_notes(const core::TetraMesh &before, const Cut &cut, std::span<const do
     for (const auto &name : before.region_names)
         if (std::ranges::find(mesh.region_names, name) == mesh.region_names.end())
             notes.push_back(fmt::format("nothing is left of region '{}'", name));
-    for (const auto &name : before.patch_names) {
+    for (const auto &name : core::patches_of(before)) {
         if (name == wound_patch)
             continue;
         constexpr double rounding = 1e-9;

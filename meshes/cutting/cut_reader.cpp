@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <limits>
 
+#include "support/length_unit.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::meshes {
@@ -114,7 +115,21 @@ std::vector<Cut> read_cuts(const toml::table &table) {
 }
 
 std::vector<Cut> cuts_of_file(const std::filesystem::path &toml_file) {
-    return read_cuts(support::parse_toml(support::read_text(toml_file), toml_file));
+    const auto table = support::parse_toml(support::read_text(toml_file), toml_file);
+    auto cuts = read_cuts(table);
+    const double metres = cuts.empty() ? 1.0 : support::metres_per_unit(table);
+    for (auto &cut : cuts) {
+        if (auto *region = std::get_if<RegionCut>(&cut.tool))
+            region->margin *= metres;
+        if (auto *half_space = std::get_if<HalfSpaceCut>(&cut.tool))
+            half_space->point *= metres;
+        if (auto *blade = std::get_if<BladeCut>(&cut.tool)) {
+            blade->thickness *= metres;
+            for (auto &corner : blade->corners)
+                corner *= metres;
+        }
+    }
+    return cuts;
 }
 
 } // namespace livermark::meshes

@@ -27,7 +27,7 @@ namespace livermark::meshes {
 /// @throws support::InputError with file, line and remedy
 std::vector<Cut> read_cuts(const toml::table &table);
 
-/// The cuts of a load case.
+/// The cuts of a load case, whose lengths are in its 'unit'.
 /// @throws support::InputError if it cannot be read
 std::vector<Cut> cuts_of_file(const std::filesystem::path &toml_file);
 

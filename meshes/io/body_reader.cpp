@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/mesh/patches.hpp"
 #include "core/mesh/plausible_liver.hpp"
 #include "meshes/anatomy/anatomical_patches.hpp"
 #include "meshes/anatomy/body_axes.hpp"
@@ -16,6 +17,7 @@
 #include "meshes/io/mesh_reader.hpp"
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
+#include "support/length_unit.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
 
@@ -51,9 +53,9 @@ void check_patches(const toml::table &body, const core::TetraMesh &mesh) {
     if (!body.contains("patches"))
         return;
     for (const auto &[name, patch] : support::required_table(body, "patches")) {
-        if (std::ranges::find(mesh.patch_names, name.str()) == mesh.patch_names.end())
+        if (const auto known = core::patches_of(mesh); std::ranges::find(known, name.str()) == known.end())
             throw support::InputError(fmt::format("{}: the mesh has no patch '{}'; it has {}", support::place_of(patch),
-                                                  name.str(), fmt::join(mesh.patch_names, ", ")));
+                                                  name.str(), fmt::join(known, ", ")));
         if (!patch.is_table())
             throw support::InputError(fmt::format("{}: patch '{}' has to be a table with a description",
                                                   support::place_of(patch), name.str()));
@@ -103,17 +105,6 @@ void scale(core::TetraMesh &mesh, double factor) {
             point *= factor;
 }
 
-/// A word, or a number of metres.
-double metres_of(const toml::table &table, const toml::node &unit) {
-    if (!unit.is_number())
-        return metres_per_unit(support::required_string(table, "unit"), support::place_of(unit));
-    const double metres = support::required_number(table, "unit");
-    if (!(metres > 0.0))
-        throw support::InputError(
-            fmt::format("{}: the unit is {} m; it has to be positive", support::place_of(unit), metres));
-    return metres;
-}
-
 /// What is told of the image that a body was made of; the rest of [image] is for people.
 void append_remarks(const toml::table &image, std::vector<std::string> &assumptions) {
     const auto spacing = support::required_vector(image, "spacing");
@@ -144,8 +135,7 @@ core::Body body_of_table(const std::filesystem::path &file, std::vector<std::str
         support::required_string(table, "title");
     core::Body body;
     body.mesh = read_mesh(file.parent_path() / support::required_string(table, "mesh"), body.assumptions);
-    if (const auto *unit = table.get("unit"))
-        scale(body.mesh, metres_of(table, *unit));
+    scale(body.mesh, support::metres_per_unit(table));
     if (table.contains("image"))
         append_remarks(support::required_table(table, "image"), body.assumptions);
     std::ranges::move(core::doubts_about_unit(body.mesh.points), std::back_inserter(body.assumptions));
@@ -208,6 +198,8 @@ core::Body read_body(const std::filesystem::path &file, const MaterialOverride &
     auto body = body_of_file(file, orientation);
     body.name = file.stem().string();
     apply(override_with, body.materials);
+    std::ranges::move(core::doubts_about_materials(body.materials, body.mesh.region_names),
+                      std::back_inserter(body.assumptions));
     return body;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <fstream>
@@ -14,6 +13,7 @@
 #include "meshes/io/msh_reader.hpp"
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
+#include "support/length_unit.hpp"
 #include "support/processes/child_process.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
@@ -24,13 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Unit {
-    std::string_view name;
-    double metres;
-    double largest_organ; ///< longest side of the bounding box, in the unit
-};
-
-constexpr std::array<Unit, 3> units{{{"m", 1.0, core::largest_organ}, {"cm", 1e-2, 60.0}, {"mm", 1e-3, 2000.0}}};
+/// Longest side of an organ's bounding box, in each of support::length_units.
+constexpr std::array<double, support::length_units.size()> longest_organ{core::largest_organ, 60.0, 2000.0};
 
 bool is_ascii_msh(const fs::path &file) {
     if (support::file_ending(file) != ".msh")
@@ -78,29 +73,18 @@ core::TetraMesh read_mesh(const fs::path &file, std::vector<std::string> &remark
     return is_ascii_msh(file) ? read_msh(file, &remarks) : read_converted(file, remarks);
 }
 
-double metres_per_unit(const std::string &unit, const std::string &place) {
-    const auto known = std::ranges::find(units, unit, &Unit::name);
-    if (known != units.end())
-        return known->metres;
-    double metres = 0.0;
-    const auto [end, error] = std::from_chars(unit.data(), unit.data() + unit.size(), metres);
-    if (error != std::errc{} || end != unit.data() + unit.size() || !(metres > 0.0 && std::isfinite(metres)))
-        throw support::InputError(
-            fmt::format("{}: '{}' is not a unit of length; give m, cm or mm, or its length in metres, such as 0.025",
-                        place, support::shown(unit)));
-    return metres;
-}
-
 UnitGuess guess_unit(const std::vector<core::Vector3> &points, double volume, const std::string &file) {
     const double longest = core::bounding_box(points).sizes().maxCoeff();
-    const auto unit = std::ranges::find_if(units, [&](const Unit &u) { return longest <= u.largest_organ; });
-    if (!(longest > 0.0) || unit == units.end())
+    const auto unit =
+        static_cast<std::size_t>(std::ranges::lower_bound(longest_organ, longest) - longest_organ.begin());
+    if (!(longest > 0.0) || unit == longest_organ.size())
         throw support::InputError(
             fmt::format("{}: its longest side is {:g}, which fits no organ in m, cm or mm; set 'unit' in a body .toml",
                         file, longest));
-    const double litres = 1e3 * volume * unit->metres * unit->metres * unit->metres;
-    UnitGuess guess{std::string(unit->name), unit->metres, {}};
-    const auto by_length = fmt::format("from its longest side, which is then {:.3g} cm", 1e2 * longest * unit->metres);
+    const auto &[name, metres] = support::length_units[unit];
+    const double litres = 1e3 * volume * metres * metres * metres;
+    UnitGuess guess{std::string(name), metres, {}};
+    const auto by_length = fmt::format("from its longest side, which is then {:.3g} cm", 1e2 * longest * metres);
     if (litres >= core::smallest_liver && litres <= core::largest_liver)
         guess.remark = fmt::format("{}, and its volume, which is then {:.3g} L", by_length, litres);
     else

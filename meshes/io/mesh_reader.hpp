@@ -15,10 +15,6 @@ namespace livermark::meshes {
 /// @throws support::InputError with the file, what is wrong and a remedy
 core::TetraMesh read_mesh(const std::filesystem::path &file, std::vector<std::string> &remarks);
 
-/// Metres per unit of length: "m", "cm", "mm", or the metres themselves, such as "0.025".
-/// @throws support::InputError for another word; place is named in it
-double metres_per_unit(const std::string &unit, const std::string &place);
-
 /// A unit that a file does not say.
 struct UnitGuess {
     std::string unit;

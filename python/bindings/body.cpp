@@ -123,6 +123,8 @@ core::Body to_body(const py::handle &points, const py::handle &tetrahedra, const
         }
         mesh.region.push_back(found->second);
     }
+    for (const auto &doubt : core::doubts_about_materials(body.materials, mesh.region_names))
+        warn(doubt);
     return body;
 }
 

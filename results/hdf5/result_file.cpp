@@ -135,6 +135,8 @@ template <class At>
 void describe_comparison(At at, Of<At, core::Comparison> &comparison, const core::Problem &problem) {
     at.text("reference", comparison.reference);
     check_solved(at, "attribute reference is", comparison.reference);
+    if (at.has("load_fraction", comparison.load_fraction < 1.0))
+        at.number("load_fraction", comparison.load_fraction);
     at.number("relative_l2", comparison.relative_l2);
     at.number("max_error", comparison.max_error);
     at.number("max_error_relative", comparison.max_error_relative);

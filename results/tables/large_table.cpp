@@ -139,8 +139,9 @@ Layout large_table(std::span<const Result> results) {
 }
 
 std::string large_legend() {
-    return "L2: of the displacement at the whole load; tool: error of the stiffness at the tool (the tool is the place "
-           "that the load case presses, pulls or moves; its stiffness is its force divided by its displacement), "
+    return "L2: of the displacement at the whole load, or at the part that the status names; tool: error of the "
+           "stiffness at the tool (the tool is the place that the load case presses, pulls or moves; its stiffness is "
+           "its force divided by its displacement), "
            "positive: stiffer than the reference; worst tool: the largest along the path; tool L2: of the displacement "
            "within two radii of the tool; !: above 7 %; worst L2: along the path; 95 %: nodal error that 95 % of the "
            "volume stay below; "

@@ -59,9 +59,11 @@ std::vector<std::string> row_of(std::span<const Result> results, const std::stri
             if (model->solution.status != core::SolutionStatus::ok) {
                 cell = core::to_string(model->solution.status);
             } else if (!model->comparison) {
-                cell = reference_of(result) == name ? "reference" : "not compared";
+                cell = reference_of(result) == name ? "reference" : shown_status(*model, result);
             } else {
-                cell = fixed(percent * model->comparison->relative_l2, 2) + (leaves_regime(result) ? " !" : "");
+                const double part = compared_part(result);
+                cell = fixed(percent * model->comparison->relative_l2, 2) + (leaves_regime(result) ? " !" : "") +
+                       (part < 1.0 ? fmt::format(" at {:.3g} %", percent * part) : "");
                 if (!counts)
                     continue;
                 error = model->comparison->relative_l2;

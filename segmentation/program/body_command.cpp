@@ -22,6 +22,7 @@
 #include "segmentation/surfaces/surface_voxels.hpp"
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
+#include "support/length_unit.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::segmentation {
@@ -93,7 +94,7 @@ bool surface_says_axes(const fs::path &file, const std::vector<std::string> &rem
 /// Metres per unit of the surfaces, said or guessed from the size.
 double unit_of(const BodyCommand &command, const meshes::SurfaceMesh &liver, std::vector<std::string> &remarks) {
     if (command.unit)
-        return meshes::metres_per_unit(*command.unit, "--unit");
+        return support::metres_per_unit(*command.unit, "--unit");
     const auto guess = meshes::guess_unit(liver.points, meshes::enclosed_volume(liver), command.surfaces.front());
     remarks.push_back(fmt::format("coordinates are assumed to be in {}, {}; --unit sets it", guess.unit, guess.remark));
     return guess.metres;

@@ -16,6 +16,7 @@
 #include "studies/arena/arena_reference.hpp"
 #include "studies/arena/arena_run.hpp"
 #include "studies/run/solutions/output_folder.hpp"
+#include "support/length_unit.hpp"
 #include "support/processes/python_program.hpp"
 
 namespace livermark::studies {
@@ -48,7 +49,7 @@ results::OutsideMotion read_motion(const ScoreOptions &options, const core::Prob
     auto motion = results::read_outside_motion(options.solution, problem);
     auto &displacement = motion.history.displacement;
     if (!options.unit.empty()) {
-        const auto metres = static_cast<float>(meshes::metres_per_unit(options.unit, "--unit"));
+        const auto metres = static_cast<float>(support::metres_per_unit(options.unit, "--unit"));
         for (auto &u : displacement)
             u *= metres;
     } else {

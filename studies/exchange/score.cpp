@@ -20,6 +20,7 @@
 #include "studies/run/solutions/solution_cache.hpp"
 #include "studies/run/solutions/stored_references.hpp"
 #include "support/input_error.hpp"
+#include "support/length_unit.hpp"
 
 namespace livermark::studies {
 
@@ -56,7 +57,7 @@ double largest_length(const std::vector<core::Vector3> &displacement) {
 
 /// Displacements in metres. Coordinates may be in the same unit, or in metres as the exported mesh has them.
 void take_unit(OutsideSolution &solution, const core::TetraMesh &mesh, const std::string &unit) {
-    const double metres = meshes::metres_per_unit(unit, "--unit");
+    const double metres = support::metres_per_unit(unit, "--unit");
     for (auto &u : solution.displacement)
         u *= metres;
     const double ratio = metres * core::extent(solution.points) / core::extent(mesh.points);

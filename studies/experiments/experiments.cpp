@@ -10,6 +10,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/mesh/plausible_liver.hpp"
 #include "core/mesh/refinement.hpp"
 #include "experiments/marker_field.hpp"
 #include "experiments/own_experiment.hpp"
@@ -51,6 +52,27 @@ StatesOnMesh refined(const StatesOnMesh &coarse, const std::vector<Vector3> &pos
     for (const auto &load_case : coarse.load_cases)
         states.load_cases.push_back(core::refine(load_case, coarse.body->mesh));
     return states;
+}
+
+/// A sentence for each number that may be in another unit, each once.
+std::vector<std::string> doubts_about(const experiments::Experiment &experiment, const StatesOnMesh &states) {
+    const auto &mesh = states.body->mesh;
+    auto doubts = core::doubts_about_materials(states.body->materials, mesh.region_names);
+    const auto add = [&](const std::vector<std::string> &more) {
+        for (const auto &doubt : more)
+            if (std::ranges::find(doubts, doubt) == doubts.end())
+                doubts.push_back(doubt);
+    };
+    for (const auto &load_case : states.load_cases)
+        add(core::doubts_about_loads(load_case, mesh));
+    for (const auto &state : experiment.states) {
+        double largest = 0.0;
+        for (const auto &displacement : state.displacement)
+            if (displacement.allFinite())
+                largest = std::max(largest, displacement.norm());
+        add(core::doubts_about_noise(state.noise, largest));
+    }
+    return doubts;
 }
 
 /// The name of the reference on the mesh itself, for the regime of the states.
@@ -251,6 +273,7 @@ results::ExperimentResult evaluate_experiment(const experiments::Experiment &exp
     const auto reference = reference_of(states);
     const auto chosen = chosen_models(options, states, reference);
     auto result = without_runs(experiment, states, positions, command_line);
+    std::ranges::move(doubts_about(experiment, states), std::back_inserter(result.assumptions));
     for (const auto &measured : experiment.states)
         result.states.push_back(without_models(experiment, measured, result));
     const bool rings_down = options.rings_down && !experiment.ring_downs.empty();

@@ -65,6 +65,22 @@ void compare_motion(results::Result &result, const TakingPart &models) {
     }
 }
 
+/// Where no reference has a solution to the whole load, one on the mesh may have come to a part of it.
+void compare_as_far_as_reached(results::Result &result, const TakingPart &models) {
+    const auto &load_case = result.problem.load_case;
+    for (std::size_t m = 0; m < models.size(); ++m) {
+        const auto &reference = result.models[m];
+        if (models[m]->role_at_rest(load_case.regime) != Role::reference ||
+            core::num_points_reached(load_case, reference.solution) == 0)
+            continue;
+        for (auto &model : result.models)
+            if (&model != &reference)
+                model.comparison = core::compare_as_far_as_reached(result.problem.body->mesh, load_case, model.solution,
+                                                                   reference.solution, reference.name);
+        return;
+    }
+}
+
 /// Relative L2 difference of two ways to the same solution; iterations leave less.
 constexpr double same_solution = 1e-6;
 
@@ -76,7 +92,7 @@ void compare_with_reference(results::Result &result, const TakingPart &models) {
     if (!reference)
         reference = find_solved(result, models, Role::substitute_reference);
     if (!reference)
-        return;
+        return compare_as_far_as_reached(result, models);
     if (refined && refined->solution.observed_error) {
         const auto &error = *refined->solution.observed_error;
         result.reference_uncertainty = {.reference = refined->name,

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/mesh/plausible_liver.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut_reader.hpp"
@@ -128,6 +129,8 @@ ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<st
             try {
                 const auto cut = body_for(load_case_file, body, set.notes);
                 set.problems.push_back({cut, load_cases::read_load_case(load_case_file, *cut)});
+                for (const auto &doubt : core::doubts_about_loads(set.problems.back().load_case, cut->mesh))
+                    set.notes.push_back(fmt::format("{}: {}", body->name, doubt));
                 if (choice == Choice::first) {
                     keep_first(set, first_left_out);
                     break;
@@ -144,14 +147,6 @@ ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<st
     if (set.problems.empty())
         throw support::InputError(fault.value());
     return set;
-}
-
-void refuse_tools(const ProblemSet &set) {
-    for (const auto &problem : set.problems)
-        if (problem.load_case.tool)
-            throw support::InputError(
-                fmt::format("load case {} has a tool that moves; give it to 'livermark arena --load-case'",
-                            problem.load_case.name));
 }
 
 void scale_and_note(ProblemSet &set) {
@@ -173,27 +168,33 @@ std::vector<std::string> usual_constraints_first() {
 
 ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
                          const meshes::MaterialOverride &material, bool may_leave_out) {
-    for (const auto &file : load_case_files_of(load_cases))
-        if (load_cases::load_case_kind(file).has_needle)
-            throw support::InputError(fmt::format(
-                "load case {} has a needle; give it to 'livermark needle --load-case'", file.stem().string()));
-    auto set = read_all(bodies, load_cases, material, may_leave_out);
-    refuse_tools(set);
-    return set;
+    for (const auto &file : load_case_files_of(load_cases)) {
+        const auto kind = load_cases::load_case_kind(file);
+        if (kind.has_needle || kind.moves_tool)
+            throw support::InputError(fmt::format("load case {} has a {}; give it to 'livermark {} --load-case'",
+                                                  file.stem().string(), kind.has_needle ? "needle" : "tool that moves",
+                                                  kind.has_needle ? "needle" : "arena"));
+    }
+    return read_all(bodies, load_cases, material, may_leave_out);
 }
 
 ProblemSet read_moving_problems(const std::vector<std::string> &bodies, const std::string &load_case,
                                 const meshes::MaterialOverride &material) {
-    auto set = read_all(bodies, {load_case}, material, false);
-    for (const auto &problem : set.problems)
-        if (!problem.load_case.tool)
-            throw support::InputError(
-                fmt::format("load case {} has no tool that moves; choose one with a [tool]", problem.load_case.name));
-    return set;
+    if (const auto kind = load_cases::load_case_kind(load_case); !kind.moves_tool)
+        throw support::InputError(fmt::format("load case {} has no [tool] that moves; give it to 'livermark {} "
+                                              "--load-case', or choose one with a [tool]",
+                                              std::filesystem::path(load_case).stem().string(),
+                                              kind.has_needle ? "needle" : "run"));
+    return read_all(bodies, {load_case}, material, false);
 }
 
 ProblemSet read_needle_problems(const std::vector<std::string> &bodies, const std::string &load_case,
                                 const meshes::MaterialOverride &material) {
+    if (const auto kind = load_cases::load_case_kind(load_case); !kind.has_needle)
+        throw support::InputError(fmt::format("load case {} has no [[needle]]; give it to 'livermark {} --load-case', "
+                                              "or choose one with a [[needle]]",
+                                              std::filesystem::path(load_case).stem().string(),
+                                              kind.moves_tool ? "arena" : "run"));
     auto set = read_all(bodies, {load_case}, material, true);
     std::ranges::move(sentences(set.left_out), std::back_inserter(set.notes));
     return set;

@@ -8,6 +8,7 @@
 #include "core/tool/tool_stiffness.hpp"
 #include "load_cases/places/facets.hpp"
 #include "load_cases/readers/directions.hpp"
+#include "load_cases/readers/lengths.hpp"
 #include "load_cases/readers/load_case_table.hpp"
 #include "studies/sensitivity/soft_support.hpp"
 #include "support/toml_input.hpp"
@@ -98,6 +99,7 @@ core::LoadCase with_tool_moved(const core::LoadCase &load_case, const core::Body
     const auto &mesh = body.mesh;
     auto definition = definition_of(load_case);
     load_cases::turn_directions(definition, body.axes); // as long as it names its patches
+    load_cases::bring_to_metres(definition);
     auto &disc = *discs_of(definition).front();
     const Vector3 middle = load_case.round_loads().front().middle;
     const auto nearest = load_cases::nearest_point(load_cases::all_facets(mesh), mesh, middle);

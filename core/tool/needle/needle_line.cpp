@@ -22,6 +22,25 @@ NeedleLine needle_line(const Needle &needle) {
     return line;
 }
 
+double smallest_spread(const Needle &needle, const TetraMesh &mesh) {
+    Eigen::AlignedBox3d way(needle.entry);
+    way.extend(needle.target);
+    way.min().array() -= needle.spread;
+    way.max().array() += needle.spread;
+    double longest = 0.0;
+    for (const auto &nodes : mesh.tetrahedra) {
+        Eigen::AlignedBox3d box;
+        for (const int node : nodes)
+            box.extend(mesh.points[node]);
+        if (box.intersects(way))
+            for (const auto &[i, j] : tetrahedron_edges)
+                longest = std::max(longest, (mesh.points[nodes[i]] - mesh.points[nodes[j]]).norm());
+    }
+    // A third of the radius is inside, a point of a part is within three quarters of its edge of the centroid, and the
+    // parts in the middle of a tetrahedron have edges of up to the root of two times the others.
+    return 3.0 * 0.75 * std::sqrt(2.0) * longest / 64.0;
+}
+
 double shaft_length(const NeedleLine &line, int place, double tip) {
     const double position = tip / line.spacing - place; // of the tip, from the place on
     const double before = std::clamp(position + 1.0, 0.0, 1.0), behind = std::clamp(position, 0.0, 1.0);

@@ -18,6 +18,10 @@ struct NeedleLine {
 /// @param needle  whose target is some way below its entry
 NeedleLine needle_line(const Needle &needle);
 
+/// The smallest radius of the places of a needle that points_of() surely finds points for, in the tetrahedra along it
+/// [m]: it halves edges six times at most, and the last place may be two thirds of its radius outside the body.
+double smallest_spread(const Needle &needle, const TetraMesh &mesh);
+
 /// Length of the shaft that a place stands for: it falls linearly to zero at the places before and behind it [m].
 /// @param place  0 ... K - 1
 /// @param tip    how much of the tissue's path is behind the tip, measured at rest [m]

@@ -64,11 +64,19 @@ def mesh_of(body: Path, young_modulus: Optional[float], poisson_ratio: Optional[
         return _read(folder, "mesh", NO_LOADS, body, young_modulus, poisson_ratio)
 
 
+def _is_in_patch(mesh: Problem, patch: str) -> NDArray[numpy.bool_]:
+    """(T) whether a facet is in a patch: one that lies in two has the names of both, joined by a '+'."""
+    is_in = numpy.array([patch == name or patch in name.split("+") for name in mesh.patch_names])
+    return is_in[mesh.boundary_patch]
+
+
 def check_patch(mesh: Problem, constrained: str) -> None:
     """Raises InputError if the body has no such patch, or nothing else."""
-    if constrained not in mesh.patch_names:
-        raise InputError(f"the body has no patch '{constrained}' to constrain; choose among {', '.join(mesh.patch_names)}")
-    if (mesh.boundary_patch == mesh.patch_names.index(constrained)).all():
+    is_constrained = _is_in_patch(mesh, constrained)
+    if not is_constrained.any():
+        names = dict.fromkeys(part for name in mesh.patch_names for part in name.split("+"))
+        raise InputError(f"the body has no patch '{constrained}' to constrain; choose among {', '.join(names)}")
+    if is_constrained.all():
         raise InputError(f"all of the surface belongs to patch '{constrained}'; constrain a smaller one")
 
 
@@ -89,7 +97,7 @@ def disc_loads(mesh: Problem, constrained: str, count: int, seed: int) -> list[D
     corners = mesh.points[mesh.boundary_triangles]
     normal = 0.5 * numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # of the length of the area
     centroid, area = corners.mean(axis=1), numpy.linalg.norm(normal, axis=1)
-    is_free = mesh.boundary_patch != mesh.patch_names.index(constrained)
+    is_free = ~_is_in_patch(mesh, constrained)
     free = numpy.flatnonzero(is_free)
     random = numpy.random.Generator(numpy.random.PCG64(seed))
     discs: list[Disc] = []

@@ -2,8 +2,11 @@
 #include <gtest/gtest.h>
 #include <numbers>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "core/error_norms.hpp"
+#include "core/mesh/plausible_liver.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -174,6 +177,95 @@ TEST(Comparison, RefusesAReferenceThatIsMissingFailedOrStill) {
     EXPECT_THROW(core::compare(mesh, {}, solution, failed, "failed"), std::invalid_argument);
     EXPECT_THROW(core::compare(mesh, {}, solution, constant_solution(mesh, Vector3::Zero()), "still"),
                  std::invalid_argument);
+}
+
+core::PathPoint path_point(const Vector3 &displacement, double force) {
+    core::PathPoint point;
+    point.displacement.assign(mesh.points.size(), displacement.cast<float>());
+    point.reaction = {{0.0, 0.0, force}, {0.0, 0.0, 0.0}};
+    point.strain_energy = force;
+    return point;
+}
+
+/// At the last point that both have come to, as if that were the whole load.
+TEST(Comparison, GoesAsFarAsAReferenceThatEndedEarly) {
+    auto load_case = tests::empty_load_case(mesh);
+    tests::prescribe(load_case, mesh, "x_min", Vector3::Zero());
+    tests::prescribe(load_case, mesh, "x_max", {0.01, 0.0, 0.0});
+    load_case.path = {0.25, 0.5, 1.0};
+    auto reference = constant_solution(mesh, {9.0, 0.0, 0.0});
+    reference.status = core::SolutionStatus::not_converged;
+    reference.path = {path_point({0.002, 0.0, 0.0}, 1.0), path_point({0.004, 0.0, 0.0}, 2.0)};
+    auto solution = constant_solution(mesh, {0.01, 0.0, 0.0});
+    solution.path = {path_point({0.003, 0.0, 0.0}, 1.0), path_point({0.005, 0.0, 0.0}, 3.0),
+                     path_point({0.01, 0.0, 0.0}, 7.0)};
+    EXPECT_EQ(core::num_points_reached(load_case, reference), 2u);
+    const auto comparison = core::compare_as_far_as_reached(mesh, load_case, solution, reference, "r");
+    ASSERT_TRUE(comparison);
+    EXPECT_EQ(comparison->load_fraction, 0.5);
+    EXPECT_NEAR(comparison->relative_l2, 0.25, 1e-6);
+    EXPECT_NEAR(comparison->reaction_error, 0.5, 1e-12);
+    EXPECT_NEAR(comparison->energy_error, 0.5, 1e-12);
+    EXPECT_NEAR(comparison->path->worst_relative_l2, 0.5, 1e-6);
+
+    solution.path.resize(1);
+    EXPECT_FALSE(core::compare_as_far_as_reached(mesh, load_case, solution, reference, "r"));
+    reference.path.clear();
+    EXPECT_EQ(core::num_points_reached(load_case, reference), 0u);
+    EXPECT_EQ(core::num_points_reached(load_case, solution), 0u) << "it has a solution to the whole load";
+}
+
+/// Sentences that are true: what is too large to square has not stood still.
+TEST(Comparison, TellsAReferenceThatIsStillFromOneThatIsTooFar) {
+    const auto reason = [](double way) {
+        const auto reference = constant_solution(mesh, {way, 0.0, 0.0});
+        try {
+            core::compare(mesh, {}, reference, reference, "r");
+        } catch (const std::invalid_argument &error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_NE(reason(1e300).find("moves farther than numbers go; give the load case a smaller load"),
+              std::string::npos);
+    EXPECT_NE(reason(1e-300).find("does not move"), std::string::npos);
+}
+
+TEST(Doubts, AreAboutNumbersThatNoTissueHas) {
+    const std::vector<core::Material> materials{
+        {1060.0, 5000.0, 0.45}, {1.06, 3000.0, 0.45}, {1060.0, 5.0, 0.45}, {1060.0, 3e9, 0.45}};
+    const std::vector<std::string> names{"liver", "light", "soft", "stiff"};
+    const auto doubts = core::doubts_about_materials(materials, names);
+    ASSERT_EQ(doubts.size(), 3u);
+    EXPECT_EQ(doubts[0], "region 'light' has a density of 1.06 kg/m^3, which fits no tissue; check whether it is in "
+                         "kg/m^3, in which water has 1000");
+    EXPECT_NE(doubts[1].find("'soft' has a Young's modulus of 5 Pa"), std::string::npos) << doubts[1];
+    EXPECT_NE(doubts[2].find("'stiff'"), std::string::npos) << doubts[2];
+}
+
+TEST(Doubts, AreAboutLoadsThatNobodyGives) {
+    const auto doubts = [](const Vector3 &traction, const Vector3 &displacement, double acceleration) {
+        auto load_case = tests::empty_load_case(mesh);
+        load_case.name = "pull";
+        tests::prescribe(load_case, mesh, "x_min", displacement);
+        tests::pull(load_case, mesh, "x_max", traction);
+        load_case.acceleration.z() = acceleration;
+        return core::doubts_about_loads(load_case, mesh);
+    };
+    EXPECT_TRUE(doubts({2e4, 0.0, 0.0}, {0.01, std::nan(""), 0.0}, -9.81).empty());
+    const auto all = doubts({0.0, 1e9, 0.0}, {25.0, std::nan(""), 0.0}, -9810.0);
+    ASSERT_EQ(all.size(), 3u);
+    EXPECT_EQ(all[0],
+              "pull: 'x_min' has a displacement of 25 m, and the body is 0.245 m across; check the number, which "
+              "is in m unless the load case says its 'unit'");
+    EXPECT_NE(all[1].find("'x_max' has a traction of 1e+09 Pa"), std::string::npos) << all[1];
+    EXPECT_NE(all[2].find("9.81e+03 m/s^2"), std::string::npos) << all[2];
+    const auto force = doubts({1e5, 0.0, 0.0}, Vector3::Zero(), 0.0);
+    ASSERT_EQ(force.size(), 1u);
+    EXPECT_NE(force[0].find("a force of 2e+03 N"), std::string::npos) << force[0];
+    EXPECT_EQ(core::doubts_about_noise(0.3, 0.02).size(), 1u);
+    EXPECT_EQ(core::doubts_about_noise(0.003, 0.002).size(), 1u);
+    EXPECT_TRUE(core::doubts_about_noise(0.0003, 0.002).empty());
 }
 
 TEST(Comparison, RefusesOtherNumbersOfReactions) {

@@ -134,6 +134,56 @@ TEST(LoadCaseReader, ReadsWhatHappensAfterARelease) {
     EXPECT_EQ(other.release->damping.beta, 0.5);
 }
 
+/// Lengths are in the unit, all else is not.
+TEST(LoadCaseReader, TakesLengthsInTheUnitThatItSays) {
+    const std::string in_metres = R"(target_peak_displacement = 0.004
+acceleration = [0.0, 0.0, -0.1]
+[[condition]]
+patch = "x_min"
+displacement = [0.0, 0.0, "free"]
+[[condition]]
+patch = "y_min"
+push = 0.001
+[[condition]]
+disc = { point = [0.05, 0.05, 0.1], radius = 0.02 }
+traction = [1.0, 2.0, 3.0]
+[[condition]]
+edge = { between = ["x_max", "z_min"], width = 0.01, length = 0.04 }
+force = [0.0, 0.0, 2.0]
+)";
+    const std::string in_millimetres = R"(unit = "mm"
+target_peak_displacement = 4
+acceleration = [0.0, 0.0, -0.1]
+[[condition]]
+patch = "x_min"
+displacement = [0, 0.0, "free"]
+[[condition]]
+patch = "y_min"
+push = 1
+[[condition]]
+disc = { point = [50, 50.0, 100], radius = 20 }
+traction = [1.0, 2.0, 3.0]
+[[condition]]
+edge = { between = ["x_max", "z_min"], width = 10.0, length = 40.0 }
+force = [0.0, 0.0, 2.0]
+)";
+    const auto wanted = parse(in_metres), found = parse(in_millimetres);
+    EXPECT_EQ(found.condition_on, wanted.condition_on);
+    EXPECT_DOUBLE_EQ(found.target_peak_displacement, wanted.target_peak_displacement);
+    EXPECT_EQ(found.acceleration, wanted.acceleration);
+    for (int f = 0; f < wanted.num_facets(); ++f)
+        for (int c = 0; c < 3; ++c) {
+            const double value = wanted.value[f][c];
+            EXPECT_TRUE(std::isnan(value) || std::abs(found.value[f][c] - value) <= 1e-12 * std::abs(value)) << f;
+        }
+    const auto as_number = parse(replaced(in_millimetres, "\"mm\"", "0.001"));
+    EXPECT_TRUE(core::are_statically_equal(as_number, found));
+    tests::expect_input_error([&] { parse(replaced(in_millimetres, "radius = 20", "radius = -20")); },
+                              {"press.toml:11:", "-0.02 m"});
+    tests::expect_input_error([&] { parse(replaced(in_millimetres, "\"mm\"", "\"inch\"")); },
+                              {"press.toml:1:", "give m, cm or mm"});
+}
+
 struct BadLoadCase {
     const char *name;
     std::string text;
@@ -221,6 +271,12 @@ const std::vector<BadLoadCase> bad_load_cases{
     {"ScalingInWords",
      replaced(good, "[[condition]]", "scale_to_target = \"yes\"\n[[condition]]"),
      {"press.toml:5:", "true or false"}},
+    {"PressureBeyondArithmetic",
+     replaced(good, "pressure = 300", "pressure = 1e300"),
+     {"press.toml:15: 'pressure' has a number of the size 1e+300", "in SI units"}},
+    {"TractionThatSquaresToZero",
+     replaced(good, "pressure = 300", "traction = [0.0, 1e-300, 0.0]"),
+     {"press.toml:15: 'traction' has a number of the size 1e-300"}},
     {"NegativeTarget", replaced(good, "= 0.002", "= -0.002"), {"press.toml:2:", "positive"}},
 };
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <string>
 
+#include "core/tool/needle/needle_line.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "tests/bad_input.hpp"
@@ -70,8 +71,11 @@ TEST_F(Needles, GoToTheCentroidOfARegionOrToADepth) {
 }
 
 TEST_F(Needles, AreRefusedWhereTheyCannotBe) {
-    refused("0.04, 0.05]", "0.04, 0.15]", "leaves the body");
-    refused("0.04, 0.05]", "0.04, -0.05]", "leaves the body");
+    refused("0.04, 0.05]", "0.04, 0.11]", "leaves the body");
+    refused("0.04, 0.05]", "0.04, -0.01]", "leaves the body");
+    refused("[0.05, 0.04, 0.05]", "[50.0, 40.0, 50.0]",
+            "the 'target' (50, 40, 50) m is 81.1 m from the surface of the body, whose nearest point is (0.1, 0.08, "
+            "0.1) m");
     refused("0.04, 0.05]", "0.04, 0.005]", "within its 'spread' of a constrained place");
     refused("0.04, 0.05]", "0.04, 0.095]", "less than its 'spread'");
     refused("\"z_max\"", "\"z_min\"", "choose another entry");
@@ -89,7 +93,39 @@ TEST_F(Needles, AreRefusedWithNumbersThatCannotBe) {
     refused("friction = 12.0", "friction = 12.0\npuncture_force = 0.1", "'puncture_force' is 0.1");
     refused("friction = 12.0", "friction = 12.0\nstep = 0.000001", "choose a longer one");
     refused("friction = 12.0", "friction = 12.0\nspeed = 1.0", "speed");
+    refused("spread = 0.01", "spread = 0.0004", "is less than the radius of the needle, 0.0005 m");
+    refused("spread = 0.01", "spread = 0.0006", "is too small for the tetrahedra along 'down'; take 0.00202 m or more");
     refused("name = \"down\"\n", "", "name");
+}
+
+/// The bound is not far too large, and below it places are lost.
+TEST_F(Needles, HavePlacesInTheBodyWhereTheirSpreadIsTaken) {
+    auto needle = read(std::string(held_box) + box_needle).front();
+    needle.target.z() = 1e-9; // the last places are outside
+    const double least = core::smallest_spread(needle, body_.mesh);
+    for (int shift = 0; shift < 20; ++shift) {
+        needle.entry.x() = needle.target.x() = 0.05 + 0.0003 * shift;
+        needle.spread = least;
+        for (const auto &place : core::needle_line(needle).places)
+            EXPECT_NO_THROW(core::points_of(place, body_.mesh));
+    }
+    needle.spread = 0.05 * least;
+    EXPECT_ANY_THROW(core::nodal_weights(core::needle_line(needle).places, body_.mesh));
+}
+
+TEST_F(Needles, MayBeGivenInMillimetres) {
+    auto text = std::string(box_needle);
+    for (const auto &[from, to] :
+         {std::pair{"[0.05, 0.04, 0.05]", "[50, 40.0, 50]"}, {"0.001", "1"}, {"spread = 0.01", "spread = 10"}})
+        text.replace(text.find(from), std::string(from).size(), to);
+    auto held = std::string(held_box);
+    held.replace(held.find("0.01"), 4, "10");
+    const auto found = read("unit = \"mm\"\n" + held + text).front(),
+               wanted = read(std::string(held_box) + box_needle).front();
+    EXPECT_LT((found.target - wanted.target).norm() + (found.entry - wanted.entry).norm(), 1e-12);
+    EXPECT_DOUBLE_EQ(found.diameter, wanted.diameter);
+    EXPECT_DOUBLE_EQ(found.spread, wanted.spread);
+    EXPECT_EQ(found.toughness, wanted.toughness);
 }
 
 TEST_F(Needles, AreRefusedTwice) {

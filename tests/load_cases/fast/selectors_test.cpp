@@ -89,6 +89,34 @@ TEST(Selectors, DiscAtAPointIsAtTheNearestFacetUnlessADirectionLeadsElsewhere) {
                   {0.05, 0.0, 0.05}, -Vector3::UnitY(), reach);
 }
 
+TEST(Selectors, DiscAtAPointMayBeItsRadiusOffTheSurface) {
+    const auto mesh = lumpy_block();
+    expect_around(select("disc = { point = [0.05, 0.05, 0.119], radius = 0.02 }", mesh), mesh, {0.05, 0.05, 0.1},
+                  Vector3::UnitZ(), reach);
+    expect_around(select("disc = { point = [0.05, 0.05, 0.2], direction = [0, 0, -1], radius = 0.02 }", mesh), mesh,
+                  {0.05, 0.05, 0.0}, -Vector3::UnitZ(), reach);
+}
+
+TEST(Selectors, DiscAtAPointInTheMiddleOfTheBodyIsTakenForOneInMetres) {
+    auto mesh = lumpy_block();
+    for (auto &point : mesh.points)
+        point -= Vector3(0.05, 0.05, 0.05);
+    tests::expect_input_error(
+        [&] { select("disc = { point = [0.0, 0.0, 5e-5], radius = 0.02 }", mesh); },
+        {"multiplied by 1000 it is near the surface", "correct it, or the 'unit' of the load case"});
+}
+
+TEST(Selectors, PatchesThatShareFacetsHaveAllOfThem) {
+    auto mesh = lumpy_block();
+    const auto top = select("patch = \"z_max\"", mesh).facets;
+    for (std::size_t f = 0; f < top.size(); f += 2)
+        mesh.boundary_patch[top[f]] = static_cast<int>(mesh.patch_names.size());
+    mesh.patch_names.emplace_back("lid+z_max");
+    EXPECT_EQ(select("patch = \"z_max\"", mesh).facets, top);
+    EXPECT_EQ(select("patch = \"lid\"", mesh).facets.size(), top.size() / 2);
+    tests::expect_input_error([&] { select("patch = \"lit\"", mesh); }, {"it has x_min, x_max", "z_max, lid;"});
+}
+
 TEST(Selectors, DirectionLeadsToTheLastExitAndTheOppositeIsTheFirst) {
     const auto mesh = slotted_block();
     expect_around(select("disc = { point = [0.02, 0.05, 0.07], direction = [1, 0, 0], radius = 0.02 }", mesh), mesh,
@@ -233,8 +261,29 @@ const std::vector<BadPlace> bad_places{
      {"held.toml:7:", "leave the 'direction' out"}},
     {"ZeroDirection", "disc = { region = \"lump\", direction = [0, 0, 0], radius = 0.01 }", {"points somewhere"}},
     {"DirectionThatMisses",
-     "disc = { point = [0.5, 0.5, 0.5], direction = [0, 0, 1], radius = 0.01 }",
-     {"held.toml:6:", "no facet of the body is in 'disc at (0.5, 0.5, 0.5) m'", "choose another place"}},
+     "disc = { point = [0.15, 0.15, 0.15], direction = [0, 0, 1], radius = 0.01 }",
+     {"held.toml:6:", "no facet of the body is in 'disc at (0.15, 0.15, 0.15) m'", "choose another place"}},
+    {"PointInMillimetres",
+     "disc = { point = [50, 50, 110], radius = 0.01 }",
+     {"held.toml:7: the 'point' (50, 50, 110) m is 131 m from the surface of the body, whose nearest point is (0.1, "
+      "0.1, "
+      "0.1) m, which is (100, 100, 100) mm",
+      "write unit = \"mm\" in the load case, and all of its lengths in mm"}},
+    {"PointInCentimetres",
+     "disc = { point = [5, 5, 11], radius = 0.01 }",
+     {"from the surface of the body", "write unit = \"cm\""}},
+    {"PointNobodyKnows",
+     "disc = { point = [0.05, 0.05, 0.13], radius = 0.01 }",
+     {"is 0.03 m from the surface", "nearest point is (0.05, 0.05, 0.1) m", "give a point that is near the surface"}},
+    {"ViewpointInMillimetres",
+     "disc = { point = [50, 50, 110], direction = [0, 0, -1], radius = 0.01 }",
+     {"from the surface of the body", "write unit = \"mm\""}},
+    {"RadiusInMillimetres",
+     "disc = { patch = \"z_max\", radius = 10 }",
+     {"held.toml:7: the 'radius' is 10 m, and the body is 0.173 m across", "write unit = \"mm\""}},
+    {"WidthInMillimetres",
+     "edge = { between = [\"z_max\", \"x_max\"], width = 10, length = 0.01 }",
+     {"the 'width' is 10 m", "write unit = \"mm\""}},
     {"OppositeInWords", "disc = { patch = \"z_max\", radius = 0.01, opposite = \"yes\" }", {"true or false"}},
     {"MisspeltDiscKey", "disc = { pacth = \"z_max\", radius = 0.01 }", {"did you mean 'patch'"}},
     {"PatchesAsOneWord", "patches = \"z_max\"", {"held.toml:7:", "strings in brackets"}},

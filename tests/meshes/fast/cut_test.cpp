@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 
 #include "core/mesh/neighbours.hpp"
 #include "meshes/cutting/clean_up.hpp"
+#include "meshes/cutting/cut_reader.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/generators/lattice_box.hpp"
 #include "meshes/io/mesh_figures.hpp"
@@ -56,6 +59,23 @@ double area_of(const core::TetraMesh &mesh, const std::string &patch) {
         if (mesh.patch_names[mesh.boundary_patch[f]] == patch)
             area += core::area_vector(mesh, f).norm();
     return area;
+}
+
+/// Of a load case, whose lengths are in the unit that it says; normals have none.
+TEST(CutReader, TakesLengthsInTheUnitOfTheLoadCase) {
+    const auto file = std::filesystem::temp_directory_path() / "cut_reader_unit.toml";
+    std::ofstream(file)
+        << "unit = \"mm\"\n[[cut]]\nregion = \"lump\"\nmargin = 5\n"
+           "[[cut]]\nhalf_space = { point = [20, 0, 10], normal = [2, 0, 0] }\n"
+           "[[cut]]\nblade = { corners = [[0, 0, 1], [0, 2, 1], [0, 2, 9], [0, 0, 9]], thickness = 3 }\n";
+    const auto cuts = meshes::cuts_of_file(file);
+    std::filesystem::remove(file);
+    ASSERT_EQ(cuts.size(), 3u);
+    EXPECT_DOUBLE_EQ(std::get<RegionCut>(cuts[0].tool).margin, 0.005);
+    EXPECT_LT((std::get<HalfSpaceCut>(cuts[1].tool).point - Vector3(0.02, 0.0, 0.01)).norm(), 1e-15);
+    EXPECT_EQ(std::get<HalfSpaceCut>(cuts[1].tool).normal, Vector3(2.0, 0.0, 0.0));
+    EXPECT_LT((std::get<BladeCut>(cuts[2].tool).corners[2] - Vector3(0.0, 0.002, 0.009)).norm(), 1e-15);
+    EXPECT_DOUBLE_EQ(std::get<BladeCut>(cuts[2].tool).thickness, 0.003);
 }
 
 /// Some bricks of a box as they are left by a cut.

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
+#include "core/mesh/patches.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/anatomy/body_axes.hpp"
 #include "meshes/anatomy/liver_registration.hpp"
@@ -157,6 +158,33 @@ TEST(AnatomicalPatches, OfALiverInTheScannerAreNotTurned) {
     const auto mesh = read_msh(LIVERMARK_SOURCE_DIR "/meshes/liver_healthy.msh");
     EXPECT_LT(fit_liver(mesh).turn(), 0.05);
     EXPECT_NEAR(fit_liver(moved(mesh, {0.0, 0.0, 2.0}, {1.0, 1.0, 1.0})).turn(), 2.0, 0.05);
+}
+
+/// What a mesh has named itself shares its facets with what is found.
+TEST(AnatomicalPatches, StandBesideThoseOfTheFile) {
+    auto mesh = plain(read_msh(LIVERMARK_SOURCE_DIR "/meshes/liver_healthy.msh"));
+    auto alone = mesh;
+    ASSERT_TRUE(find_anatomical_patches(alone));
+    mesh.patch_names.emplace_back("glued");
+    std::vector<int> glued;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (mesh.points[mesh.boundary_triangles[f][0]].z() < -0.02) {
+            mesh.boundary_patch[f] = 1;
+            glued.push_back(f);
+        }
+    auto both = mesh;
+    const auto found = find_anatomical_patches(both);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(core::facets_in_patch(both, "glued"), glued);
+    for (const auto &patch : alone.patch_names)
+        EXPECT_EQ(core::facets_in_patch(both, patch), core::facets_in_patch(alone, patch)) << patch;
+    EXPECT_NE(found->remark.find("'glued' of the mesh stand beside them"), std::string::npos) << found->remark;
+
+    mesh.patch_names[1] = "anterior"; // a name of both
+    const auto clash = find_anatomical_patches(mesh);
+    ASSERT_TRUE(clash);
+    EXPECT_EQ(core::facets_in_patch(mesh, "anterior"), glued);
+    EXPECT_NE(clash->remark.find("'anterior' are as the mesh has them"), std::string::npos) << clash->remark;
 }
 
 TEST(AnatomicalPatches, LeaveThoseOfTheFileAlone) {

@@ -11,6 +11,7 @@
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/msh_reader.hpp"
 #include "support/input_error.hpp"
+#include "support/length_unit.hpp"
 #include "support/whole_file.hpp"
 #include "tests/livermark_command.hpp"
 
@@ -223,9 +224,10 @@ TEST(BodyOfAMesh, IsInMetresAndSaysWhatItAssumed) {
     for (auto &point : huge.points)
         point *= 1e6;
     EXPECT_THROW(meshes::guess_unit(huge.points, 1.0, "huge.vtu"), support::InputError);
-    EXPECT_THROW(meshes::metres_per_unit("inch", "here"), support::InputError);
-    EXPECT_THROW(meshes::metres_per_unit("-0.1", "here"), support::InputError);
-    EXPECT_EQ(meshes::metres_per_unit("0.025", "here"), 0.025);
+    EXPECT_THROW(support::metres_per_unit("inch", "here"), support::InputError);
+    EXPECT_THROW(support::metres_per_unit("-0.1", "here"), support::InputError);
+    EXPECT_EQ(support::metres_per_unit("0.025", "here"), 0.025);
+    EXPECT_THROW(support::metres_per_unit("1e300", "here"), support::InputError);
 }
 
 /// The boundary of a block in units of its longest side, with half of its box inside.

@@ -91,7 +91,9 @@ TEST(OneReference, CallsNothingOkWhereItWasNotFound) {
     EXPECT_FALSE(counts_in_means(result));
     const auto remarks = result_remarks({&result, 1});
     ASSERT_EQ(remarks.size(), 1u);
-    EXPECT_EQ(remarks[0], "box, nu 0.45, pull_and_hang: no reference has a solution, so no model is compared");
+    EXPECT_EQ(remarks[0],
+              "box, nu 0.45, pull_and_hang: no reference has a solution, so no model is compared; blown_up: "
+              "a node left the room; unfinished: 100 iterations were not enough");
     EXPECT_EQ(text_table({&result, 1}).find("  ok "), std::string::npos);
 }
 
@@ -115,6 +117,27 @@ TEST(OneReference, RanksNobodyWhereItIsAtRestAtTheEnd) {
               "so there are no ratios and no model is ranked; give a shorter 'slide' or a larger 'depth'");
     result.problem.load_case.touching.reset();
     EXPECT_EQ(shown_status(result.models[1], result), "at rest");
+}
+
+TEST(OneReference, SaysWhyThereIsNone) {
+    auto result = without_reference();
+    result.models[0].solution.message = "no equilibrium beyond 87.7 % of the load; take a smaller load";
+    const auto remarks = result_remarks({&result, 1});
+    ASSERT_EQ(remarks.size(), 1u);
+    EXPECT_NE(remarks[0].find("no model is compared; fem_p2p1: no equilibrium beyond 87.7 % of the load"),
+              std::string::npos)
+        << remarks[0];
+}
+
+TEST(OneReference, IsNotMissingWhereItIsAlone) {
+    auto alone = against("fem_p2p1");
+    alone.models.resize(1);
+    alone.reference_uncertainty.reset();
+    EXPECT_EQ(reference_sentence({&alone, 1}), "Nothing is compared, because fem_p2p1 is the reference itself and no "
+                                               "other model was run; name one with --model.");
+    EXPECT_EQ(shown_status(alone.models[0], alone), "reference");
+    ASSERT_EQ(result_remarks({&alone, 1}).size(), 1u);
+    EXPECT_NE(result_remarks({&alone, 1})[0].find("fem_p2p1 is the reference"), std::string::npos);
 }
 
 TEST(Regime, IsLeftByALoadThatMovesTheBodyFarBeyondItsTarget) {

@@ -9,6 +9,7 @@
 #include "models/model_table.hpp"
 #include "results/hdf5/files/calibration_file.hpp"
 #include "studies/run/work/run_task.hpp"
+#include "results/one_reference.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/records/sample_calibration.hpp"
 #include "tests/samples/small_bar.hpp"
@@ -101,6 +102,56 @@ TEST(BenchmarkCase, ComparesNothingWithoutAReference) {
     const auto result = evaluated({{"fem_p2p1", 0.0}, {"fem_p2", 0.0}, {"springs", 1.2}});
     EXPECT_FALSE(of(result, "springs").comparison);
     EXPECT_EQ(of(result, "fem_p2").solution.status, core::SolutionStatus::not_converged);
+}
+
+/// Under a large load, whose reference comes to half of it and has no solution beyond.
+TEST(BenchmarkCase, ComparesThePartOfThePathThatTheReferenceHasReached) {
+    auto problem = pulled_bar();
+    problem.load_case.regime = core::Regime::large;
+    problem.load_case.path = {0.25, 0.5, 1.0};
+    const auto on_path = [&](double factor, std::size_t num_points) {
+        auto solution = stretched(factor);
+        for (std::size_t k = 0; k < num_points; ++k) {
+            auto &point = solution.path.emplace_back();
+            for (const auto &displacement : solution.displacement)
+                point.displacement.push_back((problem.load_case.path[k] * displacement).cast<float>());
+            point.reaction = {problem.load_case.path[k] * solution.reaction[0]};
+            point.strain_energy = factor;
+        }
+        if (num_points < problem.load_case.path.size()) {
+            solution.status = core::SolutionStatus::not_converged;
+            solution.message = "no equilibrium beyond 60 % of the load";
+        }
+        return solution;
+    };
+    std::vector<core::Model> models;
+    for (const auto *name : {"fem_p2p1_neo_hookean", "fem_p2p1_neo_hookean_refined", "springs", "weak_springs"}) {
+        models.push_back(named(name));
+        models.back().judges = core::Regime::large;
+    }
+    const auto result =
+        evaluate(problem, models,
+                 [&](const core::Model &model, const core::Problem &) {
+                     return on_path(model.name == "springs" ? 1.1 : 1.0, model.name == "springs"        ? 3
+                                                                         : model.name == "weak_springs" ? 1
+                                                                                                        : 2);
+                 },
+                 {});
+    EXPECT_EQ(results::reference_of(result), "fem_p2p1_neo_hookean");
+    EXPECT_EQ(results::compared_part(result), 0.5);
+    EXPECT_FALSE(results::counts_in_means(result));
+    EXPECT_NEAR(of(result, "springs").comparison->relative_l2, 0.1, 1e-6);
+    EXPECT_FALSE(of(result, "weak_springs").comparison) << "it has not come so far";
+    EXPECT_FALSE(result.reference_uncertainty);
+    EXPECT_EQ(results::shown_status(of(result, "springs"), result), "ok to 50 %");
+    EXPECT_EQ(results::shown_status(of(result, "fem_p2p1_neo_hookean"), result), "not_converged");
+    const auto remarks = results::result_remarks({&result, 1});
+    ASSERT_EQ(remarks.size(), 1u);
+    EXPECT_NE(remarks[0].find("models are compared at 50 % of the load"), std::string::npos) << remarks[0];
+    EXPECT_NE(remarks[0].find("fem_p2p1_neo_hookean, fem_p2p1_neo_hookean_refined, weak_springs: no equilibrium beyond "
+                              "60 % of the load"),
+              std::string::npos)
+        << remarks[0];
 }
 
 TEST(BenchmarkCase, LeavesOutModelsOfAnotherRegime) {

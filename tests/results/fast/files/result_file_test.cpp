@@ -151,6 +151,7 @@ void expect_equal(const core::Comparison &a, const core::Comparison &b) {
         EXPECT_TRUE(same_bits(a.path->centroid_error, b.path->centroid_error));
     }
     EXPECT_EQ(a.slow, b.slow);
+    EXPECT_EQ(a.load_fraction, b.load_fraction);
     ASSERT_EQ(a.tool.has_value(), b.tool.has_value());
     if (a.tool) {
         ASSERT_EQ(a.tool->places.size(), b.tool->places.size());
@@ -270,6 +271,15 @@ TEST_F(ResultFile, HoldsWhatPressesToADepth) {
     load_case.conditions[1].kind = core::ConditionKind::press;
     write_result(path_, written);
     expect_equal(read_result(path_), written);
+}
+
+TEST_F(ResultFile, HoldsAComparisonOfAPartOfTheLoad) {
+    auto written = tests::along_a_path(tests::sample_result());
+    written.models[1].comparison->load_fraction = 0.8;
+    write_result(path_, written);
+    const auto read = read_result(path_);
+    expect_equal(read, written);
+    EXPECT_EQ(read.models[1].comparison->load_fraction, 0.8);
 }
 
 /// A reference that was kept has the probes and no frames; there is no error in frames then.
