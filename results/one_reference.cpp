@@ -150,8 +150,8 @@ bool ends_at_rest(const Result &result) {
 }
 
 bool counts_in_means(const Result &result) {
-    return is_plain_static(result) && !reference_of(result).empty() && !leaves_regime(result) && !ends_at_rest(result) &&
-           compared_part(result) == 1.0;
+    return is_plain_static(result) && !reference_of(result).empty() && !leaves_regime(result) &&
+           !ends_at_rest(result) && compared_part(result) == 1.0;
 }
 
 std::vector<std::string> counted_load_cases(std::span<const Result> results, const std::string &body, double ratio) {

@@ -170,11 +170,15 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
         .add_option("--labels", options->body.labels,
                     "A label image: NIfTI, NRRD, MetaImage, a DICOM segmentation, or the folder of a DICOM series")
         ->group(group);
-    command.add_option("--liver", options->body.liver, "Labels of the liver's tissue; by default those that are named so, or the lowest one")
+    command
+        .add_option("--liver", options->body.liver,
+                    "Labels of the liver's tissue; by default those that are named so, or the lowest one")
         ->delimiter(',')
         ->check(CLI::Range(1, 65535))
         ->group(group);
-    command.add_option("--tumours", options->body.tumours, "Labels of lesions; by default those that are named so, or all others")
+    command
+        .add_option("--tumours", options->body.tumours,
+                    "Labels of lesions; by default those that are named so, or all others")
         ->delimiter(',')
         ->check(CLI::Range(1, 65535))
         ->group(group);

@@ -211,7 +211,7 @@ std::optional<Vector3> signs_of_space(std::string space, const fs::path &file) {
         return Vector3(1.0, -1.0, 1.0);
     if (space == "3dlefthanded")
         throw InputError(fmt::format("{}: its header says '{}', which does not say where the patient's left is and "
-                                     "would mirror the body; write it as left-posterior-superior",
+                                     "would mirror the body; name its axes, such as left-posterior-superior",
                                      file.string(), said));
     return std::nullopt; // scanner-xyz, 3D-right-handed, or a number of dimensions
 }

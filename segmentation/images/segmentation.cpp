@@ -253,6 +253,24 @@ std::map<core::SegmentRole, std::vector<int>> labels_by_role(const LabelImage &i
     return roles;
 }
 
+double labelled_volume(const LabelImage &image, const LabelChoice &choice) {
+    std::vector<int> liver = choice.liver, lesions = choice.tumours;
+    if (auto roles = labels_by_role(image); liver.empty() && !roles[core::SegmentRole::liver].empty()) {
+        liver = roles[core::SegmentRole::liver];
+        if (lesions.empty())
+            lesions = roles[core::SegmentRole::lesion];
+    } else if (liver.empty()) {
+        liver = labels_of(image);
+    }
+    std::vector<bool> counts(65536, false);
+    for (const auto *labels : {&liver, &lesions})
+        for (const int label : *labels)
+            if (label > 0 && label < 65536)
+                counts[static_cast<std::size_t>(label)] = true;
+    const auto voxels = std::ranges::count_if(image.label, [&](std::uint16_t label) -> bool { return counts[label]; });
+    return static_cast<double>(voxels) * voxel_volume(image.grid);
+}
+
 std::vector<double> region_volumes(const Segmentation &segmentation) {
     std::vector<double> volumes(segmentation.region_names.size(), 0.0);
     for (const auto region : segmentation.region)

@@ -18,6 +18,11 @@ struct LabelChoice {
 /// Labels that are in an image, by the roles that their codes and names give them.
 std::map<core::SegmentRole, std::vector<int>> labels_by_role(const LabelImage &image);
 
+/// The volume of the labels that may belong to the body: those that are chosen, else those with names of a liver and
+/// lesions, else all.
+/// @return [m^3]
+double labelled_volume(const LabelImage &image, const LabelChoice &choice);
+
 /// A liver in one piece without cavities, and its lesions, in voxels.
 struct Segmentation {
     ImageGrid grid;

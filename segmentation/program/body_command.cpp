@@ -104,12 +104,10 @@ double unit_of(const BodyCommand &command, const meshes::SurfaceMesh &liver, std
 
 int make_body_of_labels(const BodyCommand &command) {
     const auto image = read_label_image(command.labels);
-    std::size_t labelled = 0;
-    for (const auto label : image.label)
-        labelled += label != 0 ? 1 : 0;
+    const LabelChoice choice{command.liver, command.tumours};
     // A lesion below the size of a tetrahedron cannot be resolved by the mesh.
-    const double smallest_lesion = static_cast<double>(labelled) * voxel_volume(image.grid) / command.tetrahedra;
-    auto voxels = choose_labels(image, {command.liver, command.tumours}, smallest_lesion);
+    const double smallest_lesion = labelled_volume(image, choice) / command.tetrahedra;
+    auto voxels = choose_labels(image, choice, smallest_lesion);
     voxels.is_lps_by_header = image_says_axes(command.labels);
     return make_body(command, voxels, image.name);
 }

@@ -156,6 +156,18 @@ TEST(ChooseLabels, WithoutNamesSayHowTheLabelsAreTaken) {
         << "the liver's name counts where its number is not given";
 }
 
+TEST(ChooseLabels, OtherOrgansDoNotCountForTheVolumeOfTheBody) {
+    auto image = block();
+    for (int j = 2; j < 9; ++j)
+        for (int k = 2; k < 9; ++k)
+            image.label[at(8, j, k)] = 9;
+    image.label[at(4, 4, 4)] = 2;
+    EXPECT_NEAR(labelled_volume(image, {}), 343 * voxel, 1e-15) << "nothing says what they are";
+    image.label_names = {{1, "liver"}, {2, "tumour"}, {9, "spleen"}};
+    EXPECT_NEAR(labelled_volume(image, {}), 294 * voxel, 1e-15);
+    EXPECT_NEAR(labelled_volume(image, {.liver = {1}, .tumours = {}}), 293 * voxel, 1e-15);
+}
+
 TEST(ChooseLabels, LabelsThatAreNotMeantAreBackground) {
     auto image = block();
     for (int j = 2; j < 9; ++j)

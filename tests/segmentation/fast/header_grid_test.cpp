@@ -204,6 +204,15 @@ TEST_F(HeaderOfAnImage, OfNrrdSaysItsSpaceInManyWords) {
     }
 }
 
+TEST_F(HeaderOfAnImage, OfNrrdMayHaveATime) {
+    const auto image = read_label_image(
+        written("a.nrrd", "NRRD0004\ntype: uint8\ndimension: 4\nspace: right-anterior-superior-time\nsizes: 2 2 2 1\n"
+                          "space directions: (2,0,0,0) (0,3,0,0) (0,0,4,0) (0,0,0,1)\n"
+                          "kinds: domain domain domain time\nspace origin: (10,20,30,0)\nencoding: ascii\n\n"
+                          "1 0 0 0 0 0 0 0\n"));
+    EXPECT_LT((to_world(image.grid, {0.002, 0.003, 0.004}) - Vector3(-0.012, -0.023, 0.034)).norm(), 1e-9);
+}
+
 TEST_F(HeaderOfAnImage, OfNrrdWithoutAnatomyIsTakenForLpsAndSaysSo) {
     for (const char *space : {"space: scanner-xyz", "space: 3D-right-handed", "space dimension: 3"}) {
         SCOPED_TRACE(space);
