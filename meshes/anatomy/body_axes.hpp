@@ -15,17 +15,16 @@ struct SaidAxes {
     std::optional<Eigen::Matrix3d> from_lps{}; ///< "axes" in its .toml
     bool as_registered = false;                ///< "axes" there lets the shape of the liver decide, whatever it is
     bool is_unknown = false;                   ///< "axes" there says that nobody knows
-    bool is_lps_by_header = false;             ///< the header of its image has said how the patient lies
+    bool is_lps_by_header = false;             ///< the header of its image or mesh says how the patient lies
 };
 
 /// Reads 'axes' of a body, which may be
-///     axes = "LPS"            # where x, y and z of the mesh lead to: L or R (left, right), P or A, S or I; here x to
-///     the
-///                             # patient's left, y posterior, z superior
-///     axes = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]] # the patient's left, posterior and superior in the
-///                             # coordinates of the mesh
-///     axes = "registered"     # as the shape of a liver says that it lies, however unclear
-///     axes = "unknown"        # load cases with directions are refused
+///     axes = "LPS"         # where x, y and z of the mesh lead to: here to the patient's left, posterior, superior;
+///                          # R, A and I are right, anterior and inferior
+///     axes = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]] # left, posterior and superior in the coordinates
+///                          # of the mesh
+///     axes = "registered"  # as the shape of a liver says that it lies, however unclear
+///     axes = "unknown"     # load cases with directions are refused
 /// and 'orientation' of its [image].
 /// @throws support::InputError for another word, and for axes that are no rotation
 SaidAxes read_axes(const toml::table &body);

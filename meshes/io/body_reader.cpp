@@ -115,6 +115,13 @@ void append_remarks(const toml::table &image, std::vector<std::string> &assumpti
         std::ranges::move(support::required_strings(image, "remarks"), std::back_inserter(assumptions));
 }
 
+/// Whether the file of a mesh says how the patient lies, by the remarks of its reader.
+bool is_lps_by_header(const std::vector<std::string> &remarks) {
+    return std::ranges::any_of(remarks, [](const std::string &remark) {
+        return remark.starts_with("it says that it is in ") && remark.ends_with("LPS");
+    });
+}
+
 /// Where a body has its patches and axes from; finds the patches where that is asked for.
 std::vector<std::string> orient(core::Body &body, bool has_to_find, const SaidAxes &said) {
     std::vector<std::string> remarks;
@@ -135,6 +142,8 @@ core::Body body_of_table(const std::filesystem::path &file, std::vector<std::str
         support::required_string(table, "title");
     core::Body body;
     body.mesh = read_mesh(file.parent_path() / support::required_string(table, "mesh"), body.assumptions);
+    auto axes = read_axes(table);
+    axes.is_lps_by_header = axes.is_lps_by_header || is_lps_by_header(body.assumptions);
     scale(body.mesh, support::metres_per_unit(table));
     if (table.contains("image"))
         append_remarks(support::required_table(table, "image"), body.assumptions);
@@ -142,7 +151,7 @@ core::Body body_of_table(const std::filesystem::path &file, std::vector<std::str
     const bool is_liver = support::optional_flag(table, "find_patches");
     if (is_liver)
         std::ranges::move(core::doubts_about_liver(body.mesh), std::back_inserter(body.assumptions));
-    orientation = orient(body, is_liver, read_axes(table));
+    orientation = orient(body, is_liver, axes);
     if (const auto *regions = table.get("regions"); !regions || regions->is_table())
         refuse_missing_materials(table, body.mesh);
     body.materials = read_materials(table, body.mesh);
@@ -154,6 +163,7 @@ core::Body body_of_table(const std::filesystem::path &file, std::vector<std::str
 core::Body body_of_mesh(const std::filesystem::path &file, std::vector<std::string> &orientation) {
     core::Body body;
     body.mesh = read_mesh(file, body.assumptions);
+    const bool says_axes = is_lps_by_header(body.assumptions);
     const auto unit = guess_unit(body.mesh.points, mesh_figures(body.mesh).volume, file.string());
     scale(body.mesh, unit.metres);
     std::ranges::move(core::doubts_about_lesions(body.mesh),
@@ -167,7 +177,7 @@ core::Body body_of_mesh(const std::filesystem::path &file, std::vector<std::stri
         fmt::format("{} assumed to have 1060 kg/m^3, 5000 Pa and Poisson's ratio 0.45; a body .toml sets the material "
                     "of each region",
                     num_regions == 1 ? "the body is" : fmt::format("all {} regions are", num_regions)));
-    orientation = orient(body, true, {});
+    orientation = orient(body, true, {.is_lps_by_header = says_axes});
     return body;
 }
 

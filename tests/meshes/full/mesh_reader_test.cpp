@@ -2,12 +2,14 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <set>
 #include <sys/stat.h>
+#include <utility>
 
+#include "meshes/generators/box_generator.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/msh_reader.hpp"
 #include "support/input_error.hpp"
@@ -155,6 +157,35 @@ TEST(MeshReader, TurnsAMeshInRasToLpsAndSaysSo) {
     EXPECT_EQ(turned.tetrahedra, expected.tetrahedra);
     for (int i = 0; i < expected.num_nodes(); ++i)
         EXPECT_EQ(turned.points[i], expected.points[i].cwiseProduct(core::Vector3(-1.0, -1.0, 1.0)));
+    text = support::read_text(lps);
+    std::ofstream(mesh_folder() / "said_lps.vtk")
+        << text.replace(text.find("\ntwo\n"), 5, "\n3D Slicer output. SPACE=LPS\n");
+    remarks.clear();
+    EXPECT_EQ(meshes::read_mesh(mesh_folder() / "said_lps.vtk", remarks).points, expected.points);
+    EXPECT_EQ(remarks, (std::vector<std::string>{"it says that it is in LPS"}));
+}
+
+TEST(MeshReader, TakesTheWordOfTheFileForTheAxesOfABody) {
+    const auto body = meshes::generate_box({0.2, 0.15, 0.1}, 0.05);
+    const auto without = mesh_folder() / "no_word.vtk", with = mesh_folder() / "word.vtk";
+    for (const auto &[file, title] : {std::pair{without, "box"}, {with, "box SPACE=LPS"}}) {
+        std::ofstream out(file);
+        out << "# vtk DataFile Version 2.0\n"
+            << title << "\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS " << body.num_nodes() << " double\n";
+        for (const auto &point : body.points)
+            out << point.transpose() << '\n';
+        out << "CELLS " << body.tetrahedra.size() << ' ' << 5 * body.tetrahedra.size() << '\n';
+        for (const auto &t : body.tetrahedra)
+            out << fmt::format("4 {}\n", fmt::join(t, " "));
+        out << "CELL_TYPES " << body.tetrahedra.size() << '\n';
+        for (std::size_t t = 0; t < body.tetrahedra.size(); ++t)
+            out << "10\n";
+    }
+    EXPECT_NE(meshes::read_body(without).axes.doubt.find("another orientation fits"), std::string::npos);
+    const auto orientation = meshes::orientation_remarks(with);
+    EXPECT_EQ(meshes::read_body(with).axes.doubt.find("another orientation fits"), std::string::npos);
+    ASSERT_FALSE(orientation.empty());
+    EXPECT_NE(orientation.back().find("the header of its file says"), std::string::npos) << orientation.back();
 }
 
 TEST(MeshReader, JoinsThePiecesOfAFile) {
