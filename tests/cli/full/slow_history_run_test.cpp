@@ -87,8 +87,9 @@ TEST(SlowHistoryRun, HasTheHeatOfAnEvenStretch) {
     EXPECT_GT(of_reference, 1e-8);
     for (const auto &model : result.models) {
         EXPECT_NEAR(core::lost_energy(history, model.solution), of_reference, 2e-3 * of_reference) << model.name;
-        if (model.comparison)
+        if (model.comparison) {
             EXPECT_LT(std::abs(model.comparison->slow.value().lost_energy), 2e-3) << model.name;
+        }
     }
 }
 
