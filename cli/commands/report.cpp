@@ -45,9 +45,9 @@ int make_report(const ReportOptions &options, const std::string &command_line) {
     const std::filesystem::path folder = options.folder;
     const std::filesystem::path output =
         options.output.empty() ? folder / "report.html" : std::filesystem::path(options.output);
+    auto data = studies::read_report_data(folder);
     support::check_place(output);
     std::map<std::string, std::string> left_out;
-    auto data = studies::read_report_data(folder);
     auto page = page_of(data, command_line);
     while (const auto refused = refused_by_python(page)) {
         if (!left_out.insert(*refused).second)
