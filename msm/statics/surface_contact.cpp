@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/tool/round_load.hpp"
@@ -147,6 +148,10 @@ SurfaceContact::Friction SurfaceContact::friction(const Facet &facet, const Poin
 /// On the body [Pa].
 core::Vector3 SurfaceContact::traction(const Facet &facet, const Point &point, const core::Vector3 &from_centre) const {
     return normal_contact(facet, point, from_centre).traction() + friction(facet, point, from_centre).traction;
+}
+
+double SurfaceContact::rounding_of_energy(const Field &positions) const {
+    return std::numeric_limits<double>::epsilon() * (ball_.radius + centre_.norm()) * force(positions).norm();
 }
 
 double SurfaceContact::energy(const Field &positions) const {

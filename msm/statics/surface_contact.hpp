@@ -55,6 +55,10 @@ class SurfaceContact {
     /// @return [J]
     double energy(const std::vector<core::Vector3> &positions) const;
 
+    /// What the rounding of distances from the centre of the ball does to the energy [J]: a ball of 30 m that stands
+    /// for a flat rounds them by 7e-15 m.
+    double rounding_of_energy(const std::vector<core::Vector3> &positions) const;
+
     /// Adds the derivative of the energy to nodal forces.
     void add_gradient(const std::vector<core::Vector3> &positions, std::vector<core::Vector3> &gradient) const;
 

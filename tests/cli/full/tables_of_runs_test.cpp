@@ -71,10 +71,15 @@ TEST(TablesOfRuns, NameALoadThatLeavesItsRegimeAndCallNothingOk) {
     EXPECT_FALSE(has_part(outcome, "  ok ")) << outcome.output;
 }
 
-/// No factor makes a millimetre of nothing.
+/// No factor makes a millimetre of nothing: all corners of the end that is pulled are held.
 TEST(TablesOfRuns, AreNoneWhereEveryCaseFailsAndTheReasonIsSaid) {
-    const auto outcome =
-        run_pull(folder_with_pull("all_failed", 1e-320, "scale_to_target = true\n"), "--reference-on-mesh");
+    const auto folder = tests::folder_with_bar("all_failed", 0.03);
+    meshes::write_msh(folder / "bar.msh", meshes::generate_box({0.09, 0.03, 0.03}, 0.03, meshes::BoxTopology::kuhn));
+    std::ofstream(folder / "pull.toml")
+        << "title = \"pull\"\ntarget_peak_displacement = 0.001\nscale_to_target = true\n[[condition]]\n"
+           "patches = [\"x_min\", \"y_min\", \"y_max\", \"z_min\", \"z_max\"]\ndisplacement = [0.0, 0.0, 0.0]\n"
+           "[[condition]]\npatch = \"x_max\"\ntraction = [1.0, 0.0, 0.0]\n";
+    const auto outcome = run_pull(folder, "--reference-on-mesh");
     EXPECT_EQ(outcome.status, 1) << outcome.output;
     EXPECT_TRUE(has_part(outcome, "livermark: failed: bar / pull: cannot be scaled to its target")) << outcome.output;
     EXPECT_FALSE(has_part(outcome, "Errors are against")) << outcome.output;

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <iterator>
 #include <set>
+#include <sstream>
 #include <string>
 #include <unistd.h>
 #include <vector>
@@ -112,11 +113,14 @@ TEST(KilledWorker, CostsItsLoadCaseAlone) {
             return false;
         std::set<pid_t> workers;
         for (const auto process : tests::descendants(getpid()))
-            if (std::ifstream status(fmt::format("/proc/{}/stat", process)); status)
-                if (std::string text((std::istreambuf_iterator<char>(status)), {});
-                    text.find(fmt::format(") R {} ", getpid())) == std::string::npos &&
-                    text.find(fmt::format(") S {} ", getpid())) == std::string::npos)
+            if (std::ifstream status(fmt::format("/proc/{}/stat", process)); status) {
+                const std::string text((std::istreambuf_iterator<char>(status)), {});
+                char state = 0; // whatever it is: a program that waits for a disk is no worker either
+                pid_t parent = 0;
+                std::istringstream(text.substr(text.rfind(") ") + 1)) >> state >> parent;
+                if (parent != 0 && parent != getpid())
                     workers.insert(process);
+            }
         for (const auto worker : workers)
             if (before.contains(worker) && killed.size() < num_to_kill && killed.insert(worker).second)
                 kill(worker, SIGKILL);

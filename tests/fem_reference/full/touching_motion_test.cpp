@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <cstddef>
 #include <gtest/gtest.h>
+#include <numeric>
 
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/motion/tool_motion.hpp"
@@ -54,7 +56,12 @@ TEST(TouchingMotion, ComesToRestWhereStaticsHaveIt) {
     const auto rest = hyperelastic::solve(still, hyperelastic::material_law("neo_hookean"), {.degree = 2},
                                           {.fractions = {0.5, 1.0}, .tolerance = 1e-8});
     ASSERT_EQ(rest.solution.status, core::SolutionStatus::ok) << rest.solution.message;
-    const Vector3 expected = -rest.solution.reaction[1], found = history.force[24];
+    // The trapezoidal rule lets the force on a surface that touches go to and fro by up to 3 % while the tool rests.
+    constexpr std::ptrdiff_t first_at_rest = 14, let_go = 25;
+    const Vector3 expected = -rest.solution.reaction[1];
+    const Vector3 found = std::accumulate(history.force.begin() + first_at_rest, history.force.begin() + let_go,
+                                          Vector3(Vector3::Zero())) /
+                          static_cast<double>(let_go - first_at_rest);
     EXPECT_LT((found - expected).norm(), 0.01 * expected.norm());
     EXPECT_EQ(history.force.back(), Vector3::Zero());
     const std::size_t num_nodes = problem.body->mesh.points.size();

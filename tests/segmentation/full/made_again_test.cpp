@@ -27,10 +27,11 @@ class MadeAgain : public tests::ResultFolder {
             stream << fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
     }
 
-    void write_hanging_case() const {
-        std::ofstream(directory_ / "hang.toml")
-            << "title = \"hang\"\ntarget_peak_displacement = 0.001\nacceleration = [0.0, 0.0, -0.1]\n[[condition]]\n"
-               "patch = \"right_lateral\"\ndisplacement = [0.0, 0.0, 0.0]\n";
+    /// A load without a direction: nobody knows how a ball lies in a patient.
+    void write_pressed_case() const {
+        std::ofstream(directory_ / "pressed.toml")
+            << "title = \"pressed\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"right_lateral\"\n"
+               "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"left_lobe_tip\"\npressure = 10.0\n";
     }
 
     tests::ChildEnd livermark(std::vector<std::string> words) const {
@@ -80,16 +81,17 @@ TEST_F(MadeAgain, ASurfaceOfAnotherContentIsSaidHoweverOldItsFileIs) {
 
 /// Bodies of a run into one folder are known by what they are made of.
 TEST_F(MadeAgain, TwoPatientsWithFilesOfOneNameAreTwoBodies) {
-    write_hanging_case();
+    write_pressed_case();
     const auto run = [&](const std::string &file) {
-        const auto end = livermark({"run", "--body", file, "--load-case", "hang.toml", "--model", "fem_p1",
+        const auto end = livermark({"run", "--body", file, "--load-case", "pressed.toml", "--model", "fem_p1",
                                     "--reference-on-mesh", "--output", "runs"});
         EXPECT_EQ(end.status, 0) << end.errors;
         return end;
     };
     const auto num_bodies = [&] {
         return std::ranges::count_if(fs::directory_iterator(directory_ / "runs"), [](const fs::directory_entry &entry) {
-            return entry.path().extension() == ".toml" && fs::exists(fs::path(entry).replace_extension("") / "hang.h5");
+            return entry.path().extension() == ".toml" &&
+                   fs::exists(fs::path(entry).replace_extension("") / "pressed.h5");
         });
     };
     for (const auto *patient : {"a", "b"})
@@ -112,7 +114,7 @@ TEST_F(MadeAgain, TwoPatientsWithFilesOfOneNameAreTwoBodies) {
 
 /// The header stays as it was, and so does all else but the voxels.
 TEST_F(MadeAgain, VoxelsInAFileWithASpaceInItsNameAreAPartOfTheBody) {
-    write_hanging_case();
+    write_pressed_case();
     constexpr int side = 24;
     std::ofstream(directory_ / "liver.nhdr")
         << "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 24 24 24\n"
@@ -124,7 +126,7 @@ TEST_F(MadeAgain, VoxelsInAFileWithASpaceInItsNameAreAPartOfTheBody) {
             voxels.put(x * x + y * y + z * z < radius * radius ? '\1' : '\0');
         }
         voxels.close();
-        const auto end = livermark({"run", "--body", "liver.nhdr", "--load-case", "hang.toml", "--model", "fem_p1",
+        const auto end = livermark({"run", "--body", "liver.nhdr", "--load-case", "pressed.toml", "--model", "fem_p1",
                                     "--reference-on-mesh", "--output", "runs"});
         EXPECT_EQ(end.status, 0) << end.errors;
         return end.errors;
@@ -137,9 +139,9 @@ TEST_F(MadeAgain, VoxelsInAFileWithASpaceInItsNameAreAPartOfTheBody) {
 TEST_F(MadeAgain, SurfacesOfALiverAndALesionGoStraightToTheTable) {
     write_ball("liver.off", 70.0, 0.0);
     write_ball("lesion.off", 20.0, 30.0);
-    write_hanging_case();
-    const std::vector<std::string> command{"run",       "--body",  "liver.off", "lesion.off",          "--load-case",
-                                           "hang.toml", "--model", "fem_p1",    "--reference-on-mesh", "--output",
+    write_pressed_case();
+    const std::vector<std::string> command{"run",          "--body",  "liver.off", "lesion.off",          "--load-case",
+                                           "pressed.toml", "--model", "fem_p1",    "--reference-on-mesh", "--output",
                                            "runs"};
     auto end = livermark(command);
     EXPECT_EQ(end.status, 0) << end.errors;
@@ -148,7 +150,7 @@ TEST_F(MadeAgain, SurfacesOfALiverAndALesionGoStraightToTheTable) {
     EXPECT_TRUE(has(body, "[regions.tumour_1]"));
     EXPECT_TRUE(
         has(body, "coordinates are assumed to be in mm, from its longest side, which is then 14 cm, and its volume"));
-    EXPECT_TRUE(fs::exists(directory_ / "runs" / "liver" / "hang.h5"));
+    EXPECT_TRUE(fs::exists(directory_ / "runs" / "liver" / "pressed.h5"));
     end = livermark(command);
     EXPECT_EQ(end.status, 0) << end.errors;
     EXPECT_TRUE(has(end.errors, "is used for liver.off; --force meshes it again")) << end.errors;
