@@ -45,7 +45,7 @@ def test_a_student_chooses_a_model_for_her_mesh(tmp_path):
     assert "patches.png" in run(check, tmp_path) and (tmp_path / "patches.png").stat().st_size > 10000
     small, _ = commands("choose_a_model.md", "3. Measure the errors")
     said = run(small, tmp_path, ["--load-case", "traction", "--model", "lloyd", "nodal_neo_hookean", "--output", "runs", *QUICK])
-    assert "in position nodal_neo_hookean" in said, said
+    assert "under the tool and in position: nodal_neo_hookean " in said, said
 
 
 def test_an_engineer_scores_an_engine(tmp_path):
