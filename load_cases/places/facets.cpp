@@ -100,7 +100,7 @@ SurfacePoint nearest_to_given(const toml::table &table, std::string_view key, co
     const auto from_surface = [&](const Vector3 &other) {
         return (nearest_point(facets, mesh, other).point - other).norm();
     };
-    const auto nearest = nearest_point(facets, mesh, point);
+    auto nearest = nearest_point(facets, mesh, point);
     const double away = (nearest.point - point).norm();
     if (away <= farthest)
         return nearest;
