@@ -68,7 +68,8 @@ std::optional<FoundPatches> find_anatomical_patches(core::TetraMesh &mesh,
         if (own == wound_patch || is_there(liver.patch_names, own) || is_there(of_file, name))
             continue;
         const auto [entry, is_new] =
-            number.emplace(says_nothing(own) ? name : own + core::patch_joint + name, std::ssize(mesh.patch_names));
+            number.emplace(says_nothing(own) ? name : fmt::format("{}{}{}", own, core::patch_joint, name),
+                           std::ssize(mesh.patch_names));
         if (is_new)
             mesh.patch_names.push_back(entry->first);
         mesh.boundary_patch[f] = entry->second;

@@ -39,7 +39,7 @@ std::filesystem::path write_body(std::filesystem::path mesh_file, const core::Bo
                             material.poisson_ratio, quoted(fmt::format("as of {}, which was cut", body.name)));
     }
     write_msh(mesh_file, body.mesh);
-    const auto body_file = mesh_file.replace_extension(".toml");
+    auto body_file = mesh_file.replace_extension(".toml");
     support::write_whole(body_file, text);
     return body_file;
 }
