@@ -139,7 +139,7 @@ void refuse_motion(const core::Problem &problem) {
 std::string announced(const core::Model &model, const core::Problem &problem, const ScoreOptions &options) {
     if (model.name == options.name)
         return model.name;
-    const auto on_mesh = fmt::format("{} on {} tetrahedra", model.name, problem.body->mesh.num_tetrahedra());
+    auto on_mesh = fmt::format("{} on {} tetrahedra", model.name, problem.body->mesh.num_tetrahedra());
     if (!is_stored(model, problem))
         return on_mesh;
     if (!options.solve_reference && !SolutionCache(stored_references_folder()).where(model, problem).empty())
