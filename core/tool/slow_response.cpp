@@ -78,14 +78,14 @@ double balance_at(const PathPoint &point) {
     return point.work - point.strain_energy;
 }
 
-/// What an energy gains in the last cycle; NaN without cycles, and where the way ended early.
+/// Gain of an energy in the last cycle; NaN without cycles, and where the way ended early.
 double gain_in_last_cycle(const SlowHistory &history, const Solution &solution, PathEnergy energy) {
     if (!history.last_cycle || static_cast<int>(solution.path.size()) != history.num_records())
         return not_known;
     return energy(solution.path.back()) - energy(solution.path[*history.last_cycle]);
 }
 
-/// Of the heat of both, by the same rule, over that of the reference, minus one.
+/// Ratio of the heat of both, by the same rule, minus one.
 double heat_error(const SlowHistory &history, const Solution &solution, const Solution &reference) {
     const bool is_summed = !std::isnan(gain_in_last_cycle(history, solution, dissipated_at)) &&
                            !std::isnan(gain_in_last_cycle(history, reference, dissipated_at));

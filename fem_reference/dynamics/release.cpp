@@ -68,7 +68,7 @@ core::History probes_in_steps(const core::Release &plan, const RitzSpace &space,
     return history;
 }
 
-/// What the steps cost the motion of the probes: little work in a space.
+/// Error of the steps in the motion of the probes: little work in a space.
 core::ObservedMotionError error_of_steps(const core::Release &plan, const RitzSpace &space,
                                          const Eigen::VectorXd &start) {
     const auto rows = rows_of_probes(plan, space);

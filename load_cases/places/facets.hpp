@@ -37,7 +37,7 @@ struct SurfacePoint {
 /// @param facets  at least one
 SurfacePoint nearest_point(const std::vector<int> &facets, const core::TetraMesh &mesh, const core::Vector3 &point);
 
-/// How far a point that is meant as one of the surface may be from it, over the size of the body.
+/// Largest distance from the surface of a point that is meant as one of it, over the size of the body.
 inline constexpr double farthest_from_surface = 0.1;
 
 /// The same of a point that somebody gives, over the whole surface.

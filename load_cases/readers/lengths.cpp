@@ -45,7 +45,7 @@ void put_number(toml::table &table, std::string_view key, double value) {
     table.insert_or_assign(key, std::move(*again.get("x")->as_floating_point()));
 }
 
-/// What is no number stays as it is, for its reader to read or refuse.
+/// Product in place; an entry that is no number stays, for its reader to read or refuse.
 void multiply(toml::table &table, std::string_view key, double factor) {
     auto *node = table.get(key);
     if (!node)

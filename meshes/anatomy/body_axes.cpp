@@ -135,7 +135,7 @@ core::BodyAxes registered(const FoundPatches &found, bool is_header_lps, std::ve
     return axes;
 }
 
-/// Of three letters; a rotation unless letters repeat or make a mirror.
+/// Axes by three letters; a rotation unless letters repeat or make a mirror.
 Matrix3d lettered(const std::string &word) {
     constexpr std::string_view ahead = "LPS", back = "RAI";
     Matrix3d from_lps = Matrix3d::Zero();
@@ -158,7 +158,7 @@ std::optional<Matrix3d> as_rotation(const Matrix3d &matrix) {
     return Matrix3d(parts.matrixU() * parts.matrixV().transpose());
 }
 
-/// What three lists of numbers say; zero where they are something else.
+/// Axes by three lists of numbers; zero where they are something else.
 Matrix3d listed(const toml::node &node) {
     Matrix3d columns = Matrix3d::Zero();
     const auto *rows = node.as_array();

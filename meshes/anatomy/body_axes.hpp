@@ -10,7 +10,7 @@
 
 namespace livermark::meshes {
 
-/// What the files of a body say of its axes.
+/// Axes of a body as its files say them.
 struct SaidAxes {
     std::optional<Eigen::Matrix3d> from_lps{}; ///< "axes" in its .toml
     bool as_registered = false;                ///< "axes" there lets the shape of the liver decide, whatever it is

@@ -55,8 +55,8 @@ class SurfaceContact {
     /// @return [J]
     double energy(const std::vector<core::Vector3> &positions) const;
 
-    /// What the rounding of distances from the centre of the ball does to the energy [J]: a ball of 30 m that stands
-    /// for a flat rounds them by 7e-15 m.
+    /// Rounding of the energy [J] by that of distances from the centre of the ball: a ball of 30 m that stands for a
+    /// flat rounds them by 7e-15 m.
     double rounding_of_energy(const std::vector<core::Vector3> &positions) const;
 
     /// Adds the derivative of the energy to nodal forces.
