@@ -37,11 +37,7 @@ class StepCorrection {
     virtual void correct(const Field &x, const Field &before, double step, Field &change) = 0;
 };
 
-/// What acts on a body after each explicit step: a needle, say.
-/// @param nodes  as the step has left them; kicks end up in positions and velocities
-/// @param part   of the way of Simulation::step() that is behind, up to 1
-/// @param h      length of the step [s]
-using AfterStep = std::function<void(core::MovingNodes &nodes, double part, double h)>;
+using core::AfterStep;
 
 /// A method on a scene. It begins at rest. For one thread; the same steps give the same bits.
 /// A method with nodes of its own has them in its scene(), and behind those of the mesh in positions and velocities.

@@ -13,7 +13,7 @@
 #include "results/tables/studies/arena_table.hpp"
 #include "results/tables/studies/needles/needle_arena_table.hpp"
 #include "studies/arena/arena.hpp"
-#include "studies/arena/needle/needle_arena.hpp"
+#include "studies/arena/needle_arena.hpp"
 #include "support/input_error.hpp"
 #include "support/root_folder.hpp"
 
@@ -160,13 +160,6 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
                 "into eight; with --tool needle by default 1")
             ->check(CLI::Range(1, 3))
             ->capture_default_str();
-    command
-        ->add_option(
-            "--precision", options->precision,
-            "Precision of interactive methods that have both: single (on vector units) or double (in plain loops)")
-        ->transform(one_of(std::map<std::string, models::Precision>{{"single", models::Precision::single_precision},
-                                                                    {"double", models::Precision::double_precision}}))
-        ->default_str("single");
     command
         ->add_option(
             "--tool", options->tool,

@@ -8,7 +8,7 @@
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
-#include "models/tool_motion/moving_method.hpp"
+#include "models/motion/moving_method.hpp"
 #include "msm/implicit_integrators.hpp"
 #include "msm/spring_law.hpp"
 #include "studies/catalogue.hpp"

@@ -14,7 +14,7 @@
 #include "fem_reference/hyperelastic/relaxation/slow_path.hpp"
 #include "models/limits_of_history.hpp"
 #include "models/model_table.hpp"
-#include "models/needle_motion/pushed_model.hpp"
+#include "models/pushed_model.hpp"
 #include "models/refined_solution.hpp"
 #include "support/processes/mpi_session.hpp"
 

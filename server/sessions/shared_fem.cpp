@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "models/model_table.hpp"
-#include "models/needle_motion/pushed_model.hpp"
+#include "models/pushed_model.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::server {

@@ -1,35 +1,25 @@
 #include "studies/arena/arena.hpp"
 
 #include <algorithm>
-#include <filesystem>
 #include <fmt/format.h>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <utility>
 
-#include "load_cases/readers/load_case_reader.hpp"
 #include "load_cases/readers/moving_ball.hpp"
-#include "models/tool_motion/moving_method.hpp"
 #include "results/hdf5/files/arena_file.hpp"
 #include "results/provenance.hpp"
-#include "studies/arena/arena_mesh.hpp"
 #include "studies/arena/arena_run.hpp"
-#include "studies/catalogue.hpp"
-#include "studies/run/problems.hpp"
 #include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
-#include "support/root_folder.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::studies {
 
 namespace {
 
-std::vector<models::MovingMethod> chosen_moving_methods(const std::vector<std::string> &names,
-                                                        models::Precision precision) {
-    auto methods = models::all_moving_methods(precision);
+std::vector<models::MovingMethod> chosen_moving_methods(const std::vector<std::string> &names) {
+    auto methods = models::all_moving_methods();
     for (const auto &name : names)
         support::find_named(methods, name, "method");
     std::erase_if(methods, [&](const models::MovingMethod &method) {
@@ -61,61 +51,6 @@ std::string arena_file_of(const ArenaOptions &options) {
     return options.tool == ArenaTool::glued ? "arena.h5" : fmt::format("arena_touching_{:g}.h5", options.friction);
 }
 
-/// A method with all budgets and settings on one mesh. What has no choice of its effort moves once.
-std::vector<results::ArenaRun> run_budgets(const models::MovingMethod &method, const ArenaScene &scene,
-                                           const std::vector<double> &budgets) {
-    std::vector<results::ArenaRun> runs;
-    const auto measured = method.prepare(scene.problem);
-    if (const auto least = measured->least_effort()) {
-        const auto add_all = [&](const results::ArenaRun &run, const char *setting) {
-            for (const double budget : budgets)
-                runs.push_back(within_budget(run, setting, budget, run.frame_seconds));
-            return run.outcome != results::ArenaOutcome::diverged;
-        };
-        // What is stable at rest need not be so where a tool has pressed the body together.
-        if (!add_all(run_method(method, scene, *least), stable_setting))
-            add_all(run_method(method, scene, twice(*least)), half_steps_setting);
-        return runs;
-    }
-    for (const auto setting : models::all_settings)
-        for (const double budget : budgets) {
-            const auto fits =
-                largest_effort(frames_on_the_way_in(*measured, *scene.problem.load_case.tool), setting, budget);
-            if (!fits)
-                continue;
-            auto run = run_method(method, scene, fits->effort);
-            run.calibration_spread = fits->spread;
-            run.stops_early = fits->stops_early ? 1 : 0;
-            runs.push_back(within_budget(std::move(run), models::to_string(setting), budget, fits->seconds));
-        }
-    return runs;
-}
-
-/// A method with given numbers of iterations on one mesh.
-std::vector<results::ArenaRun> run_series(const models::MovingMethod &method, const ArenaScene &scene,
-                                          const std::vector<int> &iterations) {
-    std::vector<results::ArenaRun> runs;
-    const auto add = [&](const models::Effort &effort, const char *setting) {
-        runs.push_back(run_method(method, scene, effort));
-        runs.back().setting = setting;
-    };
-    if (iterations.empty())
-        return runs;
-    if (const auto least = method.prepare(scene.problem)->least_effort()) {
-        add(*least, stable_setting);
-        add(twice(*least), half_steps_setting);
-        return runs;
-    }
-    for (const auto setting : models::all_settings)
-        for (const int number : iterations) {
-            const int of_each = effort_of(setting, 1).iterations; // where steps are what is counted
-            const bool is_whole = number % of_each == 0;
-            if (setting == models::Setting::one_step || (is_whole && number > of_each)) // else the same again
-                add(effort_of(setting, number / of_each), models::to_string(setting));
-        }
-    return runs;
-}
-
 results::ArenaMethod texts_of(const models::MovingMethod &method) {
     return {.name = method.name,
             .source = method.source,
@@ -125,28 +60,6 @@ results::ArenaMethod texts_of(const models::MovingMethod &method) {
 }
 
 } // namespace
-
-std::vector<std::string> moving_load_cases() {
-    const auto folder = support::root_folder() / moving_load_cases_folder;
-    std::error_code nobody_cares; // a tree of somebody's own has none
-    return std::filesystem::is_directory(folder, nobody_cares) ? support::list_toml(folder)
-                                                               : std::vector<std::string>{};
-}
-
-bool moves_tool(const std::string &load_case) {
-    const auto known = moving_load_cases();
-    if (std::ranges::find(known, load_case) != known.end())
-        return true;
-    std::error_code nobody_cares; // reading says it
-    return load_case.ends_with(".toml") && std::filesystem::exists(load_case, nobody_cares) &&
-           load_cases::load_case_kind(load_case).moves_tool;
-}
-
-ProblemSet read_arena_problems(const std::vector<std::string> &bodies, const std::string &load_case,
-                               const meshes::MaterialOverride &material) {
-    const auto file = find_toml_files({load_case}, moving_load_cases_folder, "load case").front();
-    return read_moving_problems(bodies, file.string(), material);
-}
 
 results::Arena empty_arena(const core::Problem &problem, const results::ToolReference *reference,
                            const std::string &command_line) {
@@ -180,7 +93,7 @@ results::Arena empty_arena(const core::Problem &problem, const results::ToolRefe
 }
 
 ArenaResults run_arena(const ArenaOptions &options, const std::string &command_line, const ProgressReport &report) {
-    auto methods = chosen_moving_methods(options.methods, options.precision);
+    auto methods = chosen_moving_methods(options.methods);
     auto [problems, notes, left_out] = read_arena_problems(options.bodies, options.load_case, options.material);
     if (options.tool == ArenaTool::touching) {
         leave_out_glued(methods, options.methods, notes);

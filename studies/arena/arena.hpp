@@ -5,11 +5,10 @@
 #include <vector>
 
 #include "meshes/io/body_reader.hpp"
-#include "models/tool_motion/moving_method.hpp"
 #include "results/records/arena.hpp"
+#include "studies/arena/arena_problems.hpp"
 #include "studies/arena/arena_reference.hpp"
 #include "studies/progress.hpp"
-#include "studies/run/problems.hpp"
 
 namespace livermark::studies {
 
@@ -32,7 +31,6 @@ struct ArenaOptions {
     /// Numbers of iterations in a frame that methods move with as well, whatever time these take: as iterations of one
     /// step, and as steps of one iteration. What takes explicit steps takes its least number of them, and twice that.
     std::vector<int> iterations;
-    models::Precision precision = models::Precision::single_precision; ///< of interactive methods that have both
     ArenaTool tool = ArenaTool::glued;
     double friction = 0.0; ///< of a ball that touches
     meshes::MaterialOverride material;
@@ -43,17 +41,6 @@ struct ArenaResults {
     std::vector<results::Arena> of_body;
     std::vector<std::string> notes; ///< what a user should know of the bodies, a sentence each
 };
-
-/// Names of load_cases/moving/.
-std::vector<std::string> moving_load_cases();
-
-/// Whether a load case is one of these, or the path of one with a [tool].
-bool moves_tool(const std::string &load_case);
-
-/// Bodies under a load case of moving_load_cases(), or of a path.
-/// @throws support::InputError
-ProblemSet read_arena_problems(const std::vector<std::string> &bodies, const std::string &load_case,
-                               const meshes::MaterialOverride &material = {});
 
 /// An arena without runs yet.
 /// @param reference  null if there is none

@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "models/tool_motion/reference_motion.hpp"
+#include "models/motion/whole_motion.hpp"
 #include "results/hdf5/files/reference_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/run/solutions/stored_references.hpp"

@@ -5,57 +5,23 @@
 #include <limits>
 #include <utility>
 
-#include "core/mesh/bounding_box.hpp"
 #include "core/mesh/deformation.hpp"
 #include "core/mesh/triangle.hpp"
-#include "core/processor_time.hpp"
-#include "core/tool/ball_contact.hpp"
 #include "core/tool/tool_errors.hpp"
-#include "results/quantile.hpp"
 
 namespace livermark::studies {
 
 namespace {
 
-using core::processor_seconds;
 using models::Effort;
-using models::MovingBody;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-/// A motion beyond this many times the size of the body has diverged.
-constexpr double bound = 1.0;
-/// Of the radius of a ball: where its centre is nearer to the surface, it has gone through.
+/// Part of the radius of a ball: where its centre is nearer to the surface, it has gone through.
 constexpr double gone_through = 0.5;
-/// More iterations are no answer to anything.
-constexpr int most_effort = 20000;
-constexpr int frames_to_measure = 3;
-constexpr int most_rounds = 10;
-constexpr double steady_spread = 0.02;
+/// Places of the tool in frames that are like others, for the measurement of a method.
+constexpr int num_places_on_the_way = 3;
 
-struct FrameTime {
-    double seconds;
-    double spread; ///< of the last two rounds, as a part
-};
-
-/// The shortest of a few frames is a round, and rounds are repeated until two agree. The shorter one counts, since
-/// other programs only make frames longer.
-FrameTime time_of_frame(const std::function<void(const Effort &)> &frame, const Effort &effort) {
-    FrameTime time{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-    for (int round = 0; round < most_rounds && time.spread > steady_spread; ++round) {
-        double shortest = std::numeric_limits<double>::infinity();
-        for (int f = 0; f < frames_to_measure; ++f) {
-            const double start = processor_seconds();
-            frame(effort);
-            shortest = std::min(shortest, processor_seconds() - start);
-        }
-        if (round > 0)
-            time.spread = std::abs(shortest - time.seconds) / std::min(shortest, time.seconds);
-        time.seconds = std::min(time.seconds, shortest);
-    }
-    return time;
-}
-
-/// What a field adds to what a run was at worst.
+/// Adds to what a run was at worst.
 void judge(results::ArenaRun &run, const core::Deformation &shape, double reference_volume_change) {
     const double difference = std::abs(shape.volume_change - reference_volume_change);
     run.volume_error = std::isnan(difference) ? nan : std::max(run.volume_error, difference);
@@ -79,18 +45,14 @@ std::vector<core::Deformation> shapes(const core::TetraMesh &mesh, const core::T
 /// Keeps the nodes of the reference of what a method does.
 class Recorder {
   public:
-    Recorder(const ArenaScene &scene, results::ArenaRun &run)
-        : scene_(&scene), run_(&run), bound_(bound * core::extent(scene.mesh_of_reference->points)) {}
+    Recorder(const ArenaScene &scene, results::ArenaRun &run) : scene_(&scene), run_(&run) {}
 
     /// @return false if the body has left all bounds, or a ball has gone through its surface; everything from there on
     /// is NaN
-    bool record(int frame, const MovingBody &body) {
-        history_.force.push_back(body.tool_force());
-        const auto displacement = body.displacement();
-        const bool is_within =
-            std::ranges::all_of(displacement,
-                                [&](const core::Vector3 &u) { return u.lpNorm<Eigen::Infinity>() < bound_; }) &&
-            stays_outside(frame, displacement);
+    bool record(int frame, TimedBody &moving) {
+        history_.force.push_back(moving.body().tool_force());
+        const auto &displacement = moving.displacement();
+        const bool is_within = moving.is_within_bounds() && stays_outside(frame, displacement);
         if (!core::ToolHistory::has_field(frame) || !is_within)
             return is_within;
         for (std::size_t i = 0; i < scene_->mesh_of_reference->points.size(); ++i)
@@ -136,7 +98,6 @@ class Recorder {
 
     const ArenaScene *scene_;
     results::ArenaRun *run_;
-    double bound_;
     core::ToolHistory history_;
 };
 
@@ -182,17 +143,6 @@ void find_forces(results::ArenaRun &run, const core::Problem &problem) {
 
 } // namespace
 
-Effort twice(const Effort &effort) {
-    return effort.iterations > 1 ? Effort{effort.steps, 2 * effort.iterations}
-                                 : Effort{2 * effort.steps, effort.iterations};
-}
-
-Effort effort_of(models::Setting setting, int number) {
-    if (setting == models::Setting::one_step)
-        return {.steps = 1, .iterations = number};
-    return {.steps = number, .iterations = setting == models::Setting::ten_iterations ? 10 : 1};
-}
-
 double pressed_force(const core::ToolMotion &motion, const std::vector<core::Vector3> &force) {
     double size = 0.0;
     for (int record = 0; record < motion.num_records() && motion.time_of(record) <= motion.slide_from; ++record)
@@ -216,65 +166,7 @@ void judge_shape(results::ArenaRun &run, const core::TetraMesh &mesh, const core
         judge(run, found[f], expected[f]);
 }
 
-std::function<void(const Effort &)> frames_on_the_way_in(MovingBody &body, const core::ToolMotion &motion) {
-    return [&body, &motion, next = 0](const Effort &effort) mutable {
-        body.advance(0.5 * motion.press_until + next++ % frames_to_measure * motion.frame_interval, effort);
-    };
-}
-
 namespace {
-
-/// Where a step has to be solved several times if it is long, the time is no straight line over the number of steps,
-/// and a guess on that line may be ten times too many.
-MeasuredEffort until_it_fits(const std::function<void(const Effort &)> &frame, models::Setting setting, double budget,
-                             MeasuredEffort guess, int number) {
-    constexpr int most_corrections = 4;
-    constexpr double near = 0.1; // of the budget: times are no more exact on a busy machine
-    const int least = setting == models::Setting::ten_iterations ? 2 : 1;
-    for (int c = 0;; ++c) {
-        const auto time = time_of_frame(frame, guess.effort);
-        guess.spread = std::max(guess.spread, time.spread);
-        const int better = std::clamp(static_cast<int>(number * budget / time.seconds), least, most_effort);
-        // More iterations that take no more time are none: nothing is left for them to do.
-        guess.stops_early = setting == models::Setting::one_step && time.seconds < (1.0 - near) * budget &&
-                            (number == most_effort || (c == most_corrections && better > number));
-        if (guess.stops_early)
-            guess.seconds = time.seconds;
-        if (std::abs(time.seconds / budget - 1.0) <= near || better == number)
-            break;
-        if (c == most_corrections) {
-            guess.seconds = time.seconds;
-            break;
-        }
-        guess.seconds = time.seconds * better / number;
-        number = better;
-        guess.effort = effort_of(setting, number);
-    }
-    return guess;
-}
-
-} // namespace
-
-std::optional<MeasuredEffort> largest_effort(const std::function<void(const Effort &)> &frame, models::Setting setting,
-                                             double budget) {
-    const auto of_one = time_of_frame(frame, effort_of(setting, 1));
-    const bool needs_two = setting == models::Setting::ten_iterations;
-    if (of_one.seconds > budget)
-        return needs_two ? std::nullopt
-                         : std::optional(MeasuredEffort{effort_of(setting, 1), of_one.seconds, of_one.spread});
-    constexpr int most_times_trial = 8; // a frame of many times the budget is nothing to measure
-    const int trial = std::clamp(static_cast<int>(0.5 * budget / of_one.seconds), 2, most_effort);
-    const auto of_trial = time_of_frame(frame, effort_of(setting, trial));
-    const double of_each = std::max((of_trial.seconds - of_one.seconds) / (trial - 1), 1e-9);
-    const int number = std::clamp(1 + static_cast<int>((budget - of_one.seconds) / of_each), 1,
-                                  std::min(most_effort, most_times_trial * trial));
-    if (needs_two && number == 1)
-        return std::nullopt;
-    return until_it_fits(
-        frame, setting, budget,
-        {effort_of(setting, number), of_one.seconds + (number - 1) * of_each, std::max(of_one.spread, of_trial.spread)},
-        number);
-}
 
 results::ArenaRun run_method(const models::MovingMethod &method, const ArenaScene &scene, const Effort &effort) {
     const auto &motion = scene.problem.load_case.tool.value();
@@ -284,32 +176,20 @@ results::ArenaRun run_method(const models::MovingMethod &method, const ArenaScen
     run.steps = effort.steps;
     run.iterations = effort.iterations;
     run.smallest_jacobian = std::numeric_limits<double>::infinity();
-    double start = processor_seconds();
-    const auto body = method.prepare(scene.problem);
-    body->prepare_for(effort);
-    run.setup_seconds = processor_seconds() - start;
-    const auto cost = body->cost(effort);
+    TimedBody moving([&] { return method.under_tool(scene.problem); }, effort, scene.problem.body->mesh.points);
+    const auto cost = moving.body().cost(effort);
     run.element_passes = cost.element_passes;
     run.bytes_per_element = cost.bytes_per_element;
-
     Recorder recorder(scene, run);
-    recorder.record(0, *body);
-    std::vector<double> seconds;
+    recorder.record(0, moving);
     bool is_within = true;
     for (int frame = 1; frame <= motion.num_frames && is_within; ++frame) {
-        if (frame == core::last_record_held(motion) + 1) {
-            start = processor_seconds();
-            body->let_go();
-            run.release_seconds = processor_seconds() - start;
-        }
-        start = processor_seconds();
-        body->advance(motion.time_of(frame - 1), effort);
-        seconds.push_back(processor_seconds() - start);
-        is_within = recorder.record(frame, *body);
+        if (frame == core::last_record_held(motion) + 1)
+            run.release_seconds = moving.time([](models::FrameBody &body) { body.let_go(); });
+        moving.advance({.start = motion.time_of(frame - 1)});
+        is_within = recorder.record(frame, moving);
     }
-    run.frame_seconds = results::median(seconds);
-    run.frame_seconds_95 = results::quantile(seconds, 0.95);
-    run.worst_frame_seconds = *std::ranges::max_element(seconds);
+    moving.describe_times(run);
     const auto history = recorder.finish();
     run.errors = scene.reference ? core::compare(*scene.mesh_of_reference, motion, history, *scene.reference)
                                  : errors_without_reference(motion);
@@ -318,6 +198,45 @@ results::ArenaRun run_method(const models::MovingMethod &method, const ArenaScen
     if (!is_within)
         run.outcome = results::ArenaOutcome::diverged;
     return run;
+}
+
+} // namespace
+
+std::vector<results::ArenaRun> run_budgets(const models::MovingMethod &method, const ArenaScene &scene,
+                                           const std::vector<double> &budgets) {
+    const auto &motion = *scene.problem.load_case.tool;
+    const auto measured = method.under_tool(scene.problem);
+    int next = 0; // of frames in the middle of the way in, again and again
+    const auto frame = [&](const Effort &effort) {
+        measured->advance({.start = 0.5 * motion.press_until + next++ % num_places_on_the_way * motion.frame_interval},
+                          effort);
+    };
+    return runs_within_budgets(*measured, frame, budgets, true,
+                               [&](const Effort &effort) { return run_method(method, scene, effort); });
+}
+
+std::vector<results::ArenaRun> run_series(const models::MovingMethod &method, const ArenaScene &scene,
+                                          const std::vector<int> &iterations) {
+    std::vector<results::ArenaRun> runs;
+    const auto add = [&](const Effort &effort, const char *setting) {
+        runs.push_back(run_method(method, scene, effort));
+        runs.back().setting = setting;
+    };
+    if (iterations.empty())
+        return runs;
+    if (const auto least = method.under_tool(scene.problem)->least_effort()) {
+        add(*least, stable_setting);
+        add(twice(*least), half_steps_setting);
+        return runs;
+    }
+    for (const auto setting : models::all_settings)
+        for (const int number : iterations) {
+            const int in_each = effort_of(setting, 1).iterations; // where steps are what is counted
+            const bool is_whole = number % in_each == 0;
+            if (setting == models::Setting::one_step || (is_whole && number > in_each)) // else the same again
+                add(effort_of(setting, number / in_each), models::to_string(setting));
+        }
+    return runs;
 }
 
 } // namespace livermark::studies

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "meshes/io/mesh_reader.hpp"
-#include "models/tool_motion/tool_place.hpp"
+#include "models/motion/frame_body.hpp"
 #include "msm/mass_lumping.hpp"
 #include "results/hdf5/files/arena_file.hpp"
 #include "results/hdf5/files/tool_scene_file.hpp"

@@ -11,7 +11,7 @@
 #include "core/tool/place_stiffness.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut.hpp"
-#include "models/cut_motion/body_under_blade.hpp"
+#include "models/motion/frame_body.hpp"
 #include "models/mass_spring_model.hpp"
 #include "models/model_table.hpp"
 #include "results/hdf5/cut_file.hpp"

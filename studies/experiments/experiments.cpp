@@ -16,7 +16,7 @@
 #include "experiments/own_experiment.hpp"
 #include "meshes/generators/expected_tetrahedra.hpp"
 #include "models/model_table.hpp"
-#include "models/tool_motion/moving_method.hpp"
+#include "models/motion/moving_method.hpp"
 #include "results/hdf5/files/experiment_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/run/solutions/output_folder.hpp"

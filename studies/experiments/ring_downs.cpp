@@ -11,7 +11,7 @@
 #include "core/stopwatch.hpp"
 #include "experiments/fitted_motion.hpp"
 #include "experiments/marker_field.hpp"
-#include "models/tool_motion/free_motion.hpp"
+#include "models/motion/whole_motion.hpp"
 
 namespace livermark::studies {
 

@@ -9,7 +9,7 @@
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/needle_reader.hpp"
 #include "models/model_table.hpp"
-#include "models/needle_motion/pushed_model.hpp"
+#include "models/pushed_model.hpp"
 #include "results/hdf5/files/needle_file.hpp"
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "core/processor_time.hpp"
-#include "models/tool_motion/moving_methods.hpp"
+#include "models/motion/moving_method.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/spectrum.hpp"

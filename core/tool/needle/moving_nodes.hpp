@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 
 #include "core/mesh/tetra_mesh.hpp"
@@ -22,5 +23,11 @@ class MovingNodes {
     /// @param time_step  h of the last step [s]
     virtual void kick(std::span<const int> nodes, std::span<const Vector3> velocity, double time_step) = 0;
 };
+
+/// Action on the nodes of a body after each explicit step: a needle, say.
+/// @param nodes  as the step has left them; kicks end up in positions and velocities
+/// @param part   of the way of a longer step that is behind, up to 1
+/// @param h      length of the step [s]
+using AfterStep = std::function<void(MovingNodes &nodes, double part, double h)>;
 
 } // namespace livermark::core

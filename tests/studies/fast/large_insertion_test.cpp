@@ -4,7 +4,7 @@
 
 #include "core/tool/needle/pushed_body.hpp"
 #include "models/model_table.hpp"
-#include "models/needle_motion/pushed_model.hpp"
+#include "models/pushed_model.hpp"
 #include "results/records/needle.hpp"
 #include "studies/needle/insertion.hpp"
 #include "support/known_names.hpp"

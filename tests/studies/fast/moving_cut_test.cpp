@@ -7,8 +7,8 @@
 #include <limits>
 #include <set>
 
-#include "models/cut_motion/body_under_blade.hpp"
 #include "models/model_table.hpp"
+#include "models/motion/moving_method.hpp"
 #include "support/known_names.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/test_meshes.hpp"
@@ -88,7 +88,7 @@ TEST(MotionUnderABlade, TakesAllSettingsOfMethodsWithAChoice) {
         }
 }
 
-Vector3 mean_displacement(const models::BodyUnderBlade &body, const std::vector<double> &node_mass) {
+Vector3 mean_displacement(const models::FrameBody &body, const std::vector<double> &node_mass) {
     Vector3 sum = Vector3::Zero();
     double mass = 0.0;
     const auto displacement = body.displacement();
@@ -103,15 +103,16 @@ Vector3 mean_displacement(const models::BodyUnderBlade &body, const std::vector<
 /// iterations have converged.
 TEST(MotionUnderABlade, KeepsTheMomentumOfAFreeBody) {
     const BlockUnderBlade block(false);
-    std::vector<models::ProblemOnNodes> on_nodes;
+    std::vector<models::NodalProblem> on_nodes;
     for (const auto &problem : block.problems)
         on_nodes.push_back(models::on_nodes(problem));
     const models::FramesUnderBlade frames{.mass_damping = 2.0};
-    const auto methods = models::methods_under_blade();
+    const auto methods = models::all_moving_methods();
     for (const char *name : {"lloyd", "patch_nodal_volume", "nodal_springs", "edge_neo_hookean_f", "tled",
                              "tled_nodal_pressure", "corotational_implicit", "xpbd_springs", "xpbd_neo_hookean"}) {
         const auto &method = support::find_named(methods, std::string(name), "method");
-        const auto cut = method.prepare(on_nodes.front(), frames), whole = method.prepare(on_nodes.front(), frames);
+        const auto cut = method.under_blade(on_nodes.front(), frames),
+                   whole = method.under_blade(on_nodes.front(), frames);
         const auto effort = cut->least_effort().value_or(models::Effort{.steps = 4, .iterations = 60});
         for (auto *body : {cut.get(), whole.get()})
             body->prepare_for(effort);
@@ -121,7 +122,7 @@ TEST(MotionUnderABlade, KeepsTheMomentumOfAFreeBody) {
                 cut->cut(on_nodes[k], block.stages[k].parents);
             for (int frame = 0; frame < 3; ++frame)
                 for (auto *body : {cut.get(), whole.get()})
-                    body->advance(0.0, effort);
+                    body->advance({}, effort);
             mean_of_cut = mean_displacement(*cut, on_nodes[k].node_mass);
             mean_of_whole = mean_displacement(*whole, on_nodes.front().node_mass);
             EXPECT_LT((mean_of_cut - mean_of_whole).norm(), 1e-4 * mean_of_whole.norm()) << name << k;
@@ -142,7 +143,8 @@ TEST(MotionUnderABlade, RefusesWhatItCannotDo) {
     fails({.methods = {"tled"}, .frames_per_step = 1001}, {"--frames is 1001"});
     EXPECT_TRUE(chosen_methods_under_blade({.methods = {}, .budgets = {}}).empty());
     const auto all = chosen_methods_under_blade({.methods = {"all"}});
-    EXPECT_EQ(all.size(), models::methods_under_blade().size());
+    EXPECT_EQ(all.size(), static_cast<std::size_t>(std::ranges::count(models::all_moving_methods(), false,
+                                                                      &models::MovingMethod::is_scaled)));
     EXPECT_EQ(chosen_methods_under_blade({.methods = {"tled", "lloyd", "tled"}}),
               (std::vector<std::string>{"lloyd", "tled"}));
 

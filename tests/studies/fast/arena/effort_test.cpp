@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/processor_time.hpp"
-#include "studies/arena/arena_run.hpp"
+#include "studies/arena/frame_loop.hpp"
 
 namespace livermark::studies {
 namespace {

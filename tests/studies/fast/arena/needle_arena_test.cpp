@@ -5,8 +5,8 @@
 
 #include "core/tool/needle/needle_line.hpp"
 #include "models/model_table.hpp"
-#include "models/needle_motion/needled_body.hpp"
-#include "studies/arena/needle/needle_run.hpp"
+#include "models/motion/moving_method.hpp"
+#include "studies/arena/needle_run.hpp"
 #include "studies/needle/insertion.hpp"
 #include "support/known_names.hpp"
 #include "tests/samples/test_meshes.hpp"
@@ -41,9 +41,8 @@ struct NeedledBlock {
     }();
 };
 
-models::NeedledMethod method_named(const std::string &name, models::Precision precision) {
-    const auto methods = models::all_needled_methods(precision);
-    return *std::ranges::find_if(methods, [&](const auto &method) { return method.texts.name == name; });
+models::MovingMethod method_named(const std::string &name) {
+    return support::find_named(models::all_moving_methods(), name, "method");
 }
 
 TEST(NeedlePlan, LeadsInRestsAndLeadsOut) {
@@ -73,13 +72,12 @@ TEST(NeedledBodies, OfTheEnergyOfLinearElementsMeetTheNeedleOfThese) {
     for (const auto &[name, effort] : {Converged{"tled", {}}, Converged{"corotational_implicit", {1, 60}},
                                        Converged{"vertex_block_descent", {1, 200}}}) {
         SCOPED_TRACE(name);
-        const auto body =
-            method_named(name, models::Precision::single_precision).prepare(block.problem, block.needle, block.plan);
+        const auto body = method_named(name).with_needle(block.problem, block.needle, block.plan);
         const auto used = body->least_effort().value_or(effort);
         body->prepare_for(used);
         double peak = 0.0;
         for (int frame = 1; frame <= block.plan.at_plan(block.needle); ++frame) {
-            body->advance(block.plan.depth_after(block.needle, frame), used);
+            body->advance({.depth = block.plan.depth_after(block.needle, frame)}, used);
             peak = std::max(peak, body->reading().force);
         }
         const auto reading = body->reading();
@@ -97,15 +95,14 @@ TEST(NeedledBodies, HoldStillWhileTheNeedleRests) {
     block.plan.rest = 1.0;
     for (const std::string name : {"lloyd", "tled_nodal_pressure", "corotational_implicit", "vertex_block_descent"}) {
         SCOPED_TRACE(name);
-        const auto body =
-            method_named(name, models::Precision::single_precision).prepare(block.problem, block.needle, block.plan);
+        const auto body = method_named(name).with_needle(block.problem, block.needle, block.plan);
         const auto effort = body->least_effort().value_or(models::Effort{1, 30});
         const int in = block.plan.at_plan(block.needle);
         for (int frame = 1; frame <= in + 50; ++frame)
-            body->advance(block.plan.depth_after(block.needle, frame), effort);
+            body->advance({.depth = block.plan.depth_after(block.needle, frame)}, effort);
         const auto before = body->reading();
         for (int frame = in + 51; frame <= in + 60; ++frame)
-            body->advance(block.plan.depth_after(block.needle, frame), effort);
+            body->advance({.depth = block.plan.depth_after(block.needle, frame)}, effort);
         const auto after = body->reading();
         EXPECT_GT(before.force, 5e-3);
         EXPECT_NEAR(after.force, before.force, 0.02 * before.force);
@@ -117,28 +114,18 @@ TEST(NeedledBodies, GoOnAloneFromTheMotionOfAnother) {
     const NeedledBlock block;
     for (const std::string name : {"lloyd", "tled", "corotational_implicit"}) {
         SCOPED_TRACE(name);
-        const auto method = method_named(name, models::Precision::single_precision);
-        const auto body = method.prepare(block.problem, block.needle, block.plan);
-        const auto other = method.prepare(block.problem, block.needle, block.plan);
+        const auto method = method_named(name);
+        const auto body = method.with_needle(block.problem, block.needle, block.plan);
+        const auto other = method.with_needle(block.problem, block.needle, block.plan);
         const auto effort = body->least_effort().value_or(models::Effort{1, 20});
         for (int frame = 1; frame <= 20; ++frame)
-            body->advance(block.plan.depth_after(block.needle, frame), effort);
+            body->advance({.depth = block.plan.depth_after(block.needle, frame)}, effort);
         other->take_motion_of(*body);
         EXPECT_LT((other->displacement()[40] - body->displacement()[40]).norm(), 1e-8);
         other->advance_alone(effort);
         EXPECT_GT((other->displacement()[40] - body->displacement()[40]).norm(), 0.0);
         EXPECT_EQ(other->reading().tip, 0.0);
     }
-}
-
-TEST(NeedledMethods, SayWhyTheyHoldNoNeedle) {
-    int with = 0, without = 0;
-    for (const auto &method : models::all_needled_methods()) {
-        (method.prepare ? with : without) += 1;
-        EXPECT_EQ(method.obstacle.empty(), static_cast<bool>(method.prepare)) << method.texts.name;
-    }
-    EXPECT_GE(with, 15);
-    EXPECT_GE(without, 1);
 }
 
 /// Between records the reference is linear, and a rest changes nothing.

@@ -1,4 +1,4 @@
-#include "studies/arena/needle/needle_arena.hpp"
+#include "studies/arena/needle_arena.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -6,13 +6,12 @@
 #include <utility>
 
 #include "core/tool/needle/needle_line.hpp"
-#include "models/needle_motion/needled_body.hpp"
+#include "models/motion/moving_method.hpp"
 #include "results/hdf5/files/needle_file.hpp"
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"
-#include "studies/arena/arena_mesh.hpp"
-#include "studies/arena/needle/needle_run.hpp"
-#include "studies/arena/whole_nodes.hpp"
+#include "studies/arena/arena_problems.hpp"
+#include "studies/arena/needle_run.hpp"
 #include "studies/needle/insertion.hpp"
 #include "studies/needle/needle_problems.hpp"
 #include "studies/run/solutions/output_folder.hpp"
@@ -23,32 +22,31 @@ namespace livermark::studies {
 
 namespace {
 
-/// Those that move, and why others do not.
+constexpr const char *needle_obstacle =
+    "the masses of its stiff parts are scaled, and impulses of a needle are those of true masses";
+
+/// Methods that move, and why others do not.
 struct ChosenMethods {
-    std::vector<models::NeedledMethod> methods;
+    std::vector<models::MovingMethod> methods;
     std::vector<results::LeftOut> left_out;
 };
 
-ChosenMethods chosen_needled_methods(const std::vector<std::string> &names, models::Precision precision) {
+ChosenMethods chosen_methods_with_needle(const std::vector<std::string> &names) {
     ChosenMethods chosen;
-    auto all = models::all_needled_methods(precision);
-    std::vector<models::MovingMethod> texts;
-    for (const auto &method : all)
-        texts.push_back(method.texts);
+    auto all = models::all_moving_methods();
     for (const auto &name : names)
-        support::find_named(texts, name, "method");
+        support::find_named(all, name, "method");
     for (auto &method : all) {
-        const auto &name = method.texts.name;
-        const bool is_asked_for = std::ranges::find(names, name) != names.end();
-        if (names.empty() ? method.texts.only_when_named : !is_asked_for)
+        const bool is_asked_for = std::ranges::find(names, method.name) != names.end();
+        if (names.empty() ? method.only_when_named : !is_asked_for)
             continue;
-        if (method.prepare)
+        if (!method.is_scaled)
             chosen.methods.push_back(std::move(method));
         else if (is_asked_for)
             throw support::InputError(
-                fmt::format("{} holds no needle, because {}; leave it out", name, method.obstacle));
+                fmt::format("{} holds no needle, because {}; leave it out", method.name, needle_obstacle));
         else
-            chosen.left_out.push_back({name, method.obstacle});
+            chosen.left_out.push_back({method.name, needle_obstacle});
     }
     return chosen;
 }
@@ -101,7 +99,7 @@ ReferenceOfNeedle reference_of_needle(const core::Problem &problem, const core::
 
 NeedleArenaResults run_needle_arena(const ArenaOptions &options, const NeedleArenaOptions &needle_options,
                                     const std::string &command_line, const ProgressReport &report) {
-    const auto [methods, left_out] = chosen_needled_methods(options.methods, options.precision);
+    const auto [methods, left_out] = chosen_methods_with_needle(options.methods);
     const auto reference = needle_reference_model(needle_options.reference_on_mesh);
     const models::NeedlePlan plan{.speed = needle_options.speed, .rest = needle_options.rest};
     NeedleArenaResults done;
@@ -137,7 +135,7 @@ NeedleArenaResults run_needle_arena(const ArenaOptions &options, const NeedleAre
                 const NeedleScene scene{on_mesh, needle, plan, *study.arena, places};
                 for (const auto &method : methods) {
                     steps.next(fmt::format("{} / {} / {} tetrahedra / {}", problem.body->name, needle.name,
-                                           on_mesh.body->mesh.tetrahedra.size(), method.texts.name));
+                                           on_mesh.body->mesh.tetrahedra.size(), method.name));
                     std::ranges::move(run_needle_budgets(method, scene, options.budgets),
                                       std::back_inserter(study.arena->runs));
                 }

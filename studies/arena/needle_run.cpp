@@ -1,23 +1,19 @@
-#include "studies/arena/needle/needle_run.hpp"
+#include "studies/arena/needle_run.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <utility>
 
-#include "core/mesh/bounding_box.hpp"
-#include "core/processor_time.hpp"
 #include "core/tool/needle/needle_line.hpp"
 #include "results/quantile.hpp"
-#include "studies/arena/arena_run.hpp"
+#include "studies/arena/frame_loop.hpp"
 
 namespace livermark::studies {
 
 namespace {
 
 using models::Effort;
-using models::NeedledBody;
 
 constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 /// Every so many frames are timed without the needle as well; the first of two is not, since it fetches the body.
@@ -59,36 +55,17 @@ std::vector<double> depths_of(const models::NeedlePlan &plan, const core::Needle
     return depth;
 }
 
-/// What a frame costs with the needle and without, by turns.
-struct FrameCosts {
-    std::vector<double> all;           ///< of every frame with it [s]
-    std::vector<double> with, without; ///< of those that were compared [s]
-
-    /// Not of the first frames, before which nothing moves.
-    void compare(const NeedledBody &body, NeedledBody &alone, const Effort &effort) {
-        alone.take_motion_of(body);
-        alone.advance_alone(effort);
-        const double start = core::processor_seconds();
-        alone.advance_alone(effort);
-        without.push_back(core::processor_seconds() - start);
-        with.push_back(all.back());
-    }
-};
-
 /// One after each frame.
 class NeedleRecorder {
   public:
     NeedleRecorder(const NeedleScene &scene, results::NeedleArenaRun &run)
-        : scene_(scene), run_(run), bound_(core::extent(scene.problem.body->mesh.points)),
-          target_(static_cast<std::size_t>(core::needle_line(scene.needle).target)) {}
+        : scene_(scene), run_(run), target_(static_cast<std::size_t>(core::needle_line(scene.needle).target)) {}
 
     /// @return false if the body has left all bounds
-    bool record(const NeedledBody &body) {
-        const auto displacement = body.displacement();
-        if (!std::ranges::all_of(displacement,
-                                 [&](const core::Vector3 &u) { return u.lpNorm<Eigen::Infinity>() < bound_; }))
+    bool record(TimedBody &moving) {
+        if (!moving.is_within_bounds())
             return false;
-        auto reading = body.reading();
+        auto reading = moving.body().reading();
         run_.force.push_back(reading.force);
         run_.tip.push_back(reading.tip);
         run_.target.push_back(reading.places[target_]);
@@ -122,42 +99,38 @@ class NeedleRecorder {
   private:
     const NeedleScene &scene_;
     results::NeedleArenaRun &run_;
-    double bound_; ///< a displacement beyond it is no motion any more [m]
     std::size_t target_;
     std::vector<core::Vector3> at_plan_;
 };
 
-results::NeedleArenaRun run_needled_method(const models::NeedledMethod &method, const NeedleScene &scene,
-                                           const Effort &effort) {
+results::NeedleArenaRun run_with_needle(const models::MovingMethod &method, const NeedleScene &scene,
+                                        const Effort &effort) {
     results::NeedleArenaRun run;
-    run.method = method.texts.name;
+    run.method = method.name;
     run.tetrahedra = static_cast<int>(scene.problem.body->mesh.tetrahedra.size());
     run.steps = effort.steps;
     run.iterations = effort.iterations;
-    const double start = core::processor_seconds();
-    const auto body = method.prepare(scene.problem, scene.needle, scene.plan);
-    body->prepare_for(effort);
-    run.setup_seconds = core::processor_seconds() - start;
-    const auto alone = method.prepare(scene.problem, scene.needle, scene.plan);
-    alone->prepare_for(effort);
-
+    const auto prepare = [&] { return method.with_needle(scene.problem, scene.needle, scene.plan); };
+    TimedBody moving(prepare, effort, scene.problem.body->mesh.points),
+        alone(prepare, effort, scene.problem.body->mesh.points);
     NeedleRecorder recorder(scene, run);
-    FrameCosts costs;
-    bool is_within = recorder.record(*body);
+    std::vector<double> with, without; // the needle, by turns [s]
+    bool is_within = recorder.record(moving);
     const auto num_frames = static_cast<int>(scene.arena.depth.size()) - 1;
     for (int frame = 1; frame <= num_frames && is_within; ++frame) {
-        const double before = core::processor_seconds();
-        body->advance(scene.arena.depth[static_cast<std::size_t>(frame)], effort);
-        costs.all.push_back(core::processor_seconds() - before);
-        is_within = recorder.record(*body);
-        if (is_within && frame % frames_per_comparison == 0)
-            costs.compare(*body, *alone, effort);
+        moving.advance({.depth = scene.arena.depth[static_cast<std::size_t>(frame)]});
+        is_within = recorder.record(moving);
+        if (!is_within || frame % frames_per_comparison != 0)
+            continue;
+        const auto advance_alone = [&](models::FrameBody &body) { body.advance_alone(effort); };
+        alone.body().take_motion_of(moving.body());
+        advance_alone(alone.body());
+        without.push_back(alone.time(advance_alone));
+        with.push_back(moving.frame_seconds().back());
     }
     recorder.finish();
-    run.frame_seconds = results::median(costs.all);
-    run.frame_seconds_95 = results::quantile(costs.all, 0.95);
-    run.worst_frame_seconds = *std::ranges::max_element(costs.all);
-    run.cost_ratio = costs.with.empty() ? not_known : results::median(costs.with) / results::median(costs.without);
+    moving.describe_times(run);
+    run.cost_ratio = with.empty() ? not_known : results::median(with) / results::median(without);
     return run;
 }
 
@@ -185,36 +158,16 @@ results::NeedleArena empty_needle_arena(const core::Needle &needle, const models
     return arena;
 }
 
-std::vector<results::NeedleArenaRun> run_needle_budgets(const models::NeedledMethod &method, const NeedleScene &scene,
+std::vector<results::NeedleArenaRun> run_needle_budgets(const models::MovingMethod &method, const NeedleScene &scene,
                                                         const std::vector<double> &budgets) {
-    std::vector<results::NeedleArenaRun> runs;
-    const auto measured = method.prepare(scene.problem, scene.needle, scene.plan);
-    if (const auto least = measured->least_effort()) {
-        auto run = run_needled_method(method, scene, *least);
-        const char *setting = stable_setting;
-        if (run.outcome == results::ArenaOutcome::diverged) { // what is pressed in is stiffer than at rest
-            run = run_needled_method(method, scene, twice(*least));
-            setting = half_steps_setting;
-        }
-        for (const double budget : budgets)
-            runs.push_back(within_budget(run, setting, budget, run.frame_seconds));
-        return runs;
-    }
+    const auto measured = method.with_needle(scene.problem, scene.needle, scene.plan);
     const double depth = part_to_measure * scene.needle.depth();
-    for (int frame = 1; frame <= frames_to_get_there; ++frame)
-        measured->advance(depth * frame / frames_to_get_there, {});
-    for (const auto setting : models::all_settings)
-        for (const double budget : budgets) {
-            const auto fits =
-                largest_effort([&](const Effort &each) { measured->advance(depth, each); }, setting, budget);
-            if (!fits)
-                continue;
-            auto run = run_needled_method(method, scene, fits->effort);
-            run.calibration_spread = fits->spread;
-            run.stops_early = fits->stops_early ? 1 : 0;
-            runs.push_back(within_budget(std::move(run), models::to_string(setting), budget, fits->seconds));
-        }
-    return runs;
+    if (!measured->least_effort())
+        for (int frame = 1; frame <= frames_to_get_there; ++frame)
+            measured->advance({.depth = depth * frame / frames_to_get_there}, {});
+    return runs_within_budgets(
+        *measured, [&](const Effort &each) { measured->advance({.depth = depth}, each); }, budgets, false,
+        [&](const Effort &effort) { return run_with_needle(method, scene, effort); });
 }
 
 } // namespace livermark::studies

@@ -1,4 +1,4 @@
-#include "models/needle_motion/pushed_model.hpp"
+#include "models/pushed_model.hpp"
 
 #include <string>
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "models/needle_motion/needled_body.hpp"
+#include "models/motion/moving_method.hpp"
 #include "results/records/needle_arena.hpp"
 
 namespace livermark::studies {
@@ -26,7 +26,7 @@ results::NeedleArena empty_needle_arena(const core::Needle &needle, const models
 
 /// A method with all budgets and settings on one mesh. What has no choice of its effort moves once, or twice where its
 /// steps have to be halved.
-std::vector<results::NeedleArenaRun> run_needle_budgets(const models::NeedledMethod &method, const NeedleScene &scene,
+std::vector<results::NeedleArenaRun> run_needle_budgets(const models::MovingMethod &method, const NeedleScene &scene,
                                                         const std::vector<double> &budgets);
 
 } // namespace livermark::studies

@@ -1,4 +1,4 @@
-#include "models/tool_motion/scaled_masses.hpp"
+#include "models/motion/scaled_masses.hpp"
 
 #include <array>
 #include <limits>
