@@ -7,11 +7,10 @@
 #include "models/tool_motion/frame_steps.hpp"
 #include "models/tool_motion/moving_methods.hpp"
 #include "msm/cutting/cut_parts.hpp"
-#include "msm/cutting/kept_numbers.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/cutting/part_of_body.hpp"
 #include "msm/dynamics/time_step.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/mass_lumping.hpp"
 
 namespace livermark::models {
 

@@ -8,7 +8,7 @@
 #include "models/needle_motion/needled_methods.hpp"
 #include "models/tool_motion/frame_steps.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
 
 namespace livermark::models {

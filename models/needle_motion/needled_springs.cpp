@@ -4,7 +4,6 @@
 
 #include "models/needle_motion/needled_methods.hpp"
 #include "models/tool_motion/frame_steps.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/needle/moving_needle.hpp"

@@ -8,7 +8,7 @@
 #include "core/stopwatch.hpp"
 #include "interactive/method.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
 
 namespace livermark::models {

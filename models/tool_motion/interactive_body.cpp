@@ -13,7 +13,7 @@
 #include "models/tool_motion/scaled_masses.hpp"
 #include "models/tool_motion/tool_place.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 
 namespace livermark::models {
 

@@ -7,14 +7,12 @@
 #include "models/tool_motion/frame_steps.hpp"
 #include "models/tool_motion/moving_methods.hpp"
 #include "models/tool_motion/tool_place.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/spring_energy.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/springs/springs_with_volume.hpp"
 #include "support/known_names.hpp"
 
 namespace livermark::models {

@@ -7,17 +7,12 @@
 #include <span>
 #include <utility>
 
-#include "msm/dynamics/step_parts.hpp"
-#include "msm/mass_lumping.hpp"
-#include "msm/springs/fixable_term.hpp"
-#include "msm/springs/inversion_guard.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/springs/linear_elements.hpp"
-#include "msm/springs/mean_parts.hpp"
-#include "msm/springs/nodal_parts.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "msm/springs/strain_measures.hpp"
-#include "msm/springs/tetrahedron_volume.hpp"
-#include "msm/viscoelastic/relaxing_term.hpp"
+#include "msm/springs/tetrahedron.hpp"
+#include "msm/springs/volume_penalty.hpp"
 #include "support/known_names.hpp"
 
 namespace livermark::msm {

@@ -8,7 +8,7 @@
 
 #include "meshes/io/mesh_reader.hpp"
 #include "models/tool_motion/tool_place.hpp"
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "results/hdf5/files/arena_file.hpp"
 #include "results/hdf5/files/tool_scene_file.hpp"
 #include "results/provenance.hpp"

@@ -8,7 +8,6 @@
 
 #include "core/processor_time.hpp"
 #include "models/tool_motion/moving_methods.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/time_step.hpp"

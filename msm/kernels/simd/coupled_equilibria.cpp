@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "msm/kernels/equilibria/coupled_arrays.hpp"
+#include "msm/kernels/equilibria/vector_springs.hpp"
 #include "msm/kernels/simd/coupled_means-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();

@@ -5,8 +5,7 @@
 #include <hwy/foreach_target.h> // has to come before highway.h
 #include <stdexcept>
 
-#include "msm/kernels/simd/means_of_c-inl.hpp"
-#include "msm/kernels/simd/means_of_f-inl.hpp"
+#include "msm/kernels/simd/means-inl.hpp"
 #include "msm/kernels/simd/neo_hookean_law-inl.hpp"
 #include "msm/kernels/simd/spring_forces-inl.hpp"
 #include "msm/kernels/simd/stars-inl.hpp"

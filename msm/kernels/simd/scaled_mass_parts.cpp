@@ -4,8 +4,8 @@
 #include <hwy/foreach_target.h> // has to come before highway.h
 #include <stdexcept>
 
-#include "msm/kernels/scaled_mass_arrays.hpp"
 #include "msm/kernels/simd/vectors-inl.hpp"
+#include "msm/kernels/step_workspace.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -23,11 +23,6 @@ template <class D, class T> HWY_INLINE void store(D d, const Vec3<D> &v, T *fiel
 template <class D> HWY_INLINE Vec3<D> everywhere(D d, const core::Vector3 &v) {
     using T = hn::TFromD<D>;
     return {hn::Set(d, static_cast<T>(v.x())), hn::Set(d, static_cast<T>(v.y())), hn::Set(d, static_cast<T>(v.z()))};
-}
-
-/// sum + factor v
-template <class D> HWY_INLINE Vec3<D> plus_scaled(const Vec3<D> &sum, hn::Vec<D> factor, const Vec3<D> &v) {
-    return {hn::MulAdd(factor, v.x, sum.x), hn::MulAdd(factor, v.y, sum.y), hn::MulAdd(factor, v.z, sum.z)};
 }
 
 /// Of the lanes, in one order on every machine with as many of them.

@@ -7,16 +7,12 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "msm/kernels/simd/chebyshev_scheme-inl.hpp"
-#include "msm/kernels/simd/edge_springs-inl.hpp"
 #include "msm/kernels/simd/fan_forces-inl.hpp"
-#include "msm/kernels/simd/green_strain-inl.hpp"
-#include "msm/kernels/simd/mean_volumes-inl.hpp"
+#include "msm/kernels/simd/neo_hookean_law-inl.hpp"
 #include "msm/kernels/simd/neo_hookean_springs-inl.hpp"
 #include "msm/kernels/simd/nodal_springs-inl.hpp"
 #include "msm/kernels/simd/schemes-inl.hpp"
 #include "msm/kernels/simd/spring_forces-inl.hpp"
-#include "msm/kernels/simd/volume_gains-inl.hpp"
 #include "msm/kernels/threads/thread_pool.hpp"
 
 HWY_BEFORE_NAMESPACE();
