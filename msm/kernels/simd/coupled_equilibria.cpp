@@ -8,6 +8,7 @@
 
 #include "msm/kernels/equilibria/vector_springs.hpp"
 #include "msm/kernels/simd/coupled_means-inl.hpp"
+#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -449,29 +450,16 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::msm {
 
-namespace {
-HWY_EXPORT(coupled_energy_in_vectors);
-HWY_EXPORT(coupled_force_in_vectors);
-HWY_EXPORT(keep_coupled_stresses_in_vectors);
-HWY_EXPORT(coupled_product_in_vectors);
-HWY_EXPORT(coupled_product_at_rest_in_vectors);
-} // namespace
-
-double coupled_energy(const CoupledArrays &body, CoupledWorkspace &at) {
-    return HWY_DYNAMIC_DISPATCH(coupled_energy_in_vectors)(body, at);
-}
-void coupled_force(const CoupledArrays &body, CoupledWorkspace &at) {
-    HWY_DYNAMIC_DISPATCH(coupled_force_in_vectors)(body, at);
-}
-void keep_coupled_stresses(const CoupledArrays &body, CoupledWorkspace &at) {
-    HWY_DYNAMIC_DISPATCH(keep_coupled_stresses_in_vectors)(body, at);
-}
-void coupled_product(const CoupledArrays &body, CoupledWorkspace &at) {
-    HWY_DYNAMIC_DISPATCH(coupled_product_in_vectors)(body, at);
-}
-void coupled_product_at_rest(const CoupledArrays &body, CoupledWorkspace &at) {
-    HWY_DYNAMIC_DISPATCH(coupled_product_at_rest_in_vectors)(body, at);
-}
+LIVERMARK_DISPATCH(double coupled_energy, coupled_energy_in_vectors, (const CoupledArrays &body, CoupledWorkspace &at),
+                   (body, at))
+LIVERMARK_DISPATCH(void coupled_force, coupled_force_in_vectors, (const CoupledArrays &body, CoupledWorkspace &at),
+                   (body, at))
+LIVERMARK_DISPATCH(void keep_coupled_stresses, keep_coupled_stresses_in_vectors,
+                   (const CoupledArrays &body, CoupledWorkspace &at), (body, at))
+LIVERMARK_DISPATCH(void coupled_product, coupled_product_in_vectors, (const CoupledArrays &body, CoupledWorkspace &at),
+                   (body, at))
+LIVERMARK_DISPATCH(void coupled_product_at_rest, coupled_product_at_rest_in_vectors,
+                   (const CoupledArrays &body, CoupledWorkspace &at), (body, at))
 
 } // namespace livermark::msm
 #endif

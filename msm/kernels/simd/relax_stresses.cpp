@@ -10,6 +10,7 @@
 #include "msm/kernels/simd/spring_forces-inl.hpp"
 #include "msm/kernels/simd/stars-inl.hpp"
 #include "msm/kernels/threads/thread_pool.hpp"
+#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -328,17 +329,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::msm {
 
-namespace {
-HWY_EXPORT(relax_with_float);
-HWY_EXPORT(relax_with_double);
-} // namespace
-
-template <> void relax_stresses(StepWorkspace<float> &workspace, int thread, Barrier &barrier) {
-    HWY_DYNAMIC_DISPATCH(relax_with_float)(workspace, thread, barrier);
-}
-template <> void relax_stresses(StepWorkspace<double> &workspace, int thread, Barrier &barrier) {
-    HWY_DYNAMIC_DISPATCH(relax_with_double)(workspace, thread, barrier);
-}
+LIVERMARK_DISPATCH(template <> void relax_stresses, relax_with_float,
+                   (StepWorkspace<float> & workspace, int thread, Barrier &barrier), (workspace, thread, barrier))
+LIVERMARK_DISPATCH(template <> void relax_stresses, relax_with_double,
+                   (StepWorkspace<double> & workspace, int thread, Barrier &barrier), (workspace, thread, barrier))
 
 } // namespace livermark::msm
 #endif

@@ -14,6 +14,7 @@
 #include "msm/kernels/simd/schemes-inl.hpp"
 #include "msm/kernels/simd/spring_forces-inl.hpp"
 #include "msm/kernels/threads/thread_pool.hpp"
+#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -197,17 +198,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::msm {
 
-namespace {
-HWY_EXPORT(take_with_float);
-HWY_EXPORT(take_with_double);
-} // namespace
-
-template <> void take_steps(StepWorkspace<float> &workspace, int thread, int num_steps, Barrier &barrier) {
-    HWY_DYNAMIC_DISPATCH(take_with_float)(workspace, thread, num_steps, barrier);
-}
-template <> void take_steps(StepWorkspace<double> &workspace, int thread, int num_steps, Barrier &barrier) {
-    HWY_DYNAMIC_DISPATCH(take_with_double)(workspace, thread, num_steps, barrier);
-}
+LIVERMARK_DISPATCH(template <> void take_steps, take_with_float,
+                   (StepWorkspace<float> & workspace, int thread, int num_steps, Barrier &barrier),
+                   (workspace, thread, num_steps, barrier))
+LIVERMARK_DISPATCH(template <> void take_steps, take_with_double,
+                   (StepWorkspace<double> & workspace, int thread, int num_steps, Barrier &barrier),
+                   (workspace, thread, num_steps, barrier))
 
 } // namespace livermark::msm
 #endif
