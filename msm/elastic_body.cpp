@@ -112,16 +112,13 @@ namespace {
 
 /// Neo-Hookean springs keep strains and their rates apart, so the volume beside them has to do that too.
 bool are_of_one_kind(const StepParts &parts) {
-    const bool has_volume = !parts.volume_stiffness.empty();
-    if (has_volume && parts.has_mean_volumes != !parts.edge_modulus.empty())
+    const bool is_around_edges = !parts.edge_modulus.empty();
+    if (is_around_edges && !parts.coupled_modulus.empty())
         return false;
-    if (parts.coupled_energy != CoupledEnergy::neo_hookean)
-        return !parts.has_logarithmic_volume;
-    return parts.tetrahedron_stiffness.empty() && has_volume == parts.has_logarithmic_volume;
-}
-
-bool are_coupled_twice(const StepParts &parts) {
-    return !parts.coupled_modulus.empty() && !parts.edge_modulus.empty();
+    if (!parts.is_neo_hookean())
+        return !is_around_edges && parts.change == ResistedChange::relative;
+    const auto wanted = is_around_edges ? ResistedChange::mean_logarithm : ResistedChange::logarithm;
+    return parts.tetrahedron_stiffness.empty() && (parts.volume_stiffness.empty() || parts.change == wanted);
 }
 
 } // namespace
@@ -129,8 +126,7 @@ bool are_coupled_twice(const StepParts &parts) {
 std::optional<StepParts> step_parts(const ElasticBody &body) {
     StepParts parts;
     const bool are_known = std::ranges::all_of(body.terms, [&](const auto &term) { return term->describe(parts); });
-    return are_known && !are_coupled_twice(parts) && are_of_one_kind(parts) ? std::optional(std::move(parts))
-                                                                            : std::nullopt;
+    return are_known && are_of_one_kind(parts) ? std::optional(std::move(parts)) : std::nullopt;
 }
 
 std::vector<double> lumped_masses(const core::Body &body) {

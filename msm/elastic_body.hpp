@@ -169,11 +169,18 @@ class RelaxingTerm : public ElasticTerm {
     virtual std::shared_ptr<const RelaxingTerm> relaxed(double part, const Eigen::VectorXd &added) const = 0;
 };
 
-/// What springs that are coupled around nodes or edges resist with: forces in proportion to elongations, or the
-/// neo-Hookean energy of squared lengths (coupled_springs.hpp).
-enum class CoupledEnergy { elongations, neo_hookean };
+/// Measure of the deformation that coupled springs average (springs/coupled_springs.hpp).
+enum class StrainMeasure {
+    elongation,          ///< of the edges: E is linear in q = 2 l0 (l - l0), see springs/tetrahedron.hpp
+    cauchy_green,        ///< C = F^T F, linear in the squared lengths of the edges: E is linear in q = l^2 - l0^2
+    deformation_gradient ///< F: E = (F^T F - I) / 2 is taken of the mean of F
+};
 
-/// What fast kernels know how to move: springs, springs coupled around nodes or around edges, the
+/// Changes of volumes that are resisted: relative ones, beside neo-Hookean springs around nodes their logarithms (see
+/// logarithm_of_volume()), around edges means of these (see mean_volumes_around_nodes()).
+enum class ResistedChange { relative, logarithm, mean_logarithm };
+
+/// Parts of a body that fast kernels know how to move: springs, springs coupled around nodes or around edges, the
 /// volume around nodes or of tetrahedra, and the guard against inversion, as plain arrays. Empty arrays stand for a
 /// part that is not there.
 struct StepParts {
@@ -188,14 +195,10 @@ struct StepParts {
     std::vector<int> centre;
     std::vector<double> volume_stiffness;          ///< (C) pressure for each m^3 that it has gained [Pa/m^3]
     std::vector<std::array<int, 4>> corner_volume; ///< (M) control volume around each corner
-    /// Whether volumes are resisted by their logarithms, see logarithm_of_volume(); only beside neo-Hookean springs.
-    bool has_logarithmic_volume = false;
-    /// Whether relative changes of volumes are averaged, see mean_volumes_around_nodes(); beside springs around edges,
-    /// and only there.
-    bool has_mean_volumes = false;
-    CoupledEnergy coupled_energy = CoupledEnergy::elongations; ///< of what follows
-    /// Whether neo-Hookean springs around nodes or edges take C of the mean of F, and not the mean of C.
-    bool has_gradient_means = false;
+    ResistedChange change = ResistedChange::relative;
+    /// Measure of springs that are coupled: Hooke's with elongations, neo-Hookean with the others.
+    StrainMeasure measure = StrainMeasure::elongation;
+    bool is_neo_hookean() const { return measure != StrainMeasure::elongation; }
     /// (C) shear modulus of the springs that are coupled in each control volume [Pa]
     std::vector<double> coupled_modulus;
     /// (E) shear modulus of the springs that are coupled around each edge, in each of the materials there [Pa]; in

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "msm/elastic_body.hpp"
 #include "msm/springs/tetrahedron.hpp"
@@ -34,10 +34,9 @@ struct SpringEnergy {
     double (*isochoric_energy)(double shear_modulus, const Eigen::Matrix3d &strain);
     Eigen::Matrix3d (*isochoric_stress)(double shear_modulus, const Eigen::Matrix3d &strain);
     Matrix6 (*isochoric_stiffness)(double shear_modulus, const Eigen::Matrix3d &strain);
-    MeasureVolume volume;   ///< g
-    bool is_finite = false; ///< whether it has a value where a tetrahedron is inside out, too
-    /// What fast kernels know it as; nothing if they do not.
-    std::optional<CoupledEnergy> in_kernels{};
+    MeasureVolume volume;                    ///< g
+    bool is_finite = false;                  ///< whether it has a value where a tetrahedron is inside out, too
+    std::vector<StrainMeasure> in_kernels{}; ///< measures with which fast kernels know it
 };
 
 /// Every energy of spring_energies/, in alphabetical order.

@@ -271,7 +271,8 @@ template <class T> std::size_t working_set(const StepWorkspace<T> &at) {
            bytes(body.coupled_modulus) + bytes(at.strain) + 2 * bytes(at.stress[0]) + bytes(body.inverse_volume) +
            2 * bytes(at.corner_strain[0]) + 2 * bytes(at.corner_rate[0]) + bytes(at.gain_rate) + bytes(at.push) +
            bytes(body.volume_modulus) + bytes(body.mean_node) + bytes(body.mean_gradient) + bytes(body.star_corner) +
-           bytes(body.star_slot) + (body.has_gradient_stars ? 0 : bytes(body.star_tetrahedron)) +
+           bytes(body.star_slot) +
+           (body.measure == StrainMeasure::deformation_gradient ? 0 : bytes(body.star_tetrahedron)) +
            3 * bytes(body.star_modulus) + bytes(body.rest_rows) + bytes(body.mean_volume) + bytes(body.mean_weight) +
            bytes(at.change) + bytes(at.change_rate) + bytes(at.mean_push) + bytes(at.relaxation.means.faded) +
            bytes(at.relaxation.tetrahedra.faded);

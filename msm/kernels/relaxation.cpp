@@ -184,7 +184,7 @@ RelaxationArrays<T> relaxation_arrays(const StepParts &parts, const SlicedPlan &
         return arrays;
     const std::size_t num_means = body.is_around_edges() ? body.star_modulus.size() : body.volume_row.size();
     arrays.means = relaxing_stresses<T>(6 * num_means, num_branches, true);
-    const bool has_pairs = body.is_around_edges() || parts.has_gradient_means;
+    const bool has_pairs = body.is_around_edges() || parts.measure == StrainMeasure::deformation_gradient;
     arrays.tetrahedra = relaxing_stresses<T>(6 * body.rest_volume.size(), num_branches, !has_pairs);
     if (!has_pairs)
         return arrays;

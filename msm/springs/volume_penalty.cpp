@@ -128,15 +128,17 @@ class VolumePenalty : public ElasticTerm {
     }
 
     bool describe(StepParts &parts) const override {
-        parts.has_logarithmic_volume = measure_ == logarithm_of_volume;
-        parts.has_mean_volumes = mean_.size() > 0;
-        if ((parts.has_mean_volumes && !has_means_over_corners()) ||
-            (measure_ != change_of_volume && !parts.has_logarithmic_volume))
+        const bool has_means = mean_.size() > 0;
+        if (measure_ == logarithm_of_volume)
+            parts.change = has_means ? ResistedChange::mean_logarithm : ResistedChange::logarithm;
+        else if (measure_ != change_of_volume || has_means)
+            return false;
+        if (has_means && !has_means_over_corners())
             return false;
         const Eigen::VectorXd stiffness = modulus_.cwiseQuotient(rest_volume_);
         parts.tetrahedra = tetrahedra_;
         if (centre_.empty())
-            return !parts.has_logarithmic_volume && !parts.has_mean_volumes && describe_tetrahedra(stiffness, parts);
+            return parts.change == ResistedChange::relative && describe_tetrahedra(stiffness, parts);
         parts.volume_stiffness.assign(stiffness.begin(), stiffness.end());
         std::vector<std::array<int, 4>> corner_volume(tetrahedra_.size());
         for (int c = 0; c < share_.rows(); ++c)

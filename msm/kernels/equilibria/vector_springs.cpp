@@ -26,13 +26,7 @@ std::size_t place(std::size_t number, std::size_t lines, std::size_t k) {
 
 bool are_around_nodes_alone(const StepParts &parts) {
     return !parts.coupled_modulus.empty() && parts.edges.empty() && parts.tetrahedron_stiffness.empty() &&
-           !parts.has_mean_volumes && parts.is_removed.empty();
-}
-
-CoupledMeans means_of(const StepParts &parts) {
-    if (parts.coupled_energy == CoupledEnergy::elongations)
-        return CoupledMeans::elongations;
-    return parts.has_gradient_means ? CoupledMeans::deformation_gradient : CoupledMeans::cauchy_green;
+           parts.change != ResistedChange::mean_logarithm && parts.is_removed.empty();
 }
 
 void add_tetrahedra(const StepParts &parts, const Eigen::VectorXd &rest, CoupledArrays &arrays) {
@@ -89,9 +83,9 @@ std::optional<CoupledArrays> coupled_arrays(const StepParts &parts, const std::v
         return std::nullopt;
     const auto rest = to_unknowns(positions);
     CoupledArrays arrays;
-    arrays.means = means_of(parts);
+    arrays.measure = parts.measure;
     arrays.num_nodes = positions.size();
-    arrays.row_size = arrays.means == CoupledMeans::deformation_gradient ? 12 : 8;
+    arrays.row_size = arrays.measure == StrainMeasure::deformation_gradient ? 12 : 8;
     arrays.rest.resize(4 * positions.size(), 0.0);
     for (std::size_t i = 0; i < positions.size(); ++i)
         std::copy_n(positions[i].data(), 3, arrays.rest.data() + 4 * i);

@@ -13,20 +13,16 @@ namespace livermark::msm {
 /// Tetrahedra, or parts around nodes, in a slice here: as many doubles as the widest vectors have.
 inline constexpr std::size_t coupled_slice = 8;
 
-/// What coupled springs take means of around nodes: see StrainMeasure. The first has Hooke's law, the others are
-/// neo-Hookean.
-enum class CoupledMeans { elongations, cauchy_green, deformation_gradient };
-
 /// Springs that are coupled around nodes, with the volumes around nodes and the guard against inversion, as vector
 /// units look for equilibria, in double precision. Arrays of tetrahedra are in slices of shape (k, 8), the last one
 /// filled up with a tetrahedron of no volume; those of parts around nodes are filled up with zeros. What is averaged is
 /// in rows, one of each part, to which tetrahedra add four numbers at a time.
 struct CoupledArrays {
-    CoupledMeans means = CoupledMeans::cauchy_green;
-    std::size_t num_nodes = 0;      ///< N
-    std::size_t num_tetrahedra = 0; ///< a multiple of 8
-    std::size_t num_parts = 0;      ///< a multiple of 8
-    std::size_t row_size = 0;       ///< of a part: 8, or 12 of a deformation gradient; a relative volume is among it
+    StrainMeasure measure = StrainMeasure::cauchy_green; ///< Hooke's law with elongations, neo-Hookean with the others
+    std::size_t num_nodes = 0;                           ///< N
+    std::size_t num_tetrahedra = 0;                      ///< a multiple of 8
+    std::size_t num_parts = 0;                           ///< a multiple of 8
+    std::size_t row_size = 0; ///< of a part: 8, or 12 of a deformation gradient; a relative volume is among it
 
     Aligned<double> rest;                  ///< (N, 4) positions [m]
     Aligned<std::int32_t> corner;          ///< slices of (4, 8): four times the node

@@ -159,7 +159,7 @@ template <class T> struct MemberKind {
 
     MemberKind(const StepParts &parts, const SlicedBody<T> &body) {
         const bool is_coupled = !parts.coupled_modulus.empty();
-        are_places = is_coupled && parts.coupled_energy == CoupledEnergy::elongations;
+        are_places = is_coupled && !parts.is_neo_hookean();
         if (are_places)
             scale = 8;
         else if (is_coupled && body.mean_gradient.empty())
@@ -313,7 +313,7 @@ void add_volumes(const StepParts &parts, const PartingChanges &changes, std::spa
         body.first_pull = padded(body.chunk_start.back() + 1);
         move_pulls(parts, changes, gradients, plan, body, sums);
     }
-    if (parts.has_mean_volumes) {
+    if (parts.change == ResistedChange::mean_logarithm) {
         for (auto &number : body.mean_volume)
             number = renumbered[number];
         std::vector<std::vector<int>> neighbours;

@@ -35,6 +35,7 @@ std::vector<int> rows_by_degree(const StepParts &parts, int num_nodes) {
 template <class T>
 SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector3> &positions, SlicedPlan *told) {
     SlicedBody<T> body;
+    body.measure = parts.measure;
     SlicedPlan plan;
     const int num_nodes = static_cast<int>(positions.size());
     const bool has_springs = !parts.edges.empty();
@@ -68,7 +69,7 @@ template <class T> class StarUpdate {
         : parts_(parts), plan_(plan), body_(body) {}
 
     void run(const std::vector<int> &edge_parts) {
-        if (!parts_.has_gradient_means) { // all nodes stay where they are on the lines
+        if (parts_.measure != StrainMeasure::deformation_gradient) { // all nodes stay where they are on the lines
             for (const int part : edge_parts) {
                 const int lane = plan_.star_of_part[part];
                 put_star(parts_, plan_.rounded_rest, plan_.stars[lane], plan_.stars[lane].rim, lane, body_);
@@ -218,7 +219,7 @@ void update_sliced_body(const StepParts &parts, const CutChanges &changes, Slice
         const int number = plan.number_of_volume[c];
         const auto members = plan.members.of(c);
         put_volume(parts, c, rest_volume(parts, plan.rest_volume, members), number, body);
-        if (parts.has_mean_volumes)
+        if (parts.change == ResistedChange::mean_logarithm)
             put_volume_mean(volume_mean(parts, plan.rest_volume, c, members), number, body);
         if (!body.mean_gradient.empty())
             put_mean_gradient(mean_gradient(parts, plan.rest, c, members), number, body);

@@ -216,6 +216,7 @@ template <class T> struct SlicedBody {
     std::vector<int> sum_start;       ///< (slices + 1) places to sum for the nodes of a slice, in units of 16
     Aligned<std::int32_t> sum;        ///< one of these places; one behind the last, where nothing is added, as filling
 
+    StrainMeasure measure = StrainMeasure::elongation; ///< of springs that are coupled
     /// (lines, 9, 16) of each tetrahedron at rest, the gradients of the barycentric coordinates of three corners, which
     /// are the end of the axis and both nodes of the rim [1/m]. Empty if no springs are coupled.
     Aligned<T> rest_gradient;
@@ -254,7 +255,6 @@ template <class T> struct SlicedBody {
     Aligned<T> star_modulus, star_inverse_volume, star_stiffness;
     Aligned<T> rest_rows; ///< (rows, 4) of the nodes at rest [m]
     std::size_t longest_star = 0;
-    bool has_gradient_stars = false; ///< whether means around edges are those of F, and not of C
 
     /// Where changes of volume are averaged: which control volumes are the neighbours of each, from mean_start on, and
     /// their part in the mean (lines, 16); a quarter is its own

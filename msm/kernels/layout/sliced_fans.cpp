@@ -176,7 +176,7 @@ template <class T>
 std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume,
                                const std::vector<std::size_t> &num_neighbours, const Lines &lines,
                                SlicedBody<T> &body) {
-    const bool is_coupled = !parts.coupled_modulus.empty() && parts.coupled_energy == CoupledEnergy::elongations;
+    const bool is_coupled = !parts.coupled_modulus.empty() && !parts.is_neo_hookean();
     const auto of_rows =
         is_coupled ? tetrahedra_of_rows(parts, row_of_volume, lines, body.num_rows) : corners_of_rows(lines, body);
     std::vector<int> volumes(row_of_volume.size());

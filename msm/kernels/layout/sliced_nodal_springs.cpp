@@ -42,7 +42,7 @@ MeanGradient mean_gradient(const StepParts &parts, const Eigen::VectorXd &x, int
 }
 
 std::vector<MeanGradient> mean_gradients(const StepParts &parts, const std::vector<core::Vector3> &positions) {
-    if (!parts.has_gradient_means || parts.coupled_modulus.empty())
+    if (parts.measure != StrainMeasure::deformation_gradient || parts.coupled_modulus.empty())
         return {};
     const auto x = to_unknowns(positions);
     const auto members = volume_members(parts);
@@ -89,7 +89,7 @@ std::vector<VolumeNeighbour> volume_mean(const StepParts &parts, std::span<const
 }
 
 VolumeMeans volume_means(const StepParts &parts, const std::vector<core::Vector3> &positions) {
-    if (!parts.has_mean_volumes)
+    if (parts.change != ResistedChange::mean_logarithm)
         return {};
     const auto volumes = rest_volumes(parts, to_unknowns(positions));
     const auto members = volume_members(parts);
@@ -177,7 +177,7 @@ void slice_shapes(const StepParts &parts, const Eigen::VectorXd &x, const Lines 
         return;
     body.rest_gradient =
         values_on_lines<T>(lines, body, [&](const std::array<int, 4> &nodes) { return gradients(x, nodes); });
-    if (are_around_nodes && parts.coupled_energy == CoupledEnergy::elongations)
+    if (are_around_nodes && !parts.is_neo_hookean())
         body.rest_length =
             values_on_lines<T>(lines, body, [&](const std::array<int, 4> &nodes) { return lengths(x, nodes); });
 }
@@ -224,8 +224,7 @@ template <class T> void put_mean_gradient(const MeanGradient &of_volume, int num
 }
 
 template <class T> void put_volume(const StepParts &parts, int c, double rest_volume, int number, SlicedBody<T> &body) {
-    const bool has_springs = !parts.coupled_modulus.empty() || !parts.edge_modulus.empty();
-    const bool is_neo_hookean = has_springs && parts.coupled_energy == CoupledEnergy::neo_hookean;
+    const bool is_neo_hookean = parts.is_neo_hookean();
     if (!parts.volume_stiffness.empty()) {
         const double quarter = 0.25 * parts.volume_stiffness[c];
         body.volume_stiffness[number] = static_cast<T>(is_neo_hookean ? quarter * rest_volume : quarter);
@@ -234,7 +233,7 @@ template <class T> void put_volume(const StepParts &parts, int c, double rest_vo
         double factor = 0.25;
         if (!is_neo_hookean)
             factor = rest_volume > 0.0 ? 1.0 / (16.0 * rest_volume) : 0.0;
-        else if (parts.has_gradient_means)
+        else if (parts.measure == StrainMeasure::deformation_gradient)
             factor = rest_volume;
         body.coupled_modulus[number] = static_cast<T>(parts.coupled_modulus[c] * factor);
     }
@@ -248,7 +247,7 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
                          const Lines &lines, std::vector<std::vector<int>> &places, SlicedBody<T> &body) {
     if (parts.coupled_modulus.empty() && parts.edge_modulus.empty())
         return;
-    const bool is_neo_hookean = parts.coupled_energy == CoupledEnergy::neo_hookean;
+    const bool is_neo_hookean = parts.is_neo_hookean();
     const auto volumes = rest_volumes(parts, to_unknowns(positions));
     auto inner = parts.inner_modulus;
     if (is_neo_hookean)

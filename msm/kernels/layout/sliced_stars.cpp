@@ -197,7 +197,8 @@ template <class T> StarLines star_lines(const StepParts &parts, const Lines &lin
     }
     for (const auto &star : result.stars)
         result.rims.push_back(star.rim.empty() ? star.rim
-                                               : rim_without(star, parts.is_removed, parts.has_gradient_means));
+                                               : rim_without(star, parts.is_removed,
+                                                             parts.measure == StrainMeasure::deformation_gradient));
     for (std::size_t first = 0; first < result.stars.size(); first += slice_size) {
         const auto rims = std::span(result.rims).subspan(first, slice_size);
         const std::size_t length = std::ranges::max_element(rims, {}, &Rim::size)->size();
@@ -240,7 +241,6 @@ void slice_stars(const StepParts &parts, const std::vector<core::Vector3> &posit
                  SlicedBody<T> &body, SlicedPlan &plan) {
     if (parts.edge_modulus.empty())
         return;
-    body.has_gradient_stars = parts.has_gradient_means;
     // As the kernels see it: where the rounding of rest differs from that of rows, a body at rest is under stress.
     auto at_rest = positions;
     body.rest_rows.assign(4 * static_cast<std::size_t>(body.num_rows), T(0));

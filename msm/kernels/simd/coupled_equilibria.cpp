@@ -389,32 +389,32 @@ void product_at_rest(const CoupledArrays &body, CoupledWorkspace &at) {
 }
 
 double coupled_energy_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
-    using enum CoupledMeans;
-    if (body.means == elongations)
+    using enum StrainMeasure;
+    if (body.measure == elongation)
         return energy_of<MeansOfElongations>(body, at);
-    return body.means == cauchy_green ? energy_of<MeansOfStrains>(body, at) : energy_of<MeansOfGradients>(body, at);
+    return body.measure == cauchy_green ? energy_of<MeansOfStrains>(body, at) : energy_of<MeansOfGradients>(body, at);
 }
 
 void coupled_force_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
-    using enum CoupledMeans;
-    if (body.means == elongations)
+    using enum StrainMeasure;
+    if (body.measure == elongation)
         return force_of<MeansOfElongations>(body, at);
-    return body.means == cauchy_green ? force_of<MeansOfStrains>(body, at) : force_of<MeansOfGradients>(body, at);
+    return body.measure == cauchy_green ? force_of<MeansOfStrains>(body, at) : force_of<MeansOfGradients>(body, at);
 }
 
 void keep_coupled_stresses_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
-    using enum CoupledMeans;
-    if (body.means == elongations)
+    using enum StrainMeasure;
+    if (body.measure == elongation)
         return keep_stresses<MeansOfElongations>(body, at);
-    return body.means == cauchy_green ? keep_stresses<MeansOfStrains>(body, at)
-                                      : keep_stresses<MeansOfGradients>(body, at);
+    return body.measure == cauchy_green ? keep_stresses<MeansOfStrains>(body, at)
+                                        : keep_stresses<MeansOfGradients>(body, at);
 }
 
 void coupled_product_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
-    using enum CoupledMeans;
-    if (body.means == elongations)
+    using enum StrainMeasure;
+    if (body.measure == elongation)
         return product_of<MeansOfElongations>(body, at);
-    return body.means == cauchy_green ? product_of<MeansOfStrains>(body, at) : product_of<MeansOfGradients>(body, at);
+    return body.measure == cauchy_green ? product_of<MeansOfStrains>(body, at) : product_of<MeansOfGradients>(body, at);
 }
 
 void coupled_product_at_rest_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {

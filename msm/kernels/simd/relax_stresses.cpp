@@ -269,7 +269,8 @@ template <class T> void relax_neo_hookean(StepWorkspace<T> &at, int now, int thr
     const auto &fans = at.fan_slices[thread], &volumes = at.volume_slices[thread];
     if (body.is_around_edges()) {
         const auto [first, last] = at.chunks[thread];
-        const auto relax_slice = body.has_gradient_stars ? relax_stars<StarsOfF, T> : relax_stars<StarsOfC, T>;
+        const auto relax_slice =
+            body.measure == StrainMeasure::deformation_gradient ? relax_stars<StarsOfF, T> : relax_stars<StarsOfC, T>;
         for (int slice = body.chunk_stars[first]; slice < body.chunk_stars[last]; ++slice)
             relax_slice(at, now, thread, slice);
     } else if (!body.mean_gradient.empty()) {

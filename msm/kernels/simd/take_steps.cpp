@@ -28,8 +28,9 @@ HWY_NOINLINE void chunk_forces(StepWorkspace<T> &at, int now, int thread, int ch
               at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk + 1]), T(0));
     const int end = body.chunk_fans[chunk + 1];
     if (body.is_around_edges()) {
-        const auto forces = body.has_gradient_stars ? edge_spring_forces<is_damped, StarsOfF, T>
-                                                    : edge_spring_forces<is_damped, StarsOfC, T>;
+        const auto forces = body.measure == StrainMeasure::deformation_gradient
+                                ? edge_spring_forces<is_damped, StarsOfF, T>
+                                : edge_spring_forces<is_damped, StarsOfC, T>;
         for (int slice = body.chunk_stars[chunk]; slice < body.chunk_stars[chunk + 1]; ++slice)
             forces(at, now, thread, slice);
     }
