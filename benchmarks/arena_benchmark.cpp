@@ -14,7 +14,7 @@
 #include "benchmarks/program.hpp"
 #include "benchmarks/work/counts.hpp"
 #include "benchmarks/work/pressed_body.hpp"
-#include "models/tool_motion/moving_method.hpp"
+#include "models/motion/moving_method.hpp"
 #include "support/processes/child_process.hpp"
 
 namespace {

@@ -7,7 +7,7 @@
 #include "benchmarks/kernels/node_order.hpp"
 #include "core/mesh/refinement.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "msm/kernels/layout/node_order.hpp"
+#include "msm/kernels/layout/sliced_body.hpp"
 #include "support/input_error.hpp"
 #include "support/root_folder.hpp"
 

@@ -4,7 +4,6 @@
 #include <numeric>
 
 #include "benchmarks/bodies.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/springs/spring_network.hpp"
 

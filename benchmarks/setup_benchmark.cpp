@@ -13,8 +13,8 @@
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/dynamics/mass_matrix.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
-#include "msm/kernels/layout/node_order.hpp"
+#include "msm/dynamics/time_step.hpp"
+#include "msm/kernels/layout/sliced_body.hpp"
 #include "msm/springs/spring_network.hpp"
 
 namespace {

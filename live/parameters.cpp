@@ -6,9 +6,8 @@
 #include <limits>
 
 #include "live/springs.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/springs/inversion_guard.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

@@ -5,7 +5,7 @@
 #include "live/scene.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/nodal_conditions.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
 
 /// From what somebody may choose to what moves, and whether it may be chosen.
 namespace livermark::live {

@@ -4,10 +4,9 @@
 #include <utility>
 
 #include "live/material.hpp"
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/inversion_guard.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/volume_term.hpp"
 #include "support/known_names.hpp"

@@ -8,7 +8,7 @@
 #include "core/problem.hpp"
 #include "live/scene.hpp"
 #include "msm/cutting/cut_parts.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
 
 /// The springs that may move.
 namespace livermark::live {

@@ -9,17 +9,16 @@
 #include <optional>
 #include <utility>
 
-#include "msm/dynamics/explicit_steps.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/release.hpp"
 #include "msm/dynamics/spectrum.hpp"
+#include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/implicit_integrators.hpp"
 #include "msm/kernels/equilibria/vector_springs.hpp"
-#include "msm/statics/compliance.hpp"
 #include "msm/statics/dynamic_relaxation.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "msm/statics/load_path.hpp"
+#include "msm/statics/rest_stiffness.hpp"
 #include "msm/viscoelastic/slow_history.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/memory.hpp"

@@ -7,7 +7,7 @@
 
 #include "core/model.hpp"
 #include "models/model_table.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
 
 namespace livermark::models {
 

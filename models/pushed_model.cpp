@@ -6,7 +6,7 @@
 #include "fem_reference/hyperelastic/pushed_elements.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "models/mass_spring_model.hpp"
-#include "msm/statics/pushed_springs.hpp"
+#include "msm/statics/rest_stiffness.hpp"
 
 namespace livermark::models {
 

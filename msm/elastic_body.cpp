@@ -1,9 +1,9 @@
 #include "msm/elastic_body.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "msm/springs/fixable_term.hpp"
 #include "msm/springs/spring_network.hpp"
 
 namespace livermark::msm {
@@ -97,6 +97,46 @@ std::vector<core::Vector3> to_field(const Eigen::VectorXd &unknowns) {
     for (std::size_t i = 0; i < field.size(); ++i)
         field[i] = of_node(unknowns, static_cast<int>(i));
     return field;
+}
+
+bool describe_volumes(const std::vector<int> &centre, const std::vector<std::array<int, 4>> &corner_volume,
+                      StepParts &parts) {
+    if (parts.centre.empty()) {
+        parts.centre = centre;
+        parts.corner_volume = corner_volume;
+    }
+    return parts.centre == centre && parts.corner_volume == corner_volume;
+}
+
+namespace {
+
+/// Neo-Hookean springs keep strains and their rates apart, so the volume beside them has to do that too.
+bool are_of_one_kind(const StepParts &parts) {
+    const bool is_around_edges = !parts.edge_modulus.empty();
+    if (is_around_edges && !parts.coupled_modulus.empty())
+        return false;
+    if (!parts.is_neo_hookean())
+        return !is_around_edges && parts.change == ResistedChange::relative;
+    const auto wanted = is_around_edges ? ResistedChange::mean_logarithm : ResistedChange::logarithm;
+    return parts.tetrahedron_stiffness.empty() && (parts.volume_stiffness.empty() || parts.change == wanted);
+}
+
+} // namespace
+
+std::optional<StepParts> step_parts(const ElasticBody &body) {
+    StepParts parts;
+    const bool are_known = std::ranges::all_of(body.terms, [&](const auto &term) { return term->describe(parts); });
+    return are_known && are_of_one_kind(parts) ? std::optional(std::move(parts)) : std::nullopt;
+}
+
+std::vector<double> lumped_masses(const core::Body &body) {
+    const auto &mesh = body.mesh;
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    std::vector<double> masses(mesh.points.size(), 0.0);
+    for (std::size_t t = 0; t < volumes.size(); ++t)
+        for (const int node : mesh.tetrahedra[t])
+            masses[node] += body.materials[mesh.region[t]].density * volumes[t] / 4.0;
+    return masses;
 }
 
 } // namespace livermark::msm

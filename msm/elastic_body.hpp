@@ -2,9 +2,12 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "core/problem.hpp"
 #include "core/solution.hpp"
 
 namespace livermark::msm {
@@ -122,5 +125,107 @@ inline auto of_node(const Eigen::VectorXd &field, int node) {
 inline auto of_node(Eigen::VectorXd &field, int node) {
     return field.segment<3>(3 * static_cast<Eigen::Index>(node));
 }
+
+/// What terms can do whose forces take long: work out once what depends on where the body is and not on how it moves.
+class FixableTerm {
+  public:
+    virtual ~FixableTerm() = default;
+
+    /// The same term where the body stays: add_force() gives the same bits in less time. To be asked at no other
+    /// positions.
+    /// @param x  shape (3N) [m]
+    virtual std::shared_ptr<const ElasticTerm> fixed_at(const Eigen::VectorXd &x) const = 0;
+};
+
+/// A term of which some stresses relax, one by one where they are: s, with strains e that they do work on. The stress
+/// of the elastic law is s_e(x) + s(x), where s_e stays. What relaxes in which term, see core::PronySeries:
+///
+/// - Springs: the whole tension of each along itself [N]. All springs with one part, so the body keeps the Poisson's
+///   ratio of its lattice, and its bulk modulus fades with its shear modulus. That is not what the series says of
+///   tissue, but springs alone cannot do better.
+/// - Springs coupled around nodes, around edges or inside tetrahedra: of each mean the second Piola-Kirchhoff stress
+///   that resists changes of shape, in the six components of tetrahedron.hpp [Pa]. Its pressure stays, also that of
+///   means of F, where the stress turns with the body.
+/// - Volumes (volume_penalty.hpp) and the guard against inversion are no such terms: they stay elastic. Beside central
+///   springs they hold lambda - mu alone, so of the bulk modulus lambda + 2/3 mu the springs' part of 5/3 mu fades.
+class RelaxingTerm : public ElasticTerm {
+  public:
+    /// s at positions x, all behind each other.
+    /// @return shape (S), here and below
+    virtual Eigen::VectorXd relaxing_stress(const Eigen::VectorXd &x) const = 0;
+
+    /// force -= sum over S of stress (d e / dx): what such stresses do to the nodes [N].
+    virtual void add_force_of(const Eigen::VectorXd &x, const Eigen::VectorXd &stress,
+                              Eigen::VectorXd &force) const = 0;
+
+    /// What a stress has to be squared and multiplied with to be twice its energy, at rest: the volume over 2 mu, or
+    /// one over the stiffness of a spring [J], per squared unit of s.
+    virtual Eigen::VectorXd relaxing_compliance() const = 0;
+
+    /// The same term with the stresses s_e + part s + added. It has the energy U_e + part U_s + sum of added e. What
+    /// relaxes of it is part s.
+    /// @param part   what is left of s, not negative
+    /// @param added  does not depend on x; if empty, nothing
+    virtual std::shared_ptr<const RelaxingTerm> relaxed(double part, const Eigen::VectorXd &added) const = 0;
+};
+
+/// Measure of the deformation that coupled springs average (springs/coupled_springs.hpp).
+enum class StrainMeasure {
+    elongation,          ///< of the edges: E is linear in q = 2 l0 (l - l0), see springs/tetrahedron.hpp
+    cauchy_green,        ///< C = F^T F, linear in the squared lengths of the edges: E is linear in q = l^2 - l0^2
+    deformation_gradient ///< F: E = (F^T F - I) / 2 is taken of the mean of F
+};
+
+/// Changes of volumes that are resisted: relative ones, beside neo-Hookean springs around nodes their logarithms (see
+/// logarithm_of_volume()), around edges means of these (see mean_volumes_around_nodes()).
+enum class ResistedChange { relative, logarithm, mean_logarithm };
+
+/// Parts of a body that fast kernels know how to move: springs, springs coupled around nodes or around edges, the
+/// volume around nodes or of tetrahedra, and the guard against inversion, as plain arrays. Empty arrays stand for a
+/// part that is not there.
+struct StepParts {
+    std::vector<std::array<int, 2>> edges; ///< (S) node numbers
+    std::vector<double> stiffness;         ///< (S) [N/m]
+    std::vector<double> rest_length;       ///< (S) [m]
+
+    std::vector<std::array<int, 4>> tetrahedra; ///< (M) node numbers, of all that follows
+    /// (M) pressure of a tetrahedron for each m^3 that it has gained [Pa/m^3]
+    std::vector<double> tetrahedron_stiffness;
+    /// (C) node in the middle of each control volume, to which every tetrahedron in it gives a quarter of its own
+    std::vector<int> centre;
+    std::vector<double> volume_stiffness;          ///< (C) pressure for each m^3 that it has gained [Pa/m^3]
+    std::vector<std::array<int, 4>> corner_volume; ///< (M) control volume around each corner
+    ResistedChange change = ResistedChange::relative;
+    /// Measure of springs that are coupled: Hooke's with elongations, neo-Hookean with the others.
+    StrainMeasure measure = StrainMeasure::elongation;
+    bool is_neo_hookean() const { return measure != StrainMeasure::elongation; }
+    /// (C) shear modulus of the springs that are coupled in each control volume [Pa]
+    std::vector<double> coupled_modulus;
+    /// (E) shear modulus of the springs that are coupled around each edge, in each of the materials there [Pa]; in
+    /// place of coupled_modulus
+    std::vector<double> edge_modulus;
+    std::vector<std::array<int, 6>> edge_part; ///< (M) which of them, in the order of core::tetrahedron_edges
+    std::vector<double> inner_modulus;         ///< (M) of those that stay inside each tetrahedron [Pa]
+    std::vector<double> least_volume;          ///< (M) [m^3] below which a tetrahedron is pushed back
+    std::vector<double> guard_stiffness;       ///< (M) pressure for each m^3 that it then lacks [Pa/m^3]
+    std::vector<double> watched_volume;        ///< (M) see FastStepOptions [m^3]
+    /// (M) tetrahedra that a cut has taken away and that are still in their places here, empty if none are: see
+    /// cutting/cut_parts.hpp. They have no volume and no stiffness.
+    std::vector<char> is_removed;
+    bool is_there(std::size_t tetrahedron) const { return is_removed.empty() || is_removed[tetrahedron] == 0; }
+};
+
+/// Puts down where control volumes around nodes are.
+/// @return false if another term has already put down others
+bool describe_volumes(const std::vector<int> &centre, const std::vector<std::array<int, 4>> &corner_volume,
+                      StepParts &parts);
+
+/// @return nothing if the body has a part that fast kernels do not know
+std::optional<StepParts> step_parts(const ElasticBody &body);
+
+/// Node masses by barycentric lumping: m_i = 1/4 sum over the tetrahedra t at node i of rho_t V(t)
+/// (equation 2 of Jurnal Teknologi 75, 10.11113/jt.v75.5068).
+/// @return shape (N) [kg]; the sum is the mass of the body
+std::vector<double> lumped_masses(const core::Body &body);
 
 } // namespace livermark::msm

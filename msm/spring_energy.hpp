@@ -1,19 +1,19 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
-#include "msm/dynamics/step_parts.hpp"
-#include "msm/springs/edge_stretches.hpp"
+#include "msm/elastic_body.hpp"
+#include "msm/springs/tetrahedron.hpp"
 #include "msm/springs/volume_penalty.hpp"
 
 namespace livermark::msm {
 
 /// What springs that are coupled to each other resist with: a hyperelastic material. The squared lengths of the six
 /// edges of a tetrahedron give its Green strain E, and so its right Cauchy-Green tensor C = I + 2 E, which is linear in
-/// them (edge_stretches.hpp). So any energy of C is one of squared lengths of edges. The energy per volume at rest is
+/// them (tetrahedron.hpp). So any energy of C is one of squared lengths of edges. The energy per volume at rest is
 ///     W(C) = W_s(C) + (lambda - mu) / 2 g(J)^2,   J^2 = det C,
 /// where W_s carries lambda = mu, as springs do, and small strains give linear elasticity. The two parts stand apart
 /// because volumes have other domains than strains. One file each in spring_energies/, named as the energy.
@@ -27,17 +27,16 @@ struct SpringEnergy {
     double (*energy)(double shear_modulus, const Eigen::Matrix3d &strain);
     /// Second Piola-Kirchhoff stress S = d W_s / dE = 2 d W_s / dC [Pa]
     Eigen::Matrix3d (*stress)(double shear_modulus, const Eigen::Matrix3d &strain);
-    /// d2 W_s / dE2 = 4 d2 W_s / dC2 in the components of edge_stretches.hpp [Pa]
+    /// d2 W_s / dE2 = 4 d2 W_s / dC2 in the components of tetrahedron.hpp [Pa]
     Matrix6 (*stiffness)(double shear_modulus, const Eigen::Matrix3d &strain);
     /// The part of W_s that resists changes of shape alone, and its derivatives as above: its stress has no pressure,
-    /// and is what fades in a material that relaxes (msm/viscoelastic/relaxing_term.hpp).
+    /// and is what fades in a material that relaxes (RelaxingTerm).
     double (*isochoric_energy)(double shear_modulus, const Eigen::Matrix3d &strain);
     Eigen::Matrix3d (*isochoric_stress)(double shear_modulus, const Eigen::Matrix3d &strain);
     Matrix6 (*isochoric_stiffness)(double shear_modulus, const Eigen::Matrix3d &strain);
-    MeasureVolume volume;   ///< g
-    bool is_finite = false; ///< whether it has a value where a tetrahedron is inside out, too
-    /// What fast kernels know it as; nothing if they do not.
-    std::optional<CoupledEnergy> in_kernels{};
+    MeasureVolume volume;                    ///< g
+    bool is_finite = false;                  ///< whether it has a value where a tetrahedron is inside out, too
+    std::vector<StrainMeasure> in_kernels{}; ///< measures with which fast kernels know it
 };
 
 /// Every energy of spring_energies/, in alphabetical order.

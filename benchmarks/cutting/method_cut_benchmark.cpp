@@ -14,7 +14,7 @@
 #include "benchmarks/cutting/blade.hpp"
 #include "core/processor_time.hpp"
 #include "interactive/cutting/cut_motion.hpp"
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

@@ -8,14 +8,13 @@
 
 #include "benchmarks/kernels/oracle.hpp"
 #include "core/mesh/bounding_box.hpp"
-#include "msm/dynamics/elastic_motion.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/mass_lumping.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
 
 namespace livermark::benchmarks {
 

@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-#include "msm/kernels/layout/node_order.hpp"
+#include "msm/kernels/layout/sliced_body.hpp"
 
 namespace livermark::benchmarks {
 

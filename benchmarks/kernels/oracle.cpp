@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/mesh/bounding_box.hpp"
-#include "msm/dynamics/elastic_motion.hpp"
+#include "msm/dynamics/stepper.hpp"
 #include "msm/integrator.hpp"
 
 namespace livermark::benchmarks {

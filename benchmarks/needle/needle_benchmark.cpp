@@ -18,7 +18,7 @@
 #include "meshes/io/body_reader.hpp"
 #include "msm/needle/moving_insertion.hpp"
 #include "msm/nodal_conditions.hpp"
-#include "msm/statics/compliance.hpp"
+#include "msm/statics/rest_stiffness.hpp"
 #include "studies/needle/insertion.hpp"
 #include "support/input_error.hpp"
 #include "support/root_folder.hpp"

@@ -12,7 +12,7 @@
 #include "interactive/inertia.hpp"
 #include "interactive/method.hpp"
 #include "interactive/place_response.hpp"
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "studies/needle/needle_problems.hpp"
 #include "support/input_error.hpp"

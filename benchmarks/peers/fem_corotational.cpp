@@ -7,7 +7,6 @@
 #include "benchmarks/kernels/oracle.hpp"
 #include "fem_reference/dynamics/mass_matrix.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/springs/linear_elements.hpp"
 

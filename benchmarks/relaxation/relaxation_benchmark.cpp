@@ -10,11 +10,10 @@
 #include "benchmarks/kernels/oracle.hpp"
 #include "benchmarks/scene.hpp"
 #include "core/processor_time.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "msm/viscoelastic/relaxing_steps.hpp"
 #include "support/input_error.hpp"
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/problem.hpp"
-#include "models/tool_motion/moving_method.hpp"
+#include "models/motion/moving_method.hpp"
 
 namespace livermark::benchmarks {
 

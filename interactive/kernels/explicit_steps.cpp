@@ -6,6 +6,7 @@
 #include "interactive/kernels/explicit_steps.hpp"
 #include "interactive/kernels/fans-inl.hpp"
 #include "interactive/kernels/quadratic_fans-inl.hpp"
+#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {
@@ -120,13 +121,9 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::interactive::kernels {
 
-namespace {
-HWY_EXPORT(take);
-} // namespace
-
-void take_explicit_steps(ExplicitRows &rows, double step, double mass_damping, int num_steps) {
-    HWY_DYNAMIC_DISPATCH(take)(rows, step, mass_damping, num_steps);
-}
+LIVERMARK_DISPATCH(void take_explicit_steps, take,
+                   (ExplicitRows & rows, double step, double mass_damping, int num_steps),
+                   (rows, step, mass_damping, num_steps))
 
 } // namespace livermark::interactive::kernels
 #endif

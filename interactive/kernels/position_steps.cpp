@@ -8,6 +8,7 @@
 #include "interactive/kernels/neo_hookean-inl.hpp"
 #include "interactive/kernels/position_steps.hpp"
 #include "interactive/kernels/springs-inl.hpp"
+#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {
@@ -178,13 +179,9 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::interactive::kernels {
 
-namespace {
-HWY_EXPORT(take_step);
-} // namespace
-
-void take_position_step(PositionRows &rows, double time_step, double mass_damping, int iterations) {
-    HWY_DYNAMIC_DISPATCH(take_step)(rows, time_step, mass_damping, iterations);
-}
+LIVERMARK_DISPATCH(void take_position_step, take_step,
+                   (PositionRows & rows, double time_step, double mass_damping, int iterations),
+                   (rows, time_step, mass_damping, iterations))
 
 } // namespace livermark::interactive::kernels
 #endif

@@ -5,7 +5,7 @@
 
 #include "live/material.hpp"
 #include "live/springs.hpp"
-#include "msm/cutting/frequency_around.hpp"
+#include "msm/cutting/part_of_body.hpp"
 
 namespace livermark::live {
 

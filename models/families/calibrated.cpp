@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
 #include "models/mass_spring_model.hpp"
-#include "msm/mass_lumping.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/elastic_body.hpp"
+#include "msm/springs/spring_network.hpp"
 
 namespace livermark::models::families {
 

@@ -8,7 +8,7 @@
 #include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "models/model_table.hpp"
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
 
 namespace livermark::models::families {

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "models/mass_spring_model.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "support/known_names.hpp"
 
 namespace livermark::models::families {

@@ -5,7 +5,6 @@
 
 #include "models/mass_spring_model.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/springs/springs_with_volume.hpp"
 #include "support/known_names.hpp"
 
 namespace livermark::models::families {

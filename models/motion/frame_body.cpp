@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 
 namespace livermark::models {
 

@@ -3,10 +3,9 @@
 #include <utility>
 
 #include "interactive/method.hpp"
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/springs/springs_with_volume.hpp"
 #include "support/known_names.hpp"
 
 namespace livermark::models {

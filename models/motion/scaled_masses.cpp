@@ -7,7 +7,7 @@
 
 #include "core/mesh/bounding_box.hpp"
 #include "core/mesh/tetra_mesh.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/time_step.hpp"
 
 namespace livermark::models {
 

@@ -5,9 +5,9 @@
 
 #include "models/motion/moving_method.hpp"
 #include "msm/cutting/cut_parts.hpp"
-#include "msm/cutting/kept_numbers.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/cutting/part_of_body.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/spring_energy.hpp"
 

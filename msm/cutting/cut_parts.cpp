@@ -2,11 +2,12 @@
 
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <utility>
 
-#include "msm/springs/springs_with_volume.hpp"
-#include "msm/springs/tetrahedron_volume.hpp"
+#include "msm/springs/spring_network.hpp"
+#include "msm/springs/tetrahedron.hpp"
 
 namespace livermark::msm {
 
@@ -166,6 +167,199 @@ const CutChanges &CutParts::remove(std::span<const int> tetrahedra) {
     if (!parts_.volume_stiffness.empty())
         set_volumes(changes_.volumes);
     return changes_;
+}
+
+namespace {
+
+/// New things that take over tetrahedra from things that were there: of each node or edge that a blade has made, and
+/// of each thing before, one.
+template <class Place> class Successors {
+  public:
+    explicit Successors(std::size_t count) : count_(count) {}
+
+    /// @return the number of the new thing, and whether it was asked for before
+    std::pair<int, bool> of(int before, const Place &place) {
+        const auto [at, is_new] = number_.try_emplace({before, place}, static_cast<int>(count_ + number_.size()));
+        return {at->second, is_new};
+    }
+
+  private:
+    std::size_t count_;
+    std::map<std::pair<int, Place>, int> number_;
+};
+
+void sort_and_leave_one(std::vector<int> &numbers) {
+    std::ranges::sort(numbers);
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
+} // namespace
+
+void CutParts::part_nodes(const Parting &parting) {
+    parted_.tetrahedra = parting.tetrahedra;
+    parted_.parent_node = parting.parent_node;
+    auto &nodes = parted_.nodes;
+    nodes = parting.parent_node;
+    NewLists of_new;
+    const auto num_nodes = static_cast<int>(node_mass_.size());
+    for (std::size_t k = 0; k < parting.parent_node.size(); ++k)
+        nodes.push_back(num_nodes + static_cast<int>(k));
+    sort_and_leave_one(nodes);
+    for (std::size_t i = 0; i < parting.tetrahedra.size(); ++i) {
+        const int t = parting.tetrahedra[i];
+        tetrahedra_[t] = parting.nodes[i];
+        if (!parts_.tetrahedra.empty())
+            parts_.tetrahedra[t] = parting.nodes[i];
+        for (const int node : parting.nodes[i])
+            if (node >= num_nodes)
+                of_new.add(node, t);
+    }
+    node_mass_.resize(node_mass_.size() + parting.parent_node.size(), 0.0);
+    of_node_.resize(node_mass_.size());
+    of_new.put_into(of_node_);
+    for (const int node : nodes) {
+        if (node < num_nodes)
+            leave_owners(node, tetrahedra_, of_node_);
+        set_mass(node);
+    }
+    if (source_)
+        for (const int parent : parting.parent_node) {
+            auto &points = source_->body.mesh.points;
+            points.push_back(core::Vector3(points[parent]));
+        }
+}
+
+void CutParts::part_springs(const Parting &parting) {
+    const std::size_t num_before = edges_.edges.size();
+    parted_.first_new_spring = static_cast<int>(num_before);
+    if (parts_.edges.empty())
+        return;
+    Successors<std::array<int, 2>> successors(num_before);
+    NewLists of_new;
+    for (const int t : parting.tetrahedra)
+        for (std::size_t e = 0; e < 6; ++e) {
+            const auto &[a, b] = core::tetrahedron_edges[e];
+            const auto [low, high] = std::minmax(tetrahedra_[t][a], tetrahedra_[t][b]);
+            const std::array edge{low, high};
+            int &spring = edges_.tetrahedron_edge[t][e];
+            if (edges_.edges[spring] == edge)
+                continue;
+            parted_.springs.push_back(spring);
+            const auto [number, is_new] = successors.of(0, edge);
+            if (is_new) {
+                edges_.edges.push_back(edge);
+                parts_.edges.push_back(edge);
+                parts_.rest_length.push_back(double{parts_.rest_length[spring]});
+                parts_.stiffness.push_back(0.0);
+                parted_.springs.push_back(number);
+            }
+            spring = number;
+            of_new.add(number, t);
+        }
+    sort_and_leave_one(parted_.springs);
+    of_spring_.resize(edges_.edges.size());
+    of_new.put_into(of_spring_);
+    for (const int s : parted_.springs) {
+        if (s < parted_.first_new_spring)
+            leave_owners(s, edges_.tetrahedron_edge, of_spring_);
+        if (std::ranges::none_of(of_spring_.of(s), [&](int t) { return parts_.is_there(t); }))
+            parted_.gone_springs.push_back(s);
+    }
+    if (!of_edges_.empty())
+        for (const int s : parted_.springs)
+            set_spring(s);
+    else if (source_) {
+        put_in_order(num_before);
+        parted_.springs = ask_law_again();
+    }
+}
+
+/// Springs from this one on among the others.
+void CutParts::put_in_order(std::size_t first_new) {
+    std::vector<int> added;
+    for (std::size_t s = first_new; s < edges_.edges.size(); ++s)
+        added.push_back(static_cast<int>(s));
+    const auto edge_of = [&](int s) { return edges_.edges[s]; };
+    std::ranges::sort(added, {}, edge_of);
+    std::vector<int> order(edges_.edges.size());
+    std::ranges::merge(spring_order_, added, order.begin(), {}, edge_of, edge_of);
+    spring_order_ = std::move(order);
+}
+
+void CutParts::part_volumes(const Parting &parting) {
+    if (parts_.centre.empty())
+        return;
+    auto &changed = parted_.volumes;
+    changed = once(parts_.corner_volume, parting.tetrahedra);
+    const auto num_before = static_cast<int>(parts_.centre.size());
+    Successors<int> successors(parts_.centre.size());
+    NewLists of_new;
+    std::vector<int> lost;
+    for (const int t : parting.tetrahedra)
+        for (std::size_t k = 0; k < 4; ++k) {
+            int &volume = parts_.corner_volume[t][k];
+            const int node = tetrahedra_[t][k], before = volume;
+            if (parts_.centre[before] == node)
+                continue;
+            const auto [number, is_new] = successors.of(before, node);
+            if (is_new) {
+                parts_.centre.push_back(node);
+                volume_modulus_.push_back(double{volume_modulus_[before]});
+                for (auto *values : {&parts_.volume_stiffness, &parts_.coupled_modulus})
+                    if (!values->empty())
+                        values->push_back(double{(*values)[before]});
+                changed.push_back(number);
+                lost.push_back(number);
+            }
+            lost.push_back(before);
+            volume = number;
+            of_new.add(number, t);
+        }
+    of_volume_.resize(parts_.centre.size());
+    of_new.put_into(of_volume_);
+    sort_and_leave_one(changed);
+    sort_and_leave_one(lost);
+    for (const int c : lost)
+        if (c < num_before)
+            leave_owners(c, parts_.corner_volume, of_volume_);
+    if (!parts_.volume_stiffness.empty())
+        set_volumes(lost);
+}
+
+void CutParts::part_edges(const Parting &parting) {
+    if (parts_.edge_modulus.empty())
+        return;
+    auto &changed = parted_.edge_parts;
+    changed = once(parts_.edge_part, parting.tetrahedra);
+    Successors<std::array<int, 2>> successors(parts_.edge_modulus.size());
+    const auto first_new_node = static_cast<int>(node_mass_.size() - parting.parent_node.size());
+    for (const int t : parting.tetrahedra) {
+        for (std::size_t e = 0; e < 6; ++e) {
+            const auto &[a, b] = core::tetrahedron_edges[e];
+            const auto [low, high] = std::minmax(tetrahedra_[t][a], tetrahedra_[t][b]);
+            if (high < first_new_node)
+                continue;
+            int &part = parts_.edge_part[t][e];
+            const auto [number, is_new] = successors.of(part, std::array{low, high});
+            if (is_new) {
+                parts_.edge_modulus.push_back(double{parts_.edge_modulus[part]});
+                parted_.parent_edge_part.push_back(part);
+                changed.push_back(number);
+            }
+            part = number;
+        }
+    }
+}
+
+const PartingChanges &CutParts::part(const Parting &parting) {
+    parted_ = {};
+    part_nodes(parting);
+    part_springs(parting);
+    part_volumes(parting);
+    part_edges(parting);
+    is_seen_.resize(
+        std::max({node_mass_.size(), parts_.edges.size(), parts_.centre.size(), parts_.edge_modulus.size()}), 0);
+    return parted_;
 }
 
 } // namespace livermark::msm

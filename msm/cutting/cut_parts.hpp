@@ -9,8 +9,7 @@
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "msm/cutting/cut_changes.hpp"
-#include "msm/cutting/number_lists.hpp"
-#include "msm/dynamics/step_parts.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/spring_law.hpp"
 
 namespace livermark::msm {

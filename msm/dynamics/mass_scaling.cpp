@@ -6,7 +6,7 @@
 #include <map>
 #include <numeric>
 
-#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/time_step.hpp"
 
 namespace livermark::msm {
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/mesh/bounding_box.hpp"
-#include "msm/dynamics/elastic_motion.hpp"
+#include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/implicit_integrators.hpp"
 #include "msm/viscoelastic/relaxing_body.hpp"

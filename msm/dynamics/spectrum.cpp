@@ -10,7 +10,7 @@
 #include <functional>
 #include <stdexcept>
 
-#include "msm/statics/free_components.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "support/factors/blas_memory.hpp"
 #include "support/factors/orderings.hpp"
 #include "support/input_error.hpp"

@@ -1,9 +1,102 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <vector>
+
 #include "core/load_case.hpp"
+#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
+#include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {
+
+/// Which of the 3N displacement components are unknown, and their numbers among the unknowns.
+class FreeComponents {
+  public:
+    explicit FreeComponents(const std::vector<core::Vector3> &prescribed);
+    bool operator==(const FreeComponents &) const = default;
+
+    Eigen::Index size() const { return size_; }
+    /// Number of a component among the unknowns, -1 where it is prescribed.
+    Eigen::Index number(Eigen::Index component) const { return number_[component]; }
+    bool is_free(Eigen::Index component) const { return number_[component] >= 0; }
+    /// Of all components, shape (3N).
+    std::vector<bool> are_free() const;
+
+    /// The free components of a nodal field.
+    Eigen::VectorXd gather(const std::vector<core::Vector3> &field) const;
+    /// Adds scale * values to the free components of a nodal field.
+    void add(std::vector<core::Vector3> &field, const Eigen::VectorXd &values, double scale) const;
+    /// Rows and columns of the free components.
+    Eigen::SparseMatrix<double> restrict(const Eigen::SparseMatrix<double> &matrix) const;
+
+  private:
+    std::vector<Eigen::Index> number_; // (3N) number among the unknowns, -1 where prescribed
+    Eigen::Index size_ = 0;
+};
+
+/// m^-1/2 of every free component.
+/// @param node_mass  shape (N) [kg], > 0
+/// @return shape (free.size()) [kg^-1/2]
+Eigen::VectorXd inverse_root_mass(const std::vector<double> &node_mass, const FreeComponents &free);
+
+// What limits explicit steps: the highest frequency of a body linearised at rest, K phi = omega^2 M phi with K the
+// material tangent and M the node masses. What is prescribed is constrained at zero, whatever its value; loads do not
+// count.
+
+/// The largest omega, which sets the critical time step of every explicit integrator, to a relative accuracy of 1e-9 if
+/// no other is asked for:
+/// Lanczos's method on M^-1/2 K M^-1/2 applied term by term, without a matrix. The body may be free to move, and the
+/// same body gives the same bits.
+/// @param body        masses > 0, at rest at the positions
+/// @param positions   shape (N) [m]
+/// @param conditions  of the nodes
+/// @param scaling     of the masses
+/// @param tolerance   of omega^2, as a part of it
+/// @return [rad/s]; zero if nothing can move
+/// @throws std::runtime_error if the iteration does not converge
+double largest_angular_frequency(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                                 const NodalConditions &conditions, const MassScaling &scaling = {},
+                                 double tolerance = 1e-9);
+
+/// The mode of the largest omega.
+struct HighestMode {
+    double angular_frequency = 0.0; ///< [rad/s]
+    Eigen::VectorXd shape;          ///< (3N) M^1/2 phi, of length 1; zero where constrained
+    FreeComponents free{{}};
+};
+
+/// @throws std::runtime_error if the iteration does not converge
+HighestMode highest_mode(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                         const NodalConditions &conditions);
+
+/// The largest omega by the highest mode of the same body where it is constrained less, for bodies that are constrained
+/// here and there one after the other. What holds more has no frequency above it (Cauchy's interlacing), and none of
+/// its largest is below the Rayleigh quotient of any trial vector: a mode that hardly reaches what is constrained
+/// beside leaves nothing between both, which a single product shows. Otherwise Lanczos's method looks for another one.
+/// @param of_less  of the same body; Lanczos's method is taken as well where that holds something else
+double largest_angular_frequency(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                                 const NodalConditions &conditions, const HighestMode &of_less);
+
+/// A bound on the largest omega from above for the price of one pass over the terms: Gershgorin's, with the 3 x 3 block
+/// of each node in place of a row,
+///   omega^2 <= max_i lambda_max(B_ii) / m_i   because   u^T K u <= sum over nodes of u_i^T B_ii u_i,
+/// with the blocks of ElasticTerm::add_block_bound(). Those of springs are 2 sum over the springs at node i of k n n^T;
+/// they know in which directions the springs of a node pull, and the bound is never above 2 max_i (sum_j k_ij) / m_i.
+/// B_ii is taken over the free components of the node.
+/// @param body        masses > 0, at rest at the positions
+/// @param positions   shape (N) [m]
+/// @param conditions  of the nodes
+/// @return [rad/s]; zero if nothing can move
+double gershgorin_angular_frequency(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                                    const NodalConditions &conditions);
+
+/// The same bound node by node, (lambda_max(B_ii) / m_i)^1/2: which nodes ask for short steps.
+/// @return shape (N) [rad/s]; zero where nothing can move
+std::vector<double> nodal_frequency_bounds(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                                           const NodalConditions &conditions);
 
 /// Whether an oscillation u'' + 2 zeta omega u' + omega^2 u = 0 stays within bounds: whether both eigenvalues of the 2
 /// x 2 matrix that takes (omega u, v) from one time to the next lie in the unit circle. The matrix is found by taking

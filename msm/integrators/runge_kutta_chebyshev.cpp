@@ -1,4 +1,3 @@
-#include "msm/dynamics/chebyshev_stages.hpp"
 #include "msm/integrator.hpp"
 
 namespace livermark::msm::integrators {

@@ -10,10 +10,9 @@
 #include "core/load_case.hpp"
 #include "core/relaxation.hpp"
 #include "msm/cutting/cut_changes.hpp"
-#include "msm/dynamics/chebyshev_stages.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
-#include "msm/dynamics/motion.hpp"
 #include "msm/elastic_body.hpp"
+#include "msm/integrator.hpp"
 #include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {

@@ -5,8 +5,8 @@
 
 #include "core/load_case.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/kernels/layout/parting/parting.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
+#include "msm/kernels/layout/slicing.hpp"
 #include "msm/kernels/step_workspace.hpp"
 
 namespace livermark::msm {

@@ -6,9 +6,7 @@
 #include <vector>
 
 #include "msm/dynamics/mass_scaling.hpp"
-#include "msm/kernels/layout/parting/parting.hpp"
 #include "msm/kernels/layout/slicing.hpp"
-#include "msm/kernels/scaled_mass_arrays.hpp"
 #include "msm/kernels/step_workspace.hpp"
 
 namespace livermark::msm {

@@ -7,7 +7,7 @@
 
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/kernels/make_workspace.hpp"
-#include "msm/kernels/relaxation/relaxation_arrays.hpp"
+#include "msm/kernels/relaxation.hpp"
 #include "msm/kernels/scaled_mass_steps.hpp"
 #include "msm/kernels/step_workspace.hpp"
 #include "msm/kernels/threads/thread_pool.hpp"

@@ -49,7 +49,7 @@ SpringEnergy hooke() {
             .isochoric_stiffness = hooke_isochoric_stiffness,
             .volume = change_of_volume,
             .is_finite = true,
-            .in_kernels = CoupledEnergy::elongations};
+            .in_kernels = {StrainMeasure::elongation}};
 }
 
 } // namespace livermark::msm::spring_energies

@@ -83,7 +83,7 @@ SpringEnergy neo_hookean() {
             .isochoric_stress = isochoric_stress,
             .isochoric_stiffness = isochoric_stiffness,
             .volume = logarithm_of_volume,
-            .in_kernels = CoupledEnergy::neo_hookean};
+            .in_kernels = {StrainMeasure::cauchy_green, StrainMeasure::deformation_gradient}};
 }
 
 } // namespace livermark::msm::spring_energies

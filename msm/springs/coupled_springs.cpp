@@ -7,17 +7,12 @@
 #include <span>
 #include <utility>
 
-#include "msm/dynamics/step_parts.hpp"
-#include "msm/mass_lumping.hpp"
-#include "msm/springs/fixable_term.hpp"
-#include "msm/springs/inversion_guard.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/springs/linear_elements.hpp"
-#include "msm/springs/mean_parts.hpp"
-#include "msm/springs/nodal_parts.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "msm/springs/strain_measures.hpp"
-#include "msm/springs/tetrahedron_volume.hpp"
-#include "msm/viscoelastic/relaxing_term.hpp"
+#include "msm/springs/tetrahedron.hpp"
+#include "msm/springs/volume_penalty.hpp"
 #include "support/known_names.hpp"
 
 namespace livermark::msm {
@@ -163,8 +158,7 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
     bool describe(StepParts &parts) const override {
         if (!are_in_kernels(springs_) || part_ != 1.0 || added_.size() > 0)
             return false;
-        parts.coupled_energy = *springs_.energy.in_kernels;
-        parts.has_gradient_means = springs_.measure == StrainMeasure::deformation_gradient;
+        parts.measure = springs_.measure;
         parts.tetrahedra = nodes_;
         return springs_.domains.edges > 0.0 ? describe_edges(parts) : describe_nodes(parts);
     }
@@ -354,13 +348,12 @@ const CoupledSprings &find_coupled_springs(std::string_view name) {
 }
 
 bool are_in_kernels(const CoupledSprings &springs) {
-    const auto known = springs.energy.in_kernels;
     const bool are_around_nodes = springs.domains.nodes > 0.0, are_around_edges = springs.domains.edges > 0.0;
-    if (!known || are_around_nodes == are_around_edges || springs.averages_volumes != are_around_edges)
+    if (are_around_nodes == are_around_edges || springs.averages_volumes != are_around_edges)
         return false;
-    if (*known == CoupledEnergy::elongations)
-        return are_around_nodes && springs.measure == StrainMeasure::elongation;
-    return springs.measure != StrainMeasure::elongation;
+    if (are_around_edges && springs.measure == StrainMeasure::elongation)
+        return false;
+    return std::ranges::find(springs.energy.in_kernels, springs.measure) != springs.energy.in_kernels.end();
 }
 
 CoupledSprings with_part_inside(CoupledSprings springs, double part) {

@@ -20,13 +20,6 @@ struct StrainDomains {
     double tetrahedra = 0.0;
 };
 
-/// What is averaged.
-enum class StrainMeasure {
-    elongation,          ///< of the edges: E is linear in q = 2 l0 (l - l0), see edge_stretches.hpp
-    cauchy_green,        ///< C = F^T F, linear in the squared lengths of the edges: E is linear in q = l^2 - l0^2
-    deformation_gradient ///< F: E = (F^T F - I) / 2 is taken of the mean of F
-};
-
 /// Springs along the edges of a mesh that are coupled to each other. Three choices make them.
 struct CoupledSprings {
     std::string name; ///< of the model that they are

@@ -2,9 +2,8 @@
 
 #include <algorithm>
 
-#include "msm/springs/edge_stretches.hpp"
-#include "msm/springs/tetrahedron_volume.hpp"
-#include "msm/viscoelastic/relaxing_term.hpp"
+#include "msm/elastic_body.hpp"
+#include "msm/springs/tetrahedron.hpp"
 
 namespace livermark::msm {
 

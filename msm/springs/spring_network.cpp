@@ -1,12 +1,34 @@
 #include "msm/springs/spring_network.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
-#include "msm/dynamics/step_parts.hpp"
-#include "msm/mass_lumping.hpp"
-#include "msm/viscoelastic/relaxing_term.hpp"
+#include "msm/elastic_body.hpp"
+#include "msm/spring_law.hpp"
+#include "msm/springs/tetrahedron.hpp"
+#include "msm/springs/volume_penalty.hpp"
+#include "support/known_names.hpp"
 
 namespace livermark::msm {
+
+SpringLaw law_of_tetrahedra(std::string summary, std::string source,
+                            std::array<double, 6> (*of_tetrahedron)(const core::Body &, std::size_t)) {
+    return {.name = {},
+            .summary = std::move(summary),
+            .source = std::move(source),
+            .stiffness =
+                [=](const core::Body &body, const core::EdgeTable &table) {
+                    std::vector<double> stiffness(table.edges.size(), 0.0);
+                    for (std::size_t t = 0; t < table.tetrahedron_edge.size(); ++t) {
+                        const auto added = of_tetrahedron(body, t);
+                        for (std::size_t e = 0; e < 6; ++e)
+                            stiffness[table.tetrahedron_edge[t][e]] += added[e];
+                    }
+                    return stiffness;
+                },
+            .of_tetrahedron = of_tetrahedron};
+}
 
 namespace {
 
@@ -171,6 +193,147 @@ std::shared_ptr<const ElasticTerm> spring_term(const core::SpringNetwork &spring
 
 std::shared_ptr<const ElasticTerm> spring_term(const core::SpringNetwork &springs, const ForceCurve &curve) {
     return std::make_shared<Springs>(springs, curve);
+}
+
+core::Body for_springs_beside_volume(core::Body body) {
+    for (auto &material : body.materials)
+        material = {material.density, 2.5 * material.shear_modulus(), 0.25};
+    return body;
+}
+
+core::SpringNetwork springs_beside_volume(const core::Body &body, const SpringLaw &law) {
+    return spring_network(for_springs_beside_volume(body), law);
+}
+
+double modulus_beside_springs(const core::Material &material) {
+    return material.lame_lambda() - material.shear_modulus();
+}
+
+bool needs_volume(const core::Body &body) {
+    constexpr double rounding = 1e-12;
+    return std::ranges::any_of(body.materials, [](const auto &material) {
+        return std::abs(modulus_beside_springs(material)) > rounding * material.shear_modulus();
+    });
+}
+
+std::shared_ptr<const ElasticTerm> volume_beside_springs(const core::Body &body, const VolumeTerm &term) {
+    std::vector<double> modulus;
+    std::ranges::transform(body.materials, std::back_inserter(modulus), modulus_beside_springs);
+    return term.make(body, modulus);
+}
+
+MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork springs, const VolumeTerm &term,
+                                const ForceCurve &curve) {
+    std::vector<std::shared_ptr<const ElasticTerm>> terms{spring_term(springs, curve)};
+    if (needs_volume(body))
+        terms.push_back(volume_beside_springs(body, term));
+    terms.push_back(inversion_guard(body));
+    ElasticBody elastic(springs.node_mass, std::move(terms));
+    return {std::move(springs), std::move(elastic)};
+}
+
+const VolumeTerm &find_volume_term(std::string_view name) {
+    return support::find_named(all_volume_terms(), std::string(name), "volume term");
+}
+
+namespace {
+
+/// Part of its volume below which a tetrahedron is pushed back.
+constexpr double smallest_part = 0.5;
+/// How much stiffer than the material: enough to hold a box pressed by 0.4 of its Young's modulus. Without the guard it
+/// gives way below 0.2.
+constexpr double stiffening = 4.0;
+
+double modulus(const core::Material &material) {
+    return stiffening * (material.lame_lambda() + 2.0 * material.shear_modulus());
+}
+
+class InversionGuard : public ElasticTerm {
+  public:
+    explicit InversionGuard(const core::Body &body) : tetrahedra_(body.mesh.tetrahedra) {
+        const auto volumes = core::tetrahedron_volumes(body.mesh);
+        for (std::size_t t = 0; t < volumes.size(); ++t) {
+            const auto &material = body.materials[body.mesh.region[t]];
+            least_volume_.push_back(smallest_part * volumes[t]);
+            modulus_per_volume_.push_back(modulus(material) / volumes[t]);
+        }
+    }
+
+    double energy(const Eigen::VectorXd &x) const override {
+        double energy = 0.0;
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const double deficit = least_volume_[t] - volume_gradient(x, tetrahedra_[t]).volume;
+            if (deficit > 0.0)
+                energy += 0.5 * modulus_per_volume_[t] * deficit * deficit;
+        }
+        return energy;
+    }
+
+    void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd & /*v*/, double /*beta*/,
+                   Eigen::VectorXd &force) const override {
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto [volume, gradient] = volume_gradient(x, tetrahedra_[t]);
+            const double deficit = least_volume_[t] - volume;
+            if (deficit > 0.0)
+                for (int a = 0; a < 4; ++a)
+                    of_node(force, tetrahedra_[t][a]) += modulus_per_volume_[t] * deficit * gradient[a];
+        }
+    }
+
+    Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
+        std::vector<Eigen::Triplet<double>> entries;
+        entries.reserve(144 * tetrahedra_.size());
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto block = tetrahedron_hessian(x, t, tangent);
+            add_block(entries, tetrahedra_[t], block);
+        }
+        Eigen::SparseMatrix<double> hessian(x.size(), x.size());
+        hessian.setFromTriplets(entries.begin(), entries.end());
+        return hessian;
+    }
+
+    void add_block_bound(const Eigen::VectorXd & /*x*/, std::vector<Eigen::Matrix3d> & /*blocks*/) const override {}
+
+    bool describe(StepParts &parts) const override {
+        parts.tetrahedra = tetrahedra_;
+        parts.least_volume = least_volume_;
+        parts.guard_stiffness = modulus_per_volume_;
+        return true;
+    }
+
+  private:
+    Eigen::Matrix<double, 12, 12> tetrahedron_hessian(const Eigen::VectorXd &x, std::size_t t, Tangent tangent) const {
+        const auto [volume, gradient] = volume_gradient(x, tetrahedra_[t]);
+        const double deficit = least_volume_[t] - volume;
+        if (tangent == Tangent::material || deficit <= 0.0)
+            return Eigen::Matrix<double, 12, 12>::Zero();
+        Eigen::Matrix<double, 12, 1> slope;
+        for (int a = 0; a < 4; ++a)
+            slope.segment<3>(3 * a) = gradient[a];
+        Eigen::Matrix<double, 12, 12> hessian = slope * slope.transpose();
+        if (tangent == Tangent::exact)
+            hessian -= deficit * volume_hessian(x, tetrahedra_[t]);
+        return modulus_per_volume_[t] * hessian;
+    }
+
+    std::vector<std::array<int, 4>> tetrahedra_;
+    std::vector<double> least_volume_;       // (M) [m^3]
+    std::vector<double> modulus_per_volume_; // (M) [Pa/m^3]
+};
+
+} // namespace
+
+std::shared_ptr<const ElasticTerm> inversion_guard(const core::Body &body) {
+    return std::make_shared<InversionGuard>(body);
+}
+
+std::shared_ptr<const ElasticTerm> pressed_guard(const core::Body &body) {
+    ControlVolumes tetrahedra;
+    tetrahedra.share.resize(body.mesh.num_tetrahedra(), body.mesh.num_tetrahedra());
+    tetrahedra.share.setIdentity();
+    for (const int region : body.mesh.region)
+        tetrahedra.modulus.push_back(modulus(body.materials[region]));
+    return volume_penalty(body.mesh, tetrahedra);
 }
 
 } // namespace livermark::msm

@@ -2,26 +2,29 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/spring_energy.hpp"
-#include "msm/springs/edge_stretches.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/tetrahedron.hpp"
 
-/// What of the deformation of a tetrahedron coupled springs average, as vectors m that means are taken of, and what a
-/// mean resists with. Each measure has
-///   of(x)                          m of the tetrahedron at positions x
-///   rate(x, u)                     its derivative along u
-///   slope(x)                       dm/dx of the four corners, shape (size, 12), columns 3 a + component
-///   add_force(x, stress, force)    force -= slope^T stress
-///   add_turning(x, u, stress, f)   f -= the derivative of slope along u, transposed, times stress
-///   curvature(x, stress, tangent)  sum of stress_k d2m_k/dx2, shape (12, 12), without what the tangent leaves out
-/// and, of a mean m,
-///   energy(law, m), stress(...) and stiffness(..., tangent), the derivatives by m,
-///   strain(m)                      E, of which the energy is one
-///   push(m, s)                     the stress by m that a second Piola-Kirchhoff stress is
-/// Stresses are times a volume where slopes make forces of them.
 namespace livermark::msm {
+
+// What of the deformation of a tetrahedron coupled springs average, as vectors m that means are taken of, and what a
+// mean resists with. Each measure has
+//   of(x)                          m of the tetrahedron at positions x
+//   rate(x, u)                     its derivative along u
+//   slope(x)                       dm/dx of the four corners, shape (size, 12), columns 3 a + component
+//   add_force(x, stress, force)    force -= slope^T stress
+//   add_turning(x, u, stress, f)   f -= the derivative of slope along u, transposed, times stress
+//   curvature(x, stress, tangent)  sum of stress_k d2m_k/dx2, shape (12, 12), without what the tangent leaves out
+// and, of a mean m,
+//   energy(law, m), stress(...) and stiffness(..., tangent), the derivatives by m,
+//   strain(m)                      E, of which the energy is one
+//   push(m, s)                     the stress by m that a second Piola-Kirchhoff stress is
+// Stresses are times a volume where slopes make forces of them.
 
 using Matrix12 = Eigen::Matrix<double, 12, 12>;
 
@@ -39,7 +42,7 @@ struct MeanLaw {
     Matrix6 stiffness_at_rest() const;
 };
 
-/// What measures of strains resist with: m are the components of E, see edge_stretches.hpp.
+/// What measures of strains resist with: m are the components of E, see tetrahedron.hpp.
 struct StrainOfMean {
     static constexpr int size = 6;
     using Value = Vector6;
@@ -137,5 +140,27 @@ class Gradients {
     std::array<core::Vector3, 4> rest_;     // corners [m]
     std::array<core::Vector3, 4> gradient_; // of the barycentric coordinates at rest [1/m]
 };
+
+/// The parts of a body over which coupled springs take means of strains, of all kinds behind each other: around nodes,
+/// around edges, and tetrahedra. Kinds without weight are left out. Where two materials meet stress jumps, so each has
+/// parts of its own.
+struct MeanParts {
+    /// A part with some of a tetrahedron.
+    struct Member {
+        int part;
+        double of_tetrahedron; ///< share of the tetrahedron that belongs to the part, times the weight of its kind
+        double in_mean;        ///< weight of the tetrahedron in the mean: its volume in the part over that of the part
+    };
+
+    std::vector<double> volume;  ///< (C) at rest, times the weight of their kind [m^3]
+    std::vector<double> modulus; ///< (C) shear modulus [Pa]
+    std::vector<Member> members; ///< of each tetrahedron behind each other
+    std::vector<int> start;      ///< (M + 1) where these begin
+
+    int num_parts() const { return static_cast<int>(volume.size()); }
+};
+
+/// @param body  at rest, positive volumes
+MeanParts mean_parts(const core::Body &body, const StrainDomains &domains);
 
 } // namespace livermark::msm

@@ -3,12 +3,34 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
-#include "msm/dynamics/step_parts.hpp"
-#include "msm/springs/tetrahedron_volume.hpp"
+#include "msm/elastic_body.hpp"
+#include "msm/springs/tetrahedron.hpp"
 
 namespace livermark::msm {
+
+NodalParts nodal_parts(const core::Body &body) {
+    const auto &mesh = body.mesh;
+    NodalParts parts;
+    parts.tetrahedron_volume = core::tetrahedron_volumes(mesh);
+    parts.at_corner.resize(mesh.tetrahedra.size());
+    std::map<std::pair<int, int>, int> number; // of each node and region
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        for (int corner = 0; corner < 4; ++corner) {
+            const int node = mesh.tetrahedra[t][corner];
+            const auto [place, is_new] = number.try_emplace({node, mesh.region[t]}, static_cast<int>(number.size()));
+            if (is_new) {
+                parts.node.push_back(node);
+                parts.region.push_back(mesh.region[t]);
+                parts.volume.push_back(0.0);
+            }
+            parts.at_corner[t][corner] = place->second;
+            parts.volume[place->second] += parts.tetrahedron_volume[t] / 4.0;
+        }
+    return parts;
+}
 
 namespace {
 
@@ -106,15 +128,17 @@ class VolumePenalty : public ElasticTerm {
     }
 
     bool describe(StepParts &parts) const override {
-        parts.has_logarithmic_volume = measure_ == logarithm_of_volume;
-        parts.has_mean_volumes = mean_.size() > 0;
-        if ((parts.has_mean_volumes && !has_means_over_corners()) ||
-            (measure_ != change_of_volume && !parts.has_logarithmic_volume))
+        const bool has_means = mean_.size() > 0;
+        if (measure_ == logarithm_of_volume)
+            parts.change = has_means ? ResistedChange::mean_logarithm : ResistedChange::logarithm;
+        else if (measure_ != change_of_volume || has_means)
+            return false;
+        if (has_means && !has_means_over_corners())
             return false;
         const Eigen::VectorXd stiffness = modulus_.cwiseQuotient(rest_volume_);
         parts.tetrahedra = tetrahedra_;
         if (centre_.empty())
-            return !parts.has_logarithmic_volume && !parts.has_mean_volumes && describe_tetrahedra(stiffness, parts);
+            return parts.change == ResistedChange::relative && describe_tetrahedra(stiffness, parts);
         parts.volume_stiffness.assign(stiffness.begin(), stiffness.end());
         std::vector<std::array<int, 4>> corner_volume(tetrahedra_.size());
         for (int c = 0; c < share_.rows(); ++c)

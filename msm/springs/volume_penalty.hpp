@@ -1,14 +1,28 @@
 #pragma once
 
 #include <Eigen/SparseCore>
+#include <array>
 #include <memory>
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/problem.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/springs/nodal_parts.hpp"
 
 namespace livermark::msm {
+
+/// The part of a body around each node, one for each material at it, with a quarter of each of its tetrahedra there.
+/// Where two materials meet stress and pressure jump, so each has its own.
+struct NodalParts {
+    std::vector<int> node;                     ///< (C) in the middle
+    std::vector<int> region;                   ///< (C)
+    std::vector<double> volume;                ///< (C) at rest [m^3]
+    std::vector<std::array<int, 4>> at_corner; ///< (M) part around each corner of a tetrahedron
+    std::vector<double> tetrahedron_volume;    ///< (M) at rest [m^3]
+};
+
+/// @param body  at rest, positive volumes
+NodalParts nodal_parts(const core::Body &body);
 
 /// A measure g of a relative change of volume e = J - 1, with g = 0 and g' = 1 where there is none.
 struct VolumeMeasure {

@@ -3,8 +3,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
-#include "msm/dynamics/elastic_motion.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 
 namespace livermark::msm {

@@ -6,10 +6,8 @@
 #include "core/solution.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
-#include "msm/statics/limited_memory.hpp"
 #include "msm/statics/rest_stiffness.hpp"
 #include "msm/statics/surface_contact.hpp"
-#include "msm/statics/surface_pressure.hpp"
 
 namespace livermark::msm {
 

@@ -1,9 +1,66 @@
 #pragma once
 
+#include <utility>
+#include <vector>
+
 #include "core/problem.hpp"
 #include "msm/statics/equilibrium.hpp"
 
 namespace livermark::msm {
+
+/// Equilibria of one problem at parts of its loads, one after another: each learns from those before, and pressures
+/// that follow the surface are turned with it. They have an energy, but for what the rim of their place is pushed with:
+/// that is a load of a fixed direction within an equilibrium, and is turned until the surface moves no more.
+class EquilibriumSearch {
+  public:
+    /// @param problem    kept by reference
+    /// @param node_mass  shape (N) [kg], kept by reference
+    /// @param bears_rounding  see EquilibriumOptions
+    EquilibriumSearch(const core::Problem &problem, const std::vector<double> &node_mass, bool bears_rounding = false);
+
+    /// The problem with a part of all that drives it.
+    core::Problem at(double fraction) const;
+    /// Of that. Where a place presses it does so at every part, 0 included.
+    NodalConditions conditions_at(double fraction) const;
+    /// Positions at displacements, shape (N) [m].
+    std::vector<core::Vector3> positions(const std::vector<core::Vector3> &displacement) const;
+
+    /// @param body   may be another one each time
+    /// @param rest   of that body or one that is about as stiff; as for find_equilibrium()
+    /// Along a path nobody looks at more digits, and large forces leave fewer.
+    static constexpr double usual_tolerance = 1e-9;
+    struct Touch {
+        const SurfaceContact *contact = nullptr; ///< with a ball, which no pressure follows the surface beside
+        double tolerance = usual_tolerance;      ///< of the residual, see EquilibriumOptions
+    };
+
+    /// @param start  shape (N) [m]; what is prescribed is put to its place
+    Equilibrium find(const ElasticBody &body, const RestStiffness &rest, double fraction,
+                     std::vector<core::Vector3> start, const Touch &touch);
+    /// The same where nothing touches.
+    Equilibrium find(const ElasticBody &body, const RestStiffness &rest, double fraction,
+                     std::vector<core::Vector3> start) {
+        return find(body, rest, fraction, std::move(start), Touch{});
+    }
+
+    /// What its constraints exert at an equilibrium, shape (P) [N].
+    std::vector<core::Vector3> reaction(const Equilibrium &found, double fraction) const;
+
+    LimitedMemory &memory() { return memory_; }
+    int num_equilibria() const { return num_equilibria_; }
+    int num_iterations() const { return num_iterations_; } ///< of all
+    int num_factors() const { return num_factors_; }       ///< of all
+
+  private:
+    Equilibrium find(const ElasticBody &body, const RestStiffness &rest, const NodalConditions &conditions,
+                     std::vector<core::Vector3> start, const SurfacePressure *pressure, const Touch &touch);
+
+    const core::Problem &problem_;
+    const std::vector<double> &node_mass_;
+    bool has_followers_, bears_rounding_;
+    LimitedMemory memory_{most_remembered};
+    int num_equilibria_ = 0, num_iterations_ = 0, num_factors_ = 0;
+};
 
 /// Where a body is on the way to the whole load, and there.
 struct FollowedPath {

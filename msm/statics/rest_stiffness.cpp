@@ -1,14 +1,68 @@
 #include "msm/statics/rest_stiffness.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "core/mesh/bounding_box.hpp"
-#include "msm/statics/conjugate_gradients.hpp"
+#include "msm/nodal_conditions.hpp"
+#include "msm/statics/equilibrium.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::msm {
+
+Eigen::VectorXd conjugate_gradients(const LinearMap &matrix, const LinearMap &inverse, const Eigen::VectorXd &b,
+                                    double tolerance, int max_steps,
+                                    const std::function<void(const Eigen::VectorXd &, const Eigen::VectorXd &)> &see) {
+    const double enough = tolerance * b.norm();
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size()), residual = b;
+    Eigen::VectorXd direction, preconditioned, last_residual;
+    double decrease = 0.0;
+    for (int step = 0; step < max_steps && residual.norm() > enough; ++step) {
+        preconditioned = inverse(residual);
+        if (step == 0)
+            direction = preconditioned;
+        else
+            direction = preconditioned + preconditioned.dot(residual - last_residual) / decrease * direction;
+        decrease = residual.dot(preconditioned);
+        const Eigen::VectorXd image = matrix(direction);
+        const double curvature = direction.dot(image);
+        if (curvature <= 0.0)
+            return step == 0 ? direction : x;
+        const double length = decrease / curvature;
+        last_residual = residual;
+        x += length * direction;
+        residual -= length * image;
+        if (see)
+            see(length * direction, length * image);
+    }
+    return x;
+}
+
+Eigen::VectorXd LimitedMemory::times(const LinearMap &first, Eigen::VectorXd vector) const {
+    std::vector<double> part(pairs_.size());
+    for (std::size_t p = pairs_.size(); p-- > 0;) {
+        part[p] = pairs_[p].step.dot(vector) / pairs_[p].curvature;
+        vector -= part[p] * pairs_[p].change;
+    }
+    vector = first(vector);
+    for (std::size_t p = 0; p < pairs_.size(); ++p)
+        vector += (part[p] - pairs_[p].change.dot(vector) / pairs_[p].curvature) * pairs_[p].step;
+    return vector;
+}
+
+void LimitedMemory::learn(Eigen::VectorXd step, Eigen::VectorXd change) {
+    const double curvature = step.dot(change);
+    if (curvature <= 0.0)
+        return;
+    if (pairs_.size() == most_steps_)
+        pairs_.pop_front();
+    pairs_.push_back({std::move(step), std::move(change), curvature});
+}
 
 namespace {
 
@@ -152,6 +206,123 @@ Eigen::VectorXd RestStiffness::by_conjugate_gradients(const Eigen::VectorXd &loa
             if (memory)
                 memory->learn(step, change);
         });
+}
+
+core::Compliance compliance(const ElasticBody &body, const core::Problem &problem,
+                            std::span<const core::InteriorPlace> places) {
+    const auto &mesh = problem.body->mesh;
+    auto held = nodal_conditions(problem, body.node_mass).displacement;
+    for (auto &of_node : held)
+        for (double &value : of_node)
+            value = std::isnan(value) ? value : 0.0;
+    const RestStiffness rest(body, mesh.points, held);
+    if (!rest.is_definite())
+        throw support::InputError(fmt::format("{}: load case '{}' leaves the body free to move, or its springs do not "
+                                              "hold it up; constrain it, or leave this model out",
+                                              problem.body->name, problem.load_case.name));
+    const auto weights = core::nodal_weights(places, mesh);
+    core::Compliance found;
+    found.degrees_of_freedom = 3 * static_cast<std::int64_t>(mesh.points.size());
+    found.matrix.resize(3 * weights.rows(), 3 * weights.rows());
+    for (Eigen::Index column = 0; column < found.matrix.cols(); ++column) {
+        std::vector<core::Vector3> force(mesh.points.size(), core::Vector3::Zero());
+        for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(weights, column / 3); entry; ++entry)
+            force[entry.col()][column % 3] = entry.value();
+        const auto displacement = rest.solve(held, force);
+        for (Eigen::Index place = 0; place < weights.rows(); ++place) {
+            core::Vector3 mean = core::Vector3::Zero();
+            for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(weights, place); entry; ++entry)
+                mean += entry.value() * displacement[entry.col()];
+            found.matrix.col(column).segment<3>(3 * place) = mean;
+        }
+    }
+    return found;
+}
+
+namespace {
+
+using Field = std::vector<core::Vector3>;
+using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+/// Of forces out of balance: places move by less than a micrometre for them.
+constexpr double push_tolerance = 1e-8;
+
+NodalConditions conditions_at_rest(const core::Problem &problem, const std::vector<double> &node_mass) {
+    auto conditions = nodal_conditions(problem, node_mass);
+    for (auto &of_node : conditions.displacement)
+        for (double &value : of_node)
+            value = std::isnan(value) ? value : 0.0;
+    conditions.press_depth = 0.0;
+    return conditions;
+}
+
+class PushedSprings : public core::PushedBody {
+  public:
+    PushedSprings(ElasticBody body, const core::Problem &problem, std::span<const core::InteriorPlace> places)
+        : body_(std::move(body)), points_(problem.body->mesh.points),
+          compliance_(msm::compliance(body_, problem, places).matrix),
+          weights_(core::nodal_weights(places, problem.body->mesh)),
+          conditions_(conditions_at_rest(problem, body_.node_mass)), rest_(body_, points_, conditions_.displacement),
+          displacement_(points_.size(), core::Vector3::Zero()), force_(Eigen::VectorXd::Zero(3 * weights_.rows())) {}
+
+    const Eigen::MatrixXd &compliance() const override { return compliance_; }
+
+    std::optional<core::PushedPlaces> push(const Eigen::VectorXd &force) override {
+        Field there;
+        const auto go_to = [&](const Eigen::VectorXd &part) {
+            load(part);
+            auto found = find_equilibrium(body_, points_, conditions_, rest_,
+                                          {.tolerance = push_tolerance, .memory = &memory_, .bears_rounding = true},
+                                          std::move(there));
+            there = std::move(found.displacement);
+            return found.status == core::SolutionStatus::ok;
+        };
+        if (!core::push_in_parts(
+                force_, force, [&] { there = displacement_; }, go_to))
+            return std::nullopt;
+        displacement_ = std::move(there);
+        force_ = force;
+        return found();
+    }
+
+  private:
+    void load(const Eigen::VectorXd &force) {
+        std::ranges::fill(conditions_.force, core::Vector3::Zero());
+        for (Eigen::Index place = 0; place < weights_.rows(); ++place)
+            for (Weights::InnerIterator entry(weights_, place); entry; ++entry)
+                conditions_.force[entry.col()] += entry.value() * force.segment<3>(3 * place);
+    }
+
+    core::PushedPlaces found() const {
+        Field positions(points_.size());
+        std::ranges::transform(points_, displacement_, positions.begin(),
+                               [](const auto &x, const auto &u) -> core::Vector3 { return x + u; });
+        core::PushedPlaces places{Eigen::VectorXd(3 * weights_.rows()), elastic_energy(body_, positions)};
+        for (Eigen::Index place = 0; place < weights_.rows(); ++place) {
+            core::Vector3 mean = core::Vector3::Zero();
+            for (Weights::InnerIterator entry(weights_, place); entry; ++entry)
+                mean += entry.value() * displacement_[entry.col()];
+            places.displacement.segment<3>(3 * place) = mean;
+        }
+        return places;
+    }
+
+    ElasticBody body_;
+    Field points_;
+    Eigen::MatrixXd compliance_;
+    Weights weights_; ///< (K, N)
+    NodalConditions conditions_;
+    RestStiffness rest_;
+    LimitedMemory memory_{most_remembered};
+    Field displacement_;    ///< (N) [m]
+    Eigen::VectorXd force_; ///< (3 K) that it is in equilibrium under [N]
+};
+
+} // namespace
+
+std::unique_ptr<core::PushedBody> pushed_springs(ElasticBody body, const core::Problem &problem,
+                                                 std::span<const core::InteriorPlace> places) {
+    return std::make_unique<PushedSprings>(std::move(body), problem, places);
 }
 
 } // namespace livermark::msm

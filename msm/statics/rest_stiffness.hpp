@@ -1,15 +1,67 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
+#include "core/mesh/interior_place.hpp"
+#include "core/problem.hpp"
+#include "core/tool/compliance.hpp"
+#include "core/tool/needle/pushed_body.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/statics/free_components.hpp"
-#include "msm/statics/limited_memory.hpp"
 #include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::msm {
+
+/// A linear map that nobody has to write down.
+using LinearMap = std::function<Eigen::VectorXd(const Eigen::VectorXd &)>;
+
+/// A x = b by preconditioned conjugate gradients, in the flexible form of Golub and Ye 1999 (SIAM J. Sci. Comput. 21):
+/// an inverse in single precision is a little different each time.
+/// @param matrix     A, symmetric, of any size n
+/// @param inverse    near A^-1, positive definite
+/// @param tolerance  of |b - A x| over |b|
+/// @param see        is shown each step and A times it
+/// @return x of shape (n), or where it came to after the last step. Where a direction d bends downwards, d^T A d <= 0,
+/// it
+///   is what was found before, or d if that was the first one (Steihaug 1983, SIAM J. Numer. Anal. 20): downhill in
+///   x^T A x / 2 - b^T x either way.
+Eigen::VectorXd
+conjugate_gradients(const LinearMap &matrix, const LinearMap &inverse, const Eigen::VectorXd &b, double tolerance,
+                    int max_steps,
+                    const std::function<void(const Eigen::VectorXd &, const Eigen::VectorXd &)> &see = {});
+
+/// What the last steps downhill say of the second derivative of an energy: a first inverse with their corrections of
+/// rank two (limited-memory BFGS; the two loops of Nocedal 1980, Updating quasi-Newton matrices with limited storage,
+/// Math. Comput. 35).
+class LimitedMemory {
+  public:
+    /// @param most_steps  that are remembered
+    explicit LimitedMemory(std::size_t most_steps) : most_steps_(most_steps) {}
+
+    /// The corrected inverse times a vector.
+    /// @param first  positive definite
+    Eigen::VectorXd times(const LinearMap &first, Eigen::VectorXd vector) const;
+
+    /// Learns from a step and the change of the gradient on it. Where the energy bends downwards there is nothing to be
+    /// learnt for an inverse that is to stay positive definite.
+    void learn(Eigen::VectorXd step, Eigen::VectorXd change);
+
+  private:
+    struct Pair {
+        Eigen::VectorXd step, change;
+        double curvature;
+    };
+    std::size_t most_steps_;
+    std::deque<Pair> pairs_;
+};
 
 /// The stiffness of a body at rest, and its factor on the components that are free. Load cases that constrain the same
 /// components share one, and those that constrain few more than a common part one of that. Of a body with a
@@ -76,5 +128,23 @@ class RestStiffness {
     double factor_seconds_ = 0.0;
     double constrain_seconds_ = 0.0;
 };
+
+/// How a body of point masses gives way inside, linearised at rest: nodes take forces on places, and places the means
+/// of displacements, with the weights of linear tetrahedra.
+/// @param body  at rest on the mesh of the problem
+/// @return without seconds
+/// @throws support::InputError if the load case leaves the body free to move, or the springs do not hold it up
+/// @throws std::invalid_argument if a place is outside the body
+core::Compliance compliance(const ElasticBody &body, const core::Problem &problem,
+                            std::span<const core::InteriorPlace> places);
+
+/// A body of point masses that is pushed at places inside: nodes take forces on places, and places the means of
+/// displacements, with the weights of linear tetrahedra. Each push is find_equilibrium() from the last one; where that
+/// fails, forces go there in up to 32 parts. The compliance is that at rest.
+/// @param body     at rest on the mesh of the problem
+/// @param problem  what its load case constrains stays where it is at rest, and its loads do not act
+/// @throws as compliance()
+std::unique_ptr<core::PushedBody> pushed_springs(ElasticBody body, const core::Problem &problem,
+                                                 std::span<const core::InteriorPlace> places);
 
 } // namespace livermark::msm

@@ -6,11 +6,10 @@
 
 #include "core/relaxation.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/viscoelastic/relaxing_term.hpp"
 
 namespace livermark::msm {
 
-/// The body with the stresses s_e + part s of its terms that relax (relaxing_term.hpp), and nothing added: with
+/// The body with the stresses s_e + part s of its terms that relax (RelaxingTerm), and nothing added: with
 /// PronySeries::remaining() what is left after all time. Also of its preconditioner.
 ElasticBody relaxed(const ElasticBody &body, double part);
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "core/load_case.hpp"
-#include "msm/dynamics/motion.hpp"
+#include "msm/integrator.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/viscoelastic/relaxing_body.hpp"
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "msm/statics/equilibrium_search.hpp"
+#include "msm/statics/load_path.hpp"
 #include "msm/viscoelastic/relaxing_body.hpp"
 
 namespace livermark::msm {

@@ -3,8 +3,7 @@
 #include <utility>
 
 #include "core/rayleigh_damping.hpp"
-#include "msm/dynamics/damping.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "python/bindings/conditions.hpp"
 #include "python/bindings/without_interpreter.hpp"

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "python/bindings/without_interpreter.hpp"
 #include "studies/run/problems.hpp"

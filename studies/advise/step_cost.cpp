@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "core/processor_time.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"

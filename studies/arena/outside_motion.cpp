@@ -8,7 +8,8 @@
 
 #include "meshes/io/mesh_reader.hpp"
 #include "models/motion/frame_body.hpp"
-#include "msm/mass_lumping.hpp"
+#include "models/motion/frame_body.hpp"
+#include "msm/elastic_body.hpp"
 #include "results/hdf5/files/arena_file.hpp"
 #include "results/hdf5/files/tool_scene_file.hpp"
 #include "results/provenance.hpp"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "interactive/scene.hpp"
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {

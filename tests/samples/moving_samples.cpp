@@ -3,9 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "msm/dynamics/elastic_motion.hpp"
+#include "msm/dynamics/stepper.hpp"
 #include "msm/integrator.hpp"
-#include "msm/springs/inversion_guard.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/volume_term.hpp"
 #include "tests/samples/test_meshes.hpp"

@@ -9,10 +9,10 @@
 
 #include "core/tool/needle/needle_line.hpp"
 #include "models/model_table.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/needle/moving_insertion.hpp"
 #include "msm/nodal_conditions.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "results/records/needle.hpp"
 #include "studies/msm_choice.hpp"
 #include "studies/needle/insertion.hpp"

@@ -6,6 +6,7 @@
 #include "interactive/kernels/corotational/corotational_steps.hpp"
 #include "interactive/kernels/corotational/rotations-inl.hpp"
 #include "interactive/kernels/fans-inl.hpp"
+#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {
@@ -307,13 +308,9 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::interactive::kernels {
 
-namespace {
-HWY_EXPORT(take_corotational);
-} // namespace
-
-void take_corotational_step(CorotationalRows &rows, double time_step, double mass_damping, int iterations) {
-    HWY_DYNAMIC_DISPATCH(take_corotational)(rows, time_step, mass_damping, iterations);
-}
+LIVERMARK_DISPATCH(void take_corotational_step, take_corotational,
+                   (CorotationalRows & rows, double time_step, double mass_damping, int iterations),
+                   (rows, time_step, mass_damping, iterations))
 
 } // namespace livermark::interactive::kernels
 #endif

@@ -9,6 +9,7 @@
 #include "interactive/kernels/descent/descent_steps.hpp"
 #include "interactive/kernels/inertia-inl.hpp"
 #include "interactive/kernels/symmetric-inl.hpp"
+#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {
@@ -127,13 +128,9 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::interactive::kernels {
 
-namespace {
-HWY_EXPORT(take_descent);
-} // namespace
-
-void take_descent_step(DescentRows &rows, double time_step, double mass_damping, int iterations) {
-    HWY_DYNAMIC_DISPATCH(take_descent)(rows, time_step, mass_damping, iterations);
-}
+LIVERMARK_DISPATCH(void take_descent_step, take_descent,
+                   (DescentRows & rows, double time_step, double mass_damping, int iterations),
+                   (rows, time_step, mass_damping, iterations))
 
 } // namespace livermark::interactive::kernels
 #endif

@@ -10,6 +10,7 @@
 #include "interactive/kernels/prefactored/prefactored_steps.hpp"
 #include "interactive/kernels/prefactored/projections-inl.hpp"
 #include "interactive/kernels/springs-inl.hpp"
+#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {
@@ -92,10 +93,6 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::interactive::kernels {
 
-namespace {
-HWY_EXPORT(take_step);
-} // namespace
-
 PrefactoredRows::PrefactoredRows(PrefactoredElements of_body) : elements(std::move(of_body)) {
     for (auto *field : {&before, &predicted, &stiffness, &right})
         field->assign(4 * nodes().num_rows, 0.0F);
@@ -134,9 +131,9 @@ void PrefactoredRows::set_factor(const support::SupernodalFactor &of_matrix, con
     }
 }
 
-void take_prefactored_step(PrefactoredRows &rows, double time_step, double mass_damping, int iterations) {
-    HWY_DYNAMIC_DISPATCH(take_step)(rows, time_step, mass_damping, iterations);
-}
+LIVERMARK_DISPATCH(void take_prefactored_step, take_step,
+                   (PrefactoredRows & rows, double time_step, double mass_damping, int iterations),
+                   (rows, time_step, mass_damping, iterations))
 
 } // namespace livermark::interactive::kernels
 #endif

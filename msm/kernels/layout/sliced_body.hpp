@@ -1,20 +1,154 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <boost/align/aligned_allocator.hpp>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "msm/cutting/cut_changes.hpp"
-#include "msm/dynamics/step_parts.hpp"
-#include "msm/kernels/layout/fans.hpp"
-#include "msm/kernels/layout/spring_lanes.hpp"
-#include "msm/kernels/layout/stars.hpp"
-#include "msm/kernels/layout/volume_members.hpp"
+#include "msm/elastic_body.hpp"
 
 namespace livermark::msm {
+
+/// Tetrahedra around an edge, each of which shares a face with the next: (axis, rim k, rim k + 1) is tetrahedron k,
+/// with the sign of its volume kept. One new node is enough for each but the first.
+struct Fan {
+    std::array<int, 2> axis;
+    std::vector<int> rim;        ///< (m + 1) node numbers; the first and the last are the same where the fan is closed
+    std::vector<int> tetrahedra; ///< (m) numbers
+};
+
+/// A tetrahedron as one of those around an edge: (edge, from, to) is an even permutation of its corners.
+struct Link {
+    int tetrahedron, from, to;
+};
+struct EdgeLink {
+    std::array<int, 2> edge; ///< lower node number first
+    Link link;
+};
+
+/// A tetrahedron as one around one of its edges.
+/// @param edge  as in core::tetrahedron_edges
+EdgeLink edge_link(const std::array<int, 4> &nodes, int tetrahedron, std::size_t edge);
+
+/// The tetrahedra around all edges, those of one edge behind each other.
+std::vector<EdgeLink> edge_links(const std::vector<std::array<int, 4>> &tetrahedra);
+
+/// Cuts a mesh into fans, long ones first, each tetrahedron in one of them.
+/// @param tetrahedra     shape (M), node numbers
+/// @param corner_volume  shape (M) or empty; what these say of a node is the same for all tetrahedra of a fan
+std::vector<Fan> cut_into_fans(const std::vector<std::array<int, 4>> &tetrahedra,
+                               const std::vector<std::array<int, 4>> &corner_volume);
+
+/// All tetrahedra of one material around an edge, as a closed polygon of nodes around it: (axis, node k, node k + 1) is
+/// one of them, with the sign of its volume kept, or nothing. Where tetrahedra end, at the surface or at another
+/// material, the polygon goes over the start of the axis, with which there is no volume.
+struct Star {
+    struct Corner {
+        int node = 0;
+        int tetrahedron = -1; ///< between this and the next node, -1 if there is none
+    };
+    std::array<int, 2> axis{};
+    int part = -1; ///< see StepParts::edge_part
+    std::vector<Corner> rim;
+};
+
+/// @param links  of the tetrahedra of one part around an edge, at least one
+Star star_of(int part, const std::array<int, 2> &axis, std::vector<Link> links);
+
+/// The polygon without tetrahedra that are removed. As one of those that make it, it goes over the start of the axis
+/// where some are missing. Otherwise all of its nodes stay, with no volume between.
+/// @param is_removed  shape (M), or empty for none
+std::vector<Star::Corner> rim_without(const Star &star, const std::vector<char> &is_removed, bool is_polygon);
+
+/// @param parts  with edge_part
+/// @return shape (E)
+std::vector<Star> stars_around_edges(const StepParts &parts);
+
+/// An order of nodes in which neighbours stand close to each other: reverse Cuthill and McKee (Boost.Graph).
+/// (Cuthill, McKee 1969, Proc. 24th ACM National Conference; George 1971)
+/// @param edges  shape (S), node numbers below num_nodes
+/// @return shape (num_nodes), the old number of each new node
+std::vector<int> reverse_cuthill_mckee(std::span<const std::array<int, 2>> edges, int num_nodes);
+
+/// Sorts within windows of that many, so that what is alike stands side by side and stays near where it was.
+template <class T, class Less> void sort_in_windows(std::vector<T> &items, std::size_t window, const Less &less) {
+    for (std::size_t first = 0; first < items.size(); first += window) {
+        const auto begin = items.begin() + static_cast<std::ptrdiff_t>(first);
+        const auto end = items.begin() + static_cast<std::ptrdiff_t>(std::min(first + window, items.size()));
+        std::stable_sort(begin, end, less);
+    }
+}
+
+/// Reverse Cuthill-McKee order with nodes next to each other that have about as many neighbours: sorted by falling
+/// degree within windows of 256. (Kreutzer et al. 2014, SIAM J. Sci. Comput. 36(5))
+std::vector<int> order_by_degree(std::span<const std::array<int, 2>> edges, int num_nodes);
+
+/// A node at the other end of springs from a lane, and these springs by the node of the lane where they begin: none
+/// where there is none.
+struct LaneNeighbour {
+    int node = -1;
+    std::array<int, 2> spring{-1, -1};
+    bool is_shared() const { return spring[0] >= 0 && spring[1] >= 0; }
+};
+
+/// Two nodes that are moved in one lane, and all that is around them. The ends of an edge inside a mesh of tetrahedra
+/// share five or six of their dozen neighbours, which are then fetched once for both.
+struct SpringLane {
+    std::array<int, 2> node{-1, -1}; ///< -1 where there is no second
+    int between = -1;                ///< the spring from one to the other, -1 if there is none
+    std::vector<LaneNeighbour> shared;
+    std::array<std::vector<LaneNeighbour>, 2> alone; ///< of one of the two; the first has as many or more
+    std::size_t num_neighbours() const { return shared.size() + alone[0].size() + alone[1].size(); }
+};
+
+/// A spring from a node to another one.
+struct SpringEnd {
+    int neighbour, spring;
+};
+
+/// Two nodes in one lane, in this order whichever has more neighbours.
+/// @param nodes      -1 where there is none
+/// @param at_first   springs at the first node, by rising neighbour
+SpringLane lane_around(const std::array<int, 2> &nodes, const std::vector<SpringEnd> &at_first,
+                       const std::vector<SpringEnd> &at_second);
+
+/// Pairs all nodes, those first that share most neighbours, and the rest as they come. The lanes are in reverse
+/// Cuthill-McKee order, and sorted by falling number of neighbours within windows of 128.
+/// @param parts  with springs, between node numbers below num_nodes
+std::vector<SpringLane> spring_lanes(const StepParts &parts, int num_nodes);
+
+/// How many lines of neighbours some lanes side by side need: of shared ones, and of each node alone.
+struct LineCounts {
+    int shared = 0;
+    std::array<int, 2> alone{};
+    int total() const { return shared + alone[0] + alone[1]; }
+    /// Lines of springs: one between the nodes of the lane, and two for each line of shared neighbours.
+    int num_springs() const { return 1 + 2 * shared + alone[0] + alone[1]; }
+};
+
+/// The counts that cost least. Where a lane has less to share than the others, a line for shared neighbours takes one
+/// of its nodes alone; where it has more, one shared neighbour takes a line of each.
+LineCounts fewest_lines(const std::vector<SpringLane> &lanes, std::size_t first, std::size_t last);
+
+/// The tetrahedra that give a quarter of themselves to each control volume, ascending, removed ones included.
+inline NumberLists volume_members(const StepParts &parts) {
+    return NumberLists(parts.corner_volume, parts.centre.size());
+}
+
+/// Of each tetrahedron at rest, removed ones included [m^3].
+/// @param x  shape (3N) [m], at rest
+std::vector<double> rest_volumes(const StepParts &parts, const Eigen::VectorXd &x);
+
+/// V0_c of a control volume around a node: a quarter of each of its tetrahedra that are there [m^3].
+/// @param volumes  of tetrahedra, from rest_volumes()
+/// @param members  of the control volume
+double rest_volume(const StepParts &parts, std::span<const double> volumes, std::span<const int> members);
 
 /// Nodes, or fans of tetrahedra, in a slice: as many as the widest vectors have lanes. Narrower ones take a slice in
 /// several goes, so that one layout serves every machine.
@@ -82,6 +216,7 @@ template <class T> struct SlicedBody {
     std::vector<int> sum_start;       ///< (slices + 1) places to sum for the nodes of a slice, in units of 16
     Aligned<std::int32_t> sum;        ///< one of these places; one behind the last, where nothing is added, as filling
 
+    StrainMeasure measure = StrainMeasure::elongation; ///< of springs that are coupled
     /// (lines, 9, 16) of each tetrahedron at rest, the gradients of the barycentric coordinates of three corners, which
     /// are the end of the axis and both nodes of the rim [1/m]. Empty if no springs are coupled.
     Aligned<T> rest_gradient;
@@ -120,7 +255,6 @@ template <class T> struct SlicedBody {
     Aligned<T> star_modulus, star_inverse_volume, star_stiffness;
     Aligned<T> rest_rows; ///< (rows, 4) of the nodes at rest [m]
     std::size_t longest_star = 0;
-    bool has_gradient_stars = false; ///< whether means around edges are those of F, and not of C
 
     /// Where changes of volume are averaged: which control volumes are the neighbours of each, from mean_start on, and
     /// their part in the mean (lines, 16); a quarter is its own

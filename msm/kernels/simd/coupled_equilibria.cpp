@@ -6,8 +6,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "msm/kernels/equilibria/coupled_arrays.hpp"
+#include "msm/kernels/equilibria/vector_springs.hpp"
 #include "msm/kernels/simd/coupled_means-inl.hpp"
+#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -388,32 +389,32 @@ void product_at_rest(const CoupledArrays &body, CoupledWorkspace &at) {
 }
 
 double coupled_energy_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
-    using enum CoupledMeans;
-    if (body.means == elongations)
+    using enum StrainMeasure;
+    if (body.measure == elongation)
         return energy_of<MeansOfElongations>(body, at);
-    return body.means == cauchy_green ? energy_of<MeansOfStrains>(body, at) : energy_of<MeansOfGradients>(body, at);
+    return body.measure == cauchy_green ? energy_of<MeansOfStrains>(body, at) : energy_of<MeansOfGradients>(body, at);
 }
 
 void coupled_force_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
-    using enum CoupledMeans;
-    if (body.means == elongations)
+    using enum StrainMeasure;
+    if (body.measure == elongation)
         return force_of<MeansOfElongations>(body, at);
-    return body.means == cauchy_green ? force_of<MeansOfStrains>(body, at) : force_of<MeansOfGradients>(body, at);
+    return body.measure == cauchy_green ? force_of<MeansOfStrains>(body, at) : force_of<MeansOfGradients>(body, at);
 }
 
 void keep_coupled_stresses_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
-    using enum CoupledMeans;
-    if (body.means == elongations)
+    using enum StrainMeasure;
+    if (body.measure == elongation)
         return keep_stresses<MeansOfElongations>(body, at);
-    return body.means == cauchy_green ? keep_stresses<MeansOfStrains>(body, at)
-                                      : keep_stresses<MeansOfGradients>(body, at);
+    return body.measure == cauchy_green ? keep_stresses<MeansOfStrains>(body, at)
+                                        : keep_stresses<MeansOfGradients>(body, at);
 }
 
 void coupled_product_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
-    using enum CoupledMeans;
-    if (body.means == elongations)
+    using enum StrainMeasure;
+    if (body.measure == elongation)
         return product_of<MeansOfElongations>(body, at);
-    return body.means == cauchy_green ? product_of<MeansOfStrains>(body, at) : product_of<MeansOfGradients>(body, at);
+    return body.measure == cauchy_green ? product_of<MeansOfStrains>(body, at) : product_of<MeansOfGradients>(body, at);
 }
 
 void coupled_product_at_rest_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
@@ -449,29 +450,16 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::msm {
 
-namespace {
-HWY_EXPORT(coupled_energy_in_vectors);
-HWY_EXPORT(coupled_force_in_vectors);
-HWY_EXPORT(keep_coupled_stresses_in_vectors);
-HWY_EXPORT(coupled_product_in_vectors);
-HWY_EXPORT(coupled_product_at_rest_in_vectors);
-} // namespace
-
-double coupled_energy(const CoupledArrays &body, CoupledWorkspace &at) {
-    return HWY_DYNAMIC_DISPATCH(coupled_energy_in_vectors)(body, at);
-}
-void coupled_force(const CoupledArrays &body, CoupledWorkspace &at) {
-    HWY_DYNAMIC_DISPATCH(coupled_force_in_vectors)(body, at);
-}
-void keep_coupled_stresses(const CoupledArrays &body, CoupledWorkspace &at) {
-    HWY_DYNAMIC_DISPATCH(keep_coupled_stresses_in_vectors)(body, at);
-}
-void coupled_product(const CoupledArrays &body, CoupledWorkspace &at) {
-    HWY_DYNAMIC_DISPATCH(coupled_product_in_vectors)(body, at);
-}
-void coupled_product_at_rest(const CoupledArrays &body, CoupledWorkspace &at) {
-    HWY_DYNAMIC_DISPATCH(coupled_product_at_rest_in_vectors)(body, at);
-}
+LIVERMARK_DISPATCH(double coupled_energy, coupled_energy_in_vectors, (const CoupledArrays &body, CoupledWorkspace &at),
+                   (body, at))
+LIVERMARK_DISPATCH(void coupled_force, coupled_force_in_vectors, (const CoupledArrays &body, CoupledWorkspace &at),
+                   (body, at))
+LIVERMARK_DISPATCH(void keep_coupled_stresses, keep_coupled_stresses_in_vectors,
+                   (const CoupledArrays &body, CoupledWorkspace &at), (body, at))
+LIVERMARK_DISPATCH(void coupled_product, coupled_product_in_vectors, (const CoupledArrays &body, CoupledWorkspace &at),
+                   (body, at))
+LIVERMARK_DISPATCH(void coupled_product_at_rest, coupled_product_at_rest_in_vectors,
+                   (const CoupledArrays &body, CoupledWorkspace &at), (body, at))
 
 } // namespace livermark::msm
 #endif

@@ -9,7 +9,7 @@
 
 #include <array>
 
-#include "msm/kernels/equilibria/coupled_arrays.hpp"
+#include "msm/kernels/equilibria/vector_springs.hpp"
 #include "msm/kernels/simd/energy_laws-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -197,7 +197,7 @@ template <class D> HWY_INLINE OfEdges<D> edges_of(const OfCorners<D> &arms) {
     return {arms.a, arms.b, arms.c, minus(arms.b, arms.a), minus(arms.c, arms.a), minus(arms.c, arms.b)};
 }
 
-/// Means of elongations: values are 2 E = 2 D q with q = 2 l0 (l - l0) of the edges, see edge_stretches.hpp.
+/// Means of elongations: values are 2 E = 2 D q with q = 2 l0 (l - l0) of the edges, see tetrahedron.hpp.
 template <class D> struct MeansOfElongations : MeansOfStrains<D> {
     using Law = HookeLaw<D>;
     using Value = Symmetric<D>;

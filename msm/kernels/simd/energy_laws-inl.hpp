@@ -7,8 +7,8 @@
 #define LIVERMARK_ENERGY_LAWS_INL_HPP
 #endif
 
-#include "msm/kernels/simd/green_strain-inl.hpp"
 #include "msm/kernels/simd/neo_hookean_law-inl.hpp"
+#include "msm/kernels/simd/fan_forces-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

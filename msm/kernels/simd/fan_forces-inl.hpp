@@ -263,6 +263,120 @@ HWY_INLINE Vec3<D> plus_corner_forces(D d, const StepWorkspace<T> &at, int slice
     return plus(force, Vec3<D>{of_fans.x, of_fans.y, of_fans.z});
 }
 
+// What stresses do to fans of tetrahedra.
+
+/// Vectors of three corners of a tetrahedron: of the end of the axis (a) and of the nodes of the rim (b and c).
+template <class D> struct OfCorners { Vec3<D> a, b, c; };
+
+/// Gradients of the barycentric coordinates at rest.
+/// @param t  place on the lines
+template <class D, class T>
+HWY_INLINE OfCorners<D> rest_gradients(D d, const SlicedBody<T> &body, std::size_t t, std::size_t lane) {
+    const T *at = body.rest_gradient.data() + 9 * (t - lane) + lane;
+    const auto load = [&](int k) HWY_ATTR { return hn::Load(d, at + k * slice_size); };
+    return {{load(0), load(1), load(2)}, {load(3), load(4), load(5)}, {load(6), load(7), load(8)}};
+}
+
+/// The stress of a mean without what has relaxed of it.
+/// @param mean  number of the control volume or star
+template <class D, class T>
+HWY_INLINE Symmetric<D> without_faded(D d, const StepWorkspace<T> &at, const Symmetric<D> &stress, std::size_t mean) {
+    const auto &faded = at.relaxation.means.faded;
+    return faded.empty() ? stress : minus<D>(stress, load_six(d, faded.data() + first_of_six(mean)));
+}
+
+/// Adds up what tetrahedra do to the nodes of their fan; see fan_forces().
+template <class D> struct FanPulls {
+    Vec3<D> before, on_rim, on_end; ///< inwards
+
+    HWY_INLINE explicit FanPulls(D d) : before{hn::Zero(d), hn::Zero(d), hn::Zero(d)}, on_rim(before), on_end(before) {}
+
+    /// @param pull  of stresses, on the corners inwards
+    /// @param push  a sixth of what pushes them outwards
+    /// @param slot  of the node between this tetrahedron and the one before
+    template <class T>
+    HWY_INLINE void add(D d, const OfCorners<D> &pull, hn::Vec<D> push, const RimNode<D> &from, const RimNode<D> &to,
+                        Aligned<T> &forces, const std::int32_t *slot) {
+        const auto on_from = plus(before, plus_scaled<D>(pull.b, push, to.lever));
+        add_force(d, outwards(d, on_from), forces, slot);
+        on_rim = plus(on_rim, on_from);
+        on_end = plus(on_end, minus(pull.a, scaled<D>(push, cross(from.arm, to.arm))));
+        before = minus(pull.c, scaled<D>(push, from.lever));
+    }
+
+    /// @param slot       of the start of the axis
+    /// @param last_slot  of the last node of the rim
+    template <class T>
+    HWY_INLINE void finish(D d, Aligned<T> &forces, const std::int32_t *slot, const std::int32_t *last_slot) const {
+        add_force(d, outwards(d, before), forces, last_slot);
+        add_force(d, outwards(d, on_end), forces, slot + slice_size);
+        add_force(d, plus(plus(on_rim, before), on_end), forces, slot);
+    }
+
+  private:
+    HWY_INLINE static Vec3<D> outwards(D d, const Vec3<D> &pull) {
+        const auto zero = hn::Zero(d);
+        return minus(Vec3<D>{zero, zero, zero}, pull);
+    }
+};
+
+// Gradient, strain and stress of tetrahedra in which displacements are linear.
+
+/// The gradient of a field that is linear in a tetrahedron, or a stress of Piola's: what it makes of three directions.
+template <class D> struct Columns { Vec3<D> x, y, z; };
+
+/// @param field  less its value at the start of the axis
+template <class D> HWY_INLINE Columns<D> gradient(const OfCorners<D> &field, const OfCorners<D> &rest) {
+    return {combined<D>(rest.a.x, field.a, rest.b.x, field.b, rest.c.x, field.c),
+            combined<D>(rest.a.y, field.a, rest.b.y, field.b, rest.c.y, field.c),
+            combined<D>(rest.a.z, field.a, rest.b.z, field.b, rest.c.z, field.c)};
+}
+
+/// F^T F - 1, twice Green's strain. All six stretches of edges are in it (linear_elements.hpp), and with the
+/// gradient F it takes neither lengths nor as many digits from tetrahedra that are thin.
+template <class D> HWY_INLINE Symmetric<D> twice_strain(D d, const Columns<D> &f) {
+    const auto one = hn::Set(d, hn::TFromD<D>(1));
+    return {hn::Sub(dot(f.x, f.x), one),
+            hn::Sub(dot(f.y, f.y), one),
+            hn::Sub(dot(f.z, f.z), one),
+            dot(f.x, f.y),
+            dot(f.y, f.z),
+            dot(f.z, f.x)};
+}
+
+/// F^T R + R^T F, how fast that grows where F grows by R.
+template <class D> HWY_INLINE Symmetric<D> twice_strain_rate(const Columns<D> &f, const Columns<D> &rate) {
+    const auto both = [](const Vec3<D> &a, const Vec3<D> &b, const Vec3<D> &rate_of_a, const Vec3<D> &rate_of_b)
+                          HWY_ATTR { return hn::Add(dot(a, rate_of_b), dot(b, rate_of_a)); };
+    return {both(f.x, f.x, rate.x, rate.x), both(f.y, f.y, rate.y, rate.y), both(f.z, f.z, rate.z, rate.z),
+            both(f.x, f.y, rate.x, rate.y), both(f.y, f.z, rate.y, rate.z), both(f.z, f.x, rate.z, rate.x)};
+}
+
+/// lambda (tr E) 1 + 2 mu E
+/// @param twice_strain  2 E
+template <class D>
+HWY_INLINE Symmetric<D> stress(hn::Vec<D> half_lambda, hn::Vec<D> shear_modulus, const Symmetric<D> &twice_strain) {
+    const auto &[xx, yy, zz, xy, yz, zx] = twice_strain;
+    const auto mean = hn::Mul(half_lambda, hn::Add(xx, hn::Add(yy, zz)));
+    return {hn::MulAdd(shear_modulus, xx, mean), hn::MulAdd(shear_modulus, yy, mean),
+            hn::MulAdd(shear_modulus, zz, mean), hn::Mul(shear_modulus, xy),
+            hn::Mul(shear_modulus, yz),          hn::Mul(shear_modulus, zx)};
+}
+
+/// F S.
+template <class D> HWY_INLINE Columns<D> product(const Columns<D> &f, const Symmetric<D> &stress) {
+    return {combined<D>(stress.xx, f.x, stress.xy, f.y, stress.zx, f.z),
+            combined<D>(stress.xy, f.x, stress.yy, f.y, stress.yz, f.z),
+            combined<D>(stress.zx, f.x, stress.yz, f.y, stress.zz, f.z)};
+}
+
+/// What a stress pulls the corners inwards with, P g of each.
+/// @param p  first stress of Piola and Kirchhoff, times the volume
+template <class D> HWY_INLINE OfCorners<D> pulls(const Columns<D> &p, const OfCorners<D> &rest) {
+    const auto along = [&](const Vec3<D> &g) HWY_ATTR { return combined<D>(g.x, p.x, g.y, p.y, g.z, p.z); };
+    return {along(rest.a), along(rest.b), along(rest.c)};
+}
+
 } // namespace livermark::msm::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

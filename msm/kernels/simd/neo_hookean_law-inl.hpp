@@ -11,7 +11,7 @@
 #include <hwy/contrib/math/math-inl.h>
 
 #include "msm/kernels/simd/fan_forces-inl.hpp"
-#include "msm/kernels/simd/stressed_fans-inl.hpp"
+#include "msm/kernels/threads/thread_pool.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -118,6 +118,135 @@ HWY_INLINE void put_push_inside(D d, StepWorkspace<T> &at, hn::Vec<D> volume, st
     const auto push = hn::MulAdd(hn::Load(d, body.volume_modulus.data() + t), of_springs,
                                  push_of_volume(d, body, volume, volume, t, largest));
     hn::Store(hn::Mul(sixth, push), d, at.push.data() + t);
+}
+
+// Volumes that fans of tetrahedra gain.
+
+/// Volume that the tetrahedra at each corner of the fans of a slice have gained, and beta times how fast they do.
+/// @tparam has_energy  whether there are neo-Hookean springs with means of F: then rates stay apart, and the push of
+/// what
+///                     springs inside do is put down
+template <bool is_damped, bool has_energy, class T>
+HWY_NOINLINE void volume_gains(StepWorkspace<T> &at, int now, int slice) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const auto &body = at.body;
+    const T *rows = at.rows[now].data();
+    const auto sixth = hn::Set(d, T(1.0 / 6.0));
+    LargestDeficit<D> largest{D()};
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        const FanLines lines(body, slice, lane);
+        const auto *corner = body.corner.data() + lines.corner;
+        const auto axis = fetch_axis(D(), rows, corner);
+        FanRates<is_damped, D> rates;
+        rates.begin(d, at, now, corner);
+        corner += 2 * slice_size;
+        auto from = fetch_rim(D(), axis, rows, corner);
+        CornerSum<D> gains{D()};
+        [[maybe_unused]] CornerSum<D> growth{D()};
+        std::size_t rim = lines.corner + 2 * slice_size;
+        for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim += slice_size) {
+            corner += slice_size;
+            const auto to = fetch_rim(D(), axis, rows, corner);
+            const auto share = hn::Load(d, body.volume_share.data() + t);
+            auto volume = hn::Mul(share, volume_between<is_damped>(D(), at, now, from, to, corner, rates));
+            if constexpr (is_damped && has_energy) {
+                const auto plain = hn::Mul(share, dot(from.lever, to.arm));
+                growth.add(D(), hn::Mul(hn::Sub(volume, plain), sixth), at.gain_rate.data() + rim);
+                volume = plain;
+            }
+            if constexpr (has_energy)
+                put_push_inside(D(), at, volume, t, largest);
+            gains.add(D(), hn::MulSub(volume, sixth, hn::Load(d, body.rest_volume.data() + t)), at.gain.data() + rim);
+            from = to;
+        }
+        gains.finish(D(), at.gain.data() + lines.corner, at.gain.data() + rim);
+        if constexpr (is_damped && has_energy)
+            growth.finish(D(), at.gain_rate.data() + lines.corner, at.gain_rate.data() + rim);
+    }
+    if constexpr (has_energy)
+        largest.keep(D(), at, slice);
+}
+
+// Pressures around nodes from means of changes of volume.
+
+/// Relative changes of control volumes of a slice, from what the corners of fans there have gained.
+/// @param values  of each corner
+template <class T>
+HWY_INLINE void put_changes(const StepWorkspace<T> &at, const Aligned<T> &values, int slice, Aligned<T> &changes) {
+    using D = Lanes<T>;
+    constexpr D d;
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        const std::size_t first = static_cast<std::size_t>(slice) * slice_size + lane;
+        hn::Store(hn::Mul(hn::Load(d, at.body.inverse_volume.data() + first),
+                          sum_at_corners(D(), at.body, values, slice, lane)),
+                  d, changes.data() + first);
+    }
+}
+
+/// Of control volumes of a slice, those from `lane` on, the means over the corners of tetrahedra around.
+/// @param values  of each control volume
+template <class D, class T>
+HWY_INLINE hn::Vec<D> mean_around(D d, const SlicedBody<T> &body, const Aligned<T> &values, int slice,
+                                  std::size_t lane) {
+    const std::size_t first = static_cast<std::size_t>(body.mean_start[slice]) * slice_size + lane;
+    const std::size_t end = static_cast<std::size_t>(body.mean_start[slice + 1]) * slice_size;
+    HWY_ALIGN T sums[hn::MaxLanes(D())];
+    // As sum_at_corners() does, and two lines at once. More numbers at once are no better: then the compiler takes the
+    // machine's gather.
+    constexpr std::size_t at_once = hn::MaxLanes(D()) < 4 ? hn::MaxLanes(D()) : 4;
+    for (std::size_t i = 0; i < hn::Lanes(d); i += at_once) {
+        T even[at_once] = {}, odd[at_once] = {};
+        const auto add = [&](T *sum, std::size_t m) HWY_ATTR {
+            for (std::size_t k = 0; k < at_once; ++k)
+                sum[k] += body.mean_weight[m + k] * values[static_cast<std::size_t>(body.mean_volume[m + k])];
+        };
+        std::size_t m = first + i;
+        for (; m + slice_size < end; m += 2 * slice_size) {
+            add(even, m);
+            add(odd, m + slice_size);
+        }
+        if (m < end)
+            add(even, m);
+        for (std::size_t k = 0; k < at_once; ++k)
+            sums[i + k] = even[k] + odd[k];
+    }
+    const auto own = hn::Load(d, values.data() + static_cast<std::size_t>(slice) * slice_size + lane);
+    return hn::MulAdd(hn::Set(d, T(0.25)), own, hn::Load(d, sums));
+}
+
+/// A quarter of the pressures of control volumes that resist the means of what they and their neighbours gain: the same
+/// means are taken of g g' of these. All threads call it.
+/// @param slices  of control volumes, of this thread
+template <bool is_damped, class T>
+HWY_NOINLINE void mean_pressures(StepWorkspace<T> &at, int now, const Partition &slices, Barrier &barrier) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const auto &body = at.body;
+    if (body.volume_stiffness.empty())
+        return;
+    for (int slice = slices.first; slice < slices.last; ++slice) {
+        put_changes(at, at.gain, slice, at.change);
+        if constexpr (is_damped)
+            put_changes(at, at.gain_rate, slice, at.change_rate);
+    }
+    barrier.wait();
+    for (int slice = slices.first; slice < slices.last; ++slice)
+        for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+            const std::size_t first = static_cast<std::size_t>(slice) * slice_size + lane;
+            auto push = logarithmic_push(D(), mean_around(D(), body, at.change, slice, lane), at.least_stretch);
+            if constexpr (is_damped)
+                push = hn::Add(push, mean_around(D(), body, at.change_rate, slice, lane));
+            hn::Store(hn::Mul(hn::Load(d, body.volume_stiffness.data() + first), push), d, at.mean_push.data() + first);
+        }
+    barrier.wait();
+    for (int slice = slices.first; slice < slices.last; ++slice) {
+        HWY_ALIGN T pressure[slice_size];
+        for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d))
+            hn::Store(mean_around(D(), body, at.mean_push, slice, lane), d, pressure + lane);
+        set_pressures(at, now, slice, pressure);
+    }
+    barrier.wait();
 }
 
 } // namespace livermark::msm::HWY_NAMESPACE

@@ -9,8 +9,8 @@
 
 #include <algorithm>
 
-#include "msm/kernels/simd/roots-inl.hpp"
-#include "msm/kernels/simd/stressed_fans-inl.hpp"
+#include "msm/kernels/simd/fan_forces-inl.hpp"
+#include "msm/kernels/simd/vectors-inl.hpp"
 #include "msm/kernels/step_workspace.hpp"
 
 HWY_BEFORE_NAMESPACE();

@@ -5,12 +5,12 @@
 #include <hwy/foreach_target.h> // has to come before highway.h
 #include <stdexcept>
 
-#include "msm/kernels/simd/means_of_c-inl.hpp"
-#include "msm/kernels/simd/means_of_f-inl.hpp"
+#include "msm/kernels/simd/means-inl.hpp"
 #include "msm/kernels/simd/neo_hookean_law-inl.hpp"
 #include "msm/kernels/simd/spring_forces-inl.hpp"
 #include "msm/kernels/simd/stars-inl.hpp"
 #include "msm/kernels/threads/thread_pool.hpp"
+#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -269,7 +269,8 @@ template <class T> void relax_neo_hookean(StepWorkspace<T> &at, int now, int thr
     const auto &fans = at.fan_slices[thread], &volumes = at.volume_slices[thread];
     if (body.is_around_edges()) {
         const auto [first, last] = at.chunks[thread];
-        const auto relax_slice = body.has_gradient_stars ? relax_stars<StarsOfF, T> : relax_stars<StarsOfC, T>;
+        const auto relax_slice =
+            body.measure == StrainMeasure::deformation_gradient ? relax_stars<StarsOfF, T> : relax_stars<StarsOfC, T>;
         for (int slice = body.chunk_stars[first]; slice < body.chunk_stars[last]; ++slice)
             relax_slice(at, now, thread, slice);
     } else if (!body.mean_gradient.empty()) {
@@ -329,17 +330,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::msm {
 
-namespace {
-HWY_EXPORT(relax_with_float);
-HWY_EXPORT(relax_with_double);
-} // namespace
-
-template <> void relax_stresses(StepWorkspace<float> &workspace, int thread, Barrier &barrier) {
-    HWY_DYNAMIC_DISPATCH(relax_with_float)(workspace, thread, barrier);
-}
-template <> void relax_stresses(StepWorkspace<double> &workspace, int thread, Barrier &barrier) {
-    HWY_DYNAMIC_DISPATCH(relax_with_double)(workspace, thread, barrier);
-}
+LIVERMARK_DISPATCH(template <> void relax_stresses, relax_with_float,
+                   (StepWorkspace<float> & workspace, int thread, Barrier &barrier), (workspace, thread, barrier))
+LIVERMARK_DISPATCH(template <> void relax_stresses, relax_with_double,
+                   (StepWorkspace<double> & workspace, int thread, Barrier &barrier), (workspace, thread, barrier))
 
 } // namespace livermark::msm
 #endif

@@ -4,8 +4,9 @@
 #include <hwy/foreach_target.h> // has to come before highway.h
 #include <stdexcept>
 
-#include "msm/kernels/scaled_mass_arrays.hpp"
 #include "msm/kernels/simd/vectors-inl.hpp"
+#include "msm/kernels/step_workspace.hpp"
+#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -23,11 +24,6 @@ template <class D, class T> HWY_INLINE void store(D d, const Vec3<D> &v, T *fiel
 template <class D> HWY_INLINE Vec3<D> everywhere(D d, const core::Vector3 &v) {
     using T = hn::TFromD<D>;
     return {hn::Set(d, static_cast<T>(v.x())), hn::Set(d, static_cast<T>(v.y())), hn::Set(d, static_cast<T>(v.z()))};
-}
-
-/// sum + factor v
-template <class D> HWY_INLINE Vec3<D> plus_scaled(const Vec3<D> &sum, hn::Vec<D> factor, const Vec3<D> &v) {
-    return {hn::MulAdd(factor, v.x, sum.x), hn::MulAdd(factor, v.y, sum.y), hn::MulAdd(factor, v.z, sum.z)};
 }
 
 /// Of the lanes, in one order on every machine with as many of them.
@@ -214,39 +210,22 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::msm {
 
-namespace {
-HWY_EXPORT(sums_of_float);
-HWY_EXPORT(sums_of_double);
-HWY_EXPORT(strays_of_float);
-HWY_EXPORT(strays_of_double);
-HWY_EXPORT(less_slow_float);
-HWY_EXPORT(less_slow_double);
-} // namespace
-
-template <> ScaledMassSums scaled_mass_sums(const ScaledMassArrays<float> &part) {
-    return HWY_DYNAMIC_DISPATCH(sums_of_float)(part);
-}
-template <> ScaledMassSums scaled_mass_sums(const ScaledMassArrays<double> &part) {
-    return HWY_DYNAMIC_DISPATCH(sums_of_double)(part);
-}
-template <>
-void find_strays(ScaledMassArrays<float> &part, const ScaledMassMotion &motion, std::vector<double> &weights) {
-    HWY_DYNAMIC_DISPATCH(strays_of_float)(part, motion, weights);
-}
-template <>
-void find_strays(ScaledMassArrays<double> &part, const ScaledMassMotion &motion, std::vector<double> &weights) {
-    HWY_DYNAMIC_DISPATCH(strays_of_double)(part, motion, weights);
-}
-template <>
-SlowMomenta subtract_slow(ScaledMassArrays<float> &part, const Eigen::Matrix3d &turn,
-                          const std::vector<double> &weights) {
-    return HWY_DYNAMIC_DISPATCH(less_slow_float)(part, turn, weights);
-}
-template <>
-SlowMomenta subtract_slow(ScaledMassArrays<double> &part, const Eigen::Matrix3d &turn,
-                          const std::vector<double> &weights) {
-    return HWY_DYNAMIC_DISPATCH(less_slow_double)(part, turn, weights);
-}
+LIVERMARK_DISPATCH(template <> ScaledMassSums scaled_mass_sums, sums_of_float, (const ScaledMassArrays<float> &part),
+                   (part))
+LIVERMARK_DISPATCH(template <> ScaledMassSums scaled_mass_sums, sums_of_double, (const ScaledMassArrays<double> &part),
+                   (part))
+LIVERMARK_DISPATCH(template <> void find_strays, strays_of_float,
+                   (ScaledMassArrays<float> & part, const ScaledMassMotion &motion, std::vector<double> &weights),
+                   (part, motion, weights))
+LIVERMARK_DISPATCH(template <> void find_strays, strays_of_double,
+                   (ScaledMassArrays<double> & part, const ScaledMassMotion &motion, std::vector<double> &weights),
+                   (part, motion, weights))
+LIVERMARK_DISPATCH(template <> SlowMomenta subtract_slow, less_slow_float,
+                   (ScaledMassArrays<float> & part, const Eigen::Matrix3d &turn, const std::vector<double> &weights),
+                   (part, turn, weights))
+LIVERMARK_DISPATCH(template <> SlowMomenta subtract_slow, less_slow_double,
+                   (ScaledMassArrays<double> & part, const Eigen::Matrix3d &turn, const std::vector<double> &weights),
+                   (part, turn, weights))
 
 } // namespace livermark::msm
 #endif

@@ -7,7 +7,6 @@
 #define LIVERMARK_SPRING_FORCES_INL_HPP
 #endif
 
-#include "msm/kernels/simd/roots-inl.hpp"
 #include "msm/kernels/simd/vectors-inl.hpp"
 #include "msm/kernels/step_workspace.hpp"
 

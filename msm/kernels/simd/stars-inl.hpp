@@ -9,7 +9,7 @@
 
 #include <array>
 
-#include "msm/kernels/simd/green_strain-inl.hpp"
+#include "msm/kernels/simd/fan_forces-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

@@ -7,17 +7,14 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "msm/kernels/simd/chebyshev_scheme-inl.hpp"
-#include "msm/kernels/simd/edge_springs-inl.hpp"
 #include "msm/kernels/simd/fan_forces-inl.hpp"
-#include "msm/kernels/simd/green_strain-inl.hpp"
-#include "msm/kernels/simd/mean_volumes-inl.hpp"
+#include "msm/kernels/simd/neo_hookean_law-inl.hpp"
 #include "msm/kernels/simd/neo_hookean_springs-inl.hpp"
 #include "msm/kernels/simd/nodal_springs-inl.hpp"
 #include "msm/kernels/simd/schemes-inl.hpp"
 #include "msm/kernels/simd/spring_forces-inl.hpp"
-#include "msm/kernels/simd/volume_gains-inl.hpp"
 #include "msm/kernels/threads/thread_pool.hpp"
+#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -31,8 +28,9 @@ HWY_NOINLINE void chunk_forces(StepWorkspace<T> &at, int now, int thread, int ch
               at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk + 1]), T(0));
     const int end = body.chunk_fans[chunk + 1];
     if (body.is_around_edges()) {
-        const auto forces = body.has_gradient_stars ? edge_spring_forces<is_damped, StarsOfF, T>
-                                                    : edge_spring_forces<is_damped, StarsOfC, T>;
+        const auto forces = body.measure == StrainMeasure::deformation_gradient
+                                ? edge_spring_forces<is_damped, StarsOfF, T>
+                                : edge_spring_forces<is_damped, StarsOfC, T>;
         for (int slice = body.chunk_stars[chunk]; slice < body.chunk_stars[chunk + 1]; ++slice)
             forces(at, now, thread, slice);
     }
@@ -201,17 +199,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::msm {
 
-namespace {
-HWY_EXPORT(take_with_float);
-HWY_EXPORT(take_with_double);
-} // namespace
-
-template <> void take_steps(StepWorkspace<float> &workspace, int thread, int num_steps, Barrier &barrier) {
-    HWY_DYNAMIC_DISPATCH(take_with_float)(workspace, thread, num_steps, barrier);
-}
-template <> void take_steps(StepWorkspace<double> &workspace, int thread, int num_steps, Barrier &barrier) {
-    HWY_DYNAMIC_DISPATCH(take_with_double)(workspace, thread, num_steps, barrier);
-}
+LIVERMARK_DISPATCH(template <> void take_steps, take_with_float,
+                   (StepWorkspace<float> & workspace, int thread, int num_steps, Barrier &barrier),
+                   (workspace, thread, num_steps, barrier))
+LIVERMARK_DISPATCH(template <> void take_steps, take_with_double,
+                   (StepWorkspace<double> & workspace, int thread, int num_steps, Barrier &barrier),
+                   (workspace, thread, num_steps, barrier))
 
 } // namespace livermark::msm
 #endif

@@ -7,11 +7,155 @@
 #define LIVERMARK_VECTORS_INL_HPP
 #endif
 
+#include <cstdint>
+#include <hwy/highway.h>
+#include <type_traits>
+
 #include "msm/kernels/layout/sliced_body.hpp"
-#include "msm/kernels/simd/fetch-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
+
+// Rows of four numbers at scattered places, one to a lane, as four vectors.
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// As many lanes as the machine has, at most a slice of float; a double has half of them.
+template <class T> using Lanes = hn::CappedTag<T, 64 / sizeof(T)>;
+
+template <class D> struct Rows { hn::Vec<D> x, y, z, w; };
+
+#if HWY_TARGET == HWY_SCALAR
+
+template <class D, class T> HWY_INLINE Rows<D> fetch(D d, const T *rows, const std::int32_t *index) {
+    const T *at = rows + *index;
+    return {hn::Set(d, at[0]), hn::Set(d, at[1]), hn::Set(d, at[2]), hn::Set(d, at[3])};
+}
+
+template <class D> struct Blocks { hn::Vec<D> r0, r1, r2, r3; };
+template <class D, class T> HWY_INLINE Blocks<D> fetch_blocks(D d, const T *rows, const std::int32_t *index) {
+    const auto row = fetch(d, rows, index);
+    return {row.x, row.y, row.z, row.w};
+}
+template <class D> HWY_INLINE Rows<D> transposed(D /*d*/, const Blocks<D> &blocks) {
+    return {blocks.r0, blocks.r1, blocks.r2, blocks.r3};
+}
+
+template <class D, class V, class T>
+HWY_INLINE void scatter_add(D d, V x, V y, V z, T *rows, const std::int32_t *index) {
+    const auto was = fetch(d, rows, index);
+    hn::StoreInterleaved4(hn::Add(was.x, x), hn::Add(was.y, y), hn::Add(was.z, z), was.w, d, rows + *index);
+}
+
+#else
+
+/// Two halves in one. Highway's own way in version 1.0 sets the rest to zero first, which gcc 12 does with an
+/// operation.
+template <class D, class T = hn::TFromD<D>>
+HWY_INLINE hn::Vec<D> joined(D d, hn::Vec<hn::Half<D>> upper, hn::Vec<hn::Half<D>> lower) {
+#if HWY_TARGET <= HWY_AVX3
+    if constexpr (std::is_same_v<hn::Vec<D>, hn::Vec512<float>>)
+        return hn::Vec512<float>{_mm512_insertf32x8(_mm512_castps256_ps512(lower.raw), upper.raw, 1)};
+    else if constexpr (std::is_same_v<hn::Vec<D>, hn::Vec512<double>>)
+        return hn::Vec512<double>{_mm512_insertf64x4(_mm512_castpd256_pd512(lower.raw), upper.raw, 1)};
+    else
+#endif
+        return hn::Combine(d, upper, lower);
+}
+
+/// 16 bytes from each of several places: block b of the result from the index of lane `stride * b`. An index is four
+/// times a row: the processor would need an instruction more for each to find that out.
+template <class D, class T = hn::TFromD<D>>
+HWY_INLINE hn::Vec<D> blocks(D d, const T *rows, const std::int32_t *index, int stride) {
+    constexpr hn::Full128<T> block;
+    const auto load = [&](int b) HWY_ATTR { return hn::LoadU(block, rows + index[b]); };
+    if constexpr (hn::MaxLanes(d) * sizeof(T) == 16) {
+        return load(0);
+    } else if constexpr (hn::MaxLanes(d) * sizeof(T) == 32) {
+        return hn::Combine(d, load(stride), load(0));
+    } else {
+        const hn::Half<D> half;
+        return joined(d, hn::Combine(half, load(3 * stride), load(2 * stride)),
+                      hn::Combine(half, load(stride), load(0)));
+    }
+}
+
+/// Such rows as they are loaded. Sums of rows are made of them, and then one transposition.
+template <class D> struct Blocks { hn::Vec<D> r0, r1, r2, r3; };
+
+template <class D> HWY_INLINE Blocks<D> fetch_blocks(D d, const float *rows, const std::int32_t *index) {
+    return {blocks(d, rows, index, 4), blocks(d, rows, index + 1, 4), blocks(d, rows, index + 2, 4),
+            blocks(d, rows, index + 3, 4)};
+}
+template <class D> HWY_INLINE Blocks<D> fetch_blocks(D d, const double *rows, const std::int32_t *index) {
+    return {blocks(d, rows, index, 2), blocks(d, rows, index + 1, 2), blocks(d, rows + 2, index, 2),
+            blocks(d, rows + 2, index + 1, 2)};
+}
+
+template <class D> HWY_INLINE Rows<D> transposed(D d, const Blocks<D> &blocks) {
+    const auto &[r0, r1, r2, r3] = blocks;
+    if constexpr (sizeof(hn::TFromD<D>) == 8) {
+        return {hn::InterleaveLower(d, r0, r1), hn::InterleaveUpper(d, r0, r1), hn::InterleaveLower(d, r2, r3),
+                hn::InterleaveUpper(d, r2, r3)};
+    } else {
+        const hn::RepartitionToWide<decltype(hn::RebindToUnsigned<D>())> pairs;
+        const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, r0, r1));
+        const auto zw01 = hn::BitCast(pairs, hn::InterleaveUpper(d, r0, r1));
+        const auto xy23 = hn::BitCast(pairs, hn::InterleaveLower(d, r2, r3));
+        const auto zw23 = hn::BitCast(pairs, hn::InterleaveUpper(d, r2, r3));
+        return {hn::BitCast(d, hn::InterleaveLower(pairs, xy01, xy23)),
+                hn::BitCast(d, hn::InterleaveUpper(pairs, xy01, xy23)),
+                hn::BitCast(d, hn::InterleaveLower(pairs, zw01, zw23)),
+                hn::BitCast(d, hn::InterleaveUpper(pairs, zw01, zw23))};
+    }
+}
+
+/// Hardware gathers three vectors in three times the time that these loads and the transposition take.
+template <class D, class T> HWY_INLINE Rows<D> fetch(D d, const T *rows, const std::int32_t *index) {
+    return transposed(d, fetch_blocks(d, rows, index));
+}
+
+/// Adds 16 bytes to each of several places, one after the other, so that two of these may be one. The compiler makes
+/// operations on registers of the way through memory; if it may not, everything with tetrahedra is a tenth slower.
+template <class D, class V, class T = hn::TFromD<D>>
+HWY_INLINE void add_blocks(D d, V blocks, T *rows, const std::int32_t *index, int stride) {
+    constexpr hn::Full128<T> block;
+    constexpr int block_size = 16 / sizeof(T);
+    HWY_ALIGN T parts[hn::MaxLanes(D())];
+    hn::Store(blocks, d, parts);
+    for (int b = 0; b < static_cast<int>(hn::MaxLanes(D())) / block_size; ++b) {
+        T *at = rows + index[b * stride];
+        hn::StoreU(hn::Add(hn::LoadU(block, at), hn::Load(block, parts + b * block_size)), block, at);
+    }
+}
+
+/// Adds rows (x, y, z, 0) at scattered places.
+template <class D, class V> HWY_INLINE void scatter_add(D d, V x, V y, V z, float *rows, const std::int32_t *index) {
+    const hn::RepartitionToWide<decltype(hn::RebindToUnsigned<D>())> pairs;
+    const auto zero = hn::Zero(d);
+    const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, x, y));
+    const auto xy23 = hn::BitCast(pairs, hn::InterleaveUpper(d, x, y));
+    const auto zw01 = hn::BitCast(pairs, hn::InterleaveLower(d, z, zero));
+    const auto zw23 = hn::BitCast(pairs, hn::InterleaveUpper(d, z, zero));
+    add_blocks(d, hn::BitCast(d, hn::InterleaveLower(pairs, xy01, zw01)), rows, index, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveUpper(pairs, xy01, zw01)), rows, index + 1, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveLower(pairs, xy23, zw23)), rows, index + 2, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveUpper(pairs, xy23, zw23)), rows, index + 3, 4);
+}
+
+template <class D, class V> HWY_INLINE void scatter_add(D d, V x, V y, V z, double *rows, const std::int32_t *index) {
+    const auto zero = hn::Zero(d);
+    add_blocks(d, hn::InterleaveLower(d, x, y), rows, index, 2);
+    add_blocks(d, hn::InterleaveUpper(d, x, y), rows, index + 1, 2);
+    add_blocks(d, hn::InterleaveLower(d, z, zero), rows + 2, index, 2);
+    add_blocks(d, hn::InterleaveUpper(d, z, zero), rows + 2, index + 1, 2);
+}
+
+#endif
+
+template <class D> HWY_INLINE Blocks<D> plus(const Blocks<D> &a, const Blocks<D> &b) {
+    return {hn::Add(a.r0, b.r0), hn::Add(a.r1, b.r1), hn::Add(a.r2, b.r2), hn::Add(a.r3, b.r3)};
+}
 
 template <class D> struct Vec3 { hn::Vec<D> x, y, z; };
 
@@ -45,6 +189,120 @@ template <class D> HWY_INLINE Vec3<D> plus(const Vec3<D> &a, const Vec3<D> &b) {
 
 template <class D> HWY_INLINE Vec3<D> minus(const Vec3<D> &a, const Vec3<D> &b) {
     return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+
+// Strains and stresses, one to a lane.
+
+template <class D> struct Symmetric { hn::Vec<D> xx, yy, zz, xy, yz, zx; };
+
+/// r a + s b + t c
+template <class D>
+HWY_INLINE Vec3<D> combined(hn::Vec<D> r, const Vec3<D> &a, hn::Vec<D> s, const Vec3<D> &b, hn::Vec<D> t,
+                            const Vec3<D> &c) {
+    return {hn::MulAdd(r, a.x, hn::MulAdd(s, b.x, hn::Mul(t, c.x))),
+            hn::MulAdd(r, a.y, hn::MulAdd(s, b.y, hn::Mul(t, c.y))),
+            hn::MulAdd(r, a.z, hn::MulAdd(s, b.z, hn::Mul(t, c.z)))};
+}
+
+/// a + factor b
+template <class D> HWY_INLINE Vec3<D> plus_scaled(const Vec3<D> &a, hn::Vec<D> factor, const Vec3<D> &b) {
+    return {hn::MulAdd(factor, b.x, a.x), hn::MulAdd(factor, b.y, a.y), hn::MulAdd(factor, b.z, a.z)};
+}
+template <class D>
+HWY_INLINE Symmetric<D> plus_scaled(const Symmetric<D> &a, hn::Vec<D> factor, const Symmetric<D> &b) {
+    return {hn::MulAdd(factor, b.xx, a.xx), hn::MulAdd(factor, b.yy, a.yy), hn::MulAdd(factor, b.zz, a.zz),
+            hn::MulAdd(factor, b.xy, a.xy), hn::MulAdd(factor, b.yz, a.yz), hn::MulAdd(factor, b.zx, a.zx)};
+}
+
+template <class D> HWY_INLINE Symmetric<D> plus(const Symmetric<D> &a, const Symmetric<D> &b) {
+    return {hn::Add(a.xx, b.xx), hn::Add(a.yy, b.yy), hn::Add(a.zz, b.zz),
+            hn::Add(a.xy, b.xy), hn::Add(a.yz, b.yz), hn::Add(a.zx, b.zx)};
+}
+
+template <class D> HWY_INLINE Symmetric<D> minus(const Symmetric<D> &a, const Symmetric<D> &b) {
+    return {hn::Sub(a.xx, b.xx), hn::Sub(a.yy, b.yy), hn::Sub(a.zz, b.zz),
+            hn::Sub(a.xy, b.xy), hn::Sub(a.yz, b.yz), hn::Sub(a.zx, b.zx)};
+}
+
+template <class D> HWY_INLINE Symmetric<D> scaled(hn::Vec<D> factor, const Symmetric<D> &a) {
+    return {hn::Mul(factor, a.xx), hn::Mul(factor, a.yy), hn::Mul(factor, a.zz),
+            hn::Mul(factor, a.xy), hn::Mul(factor, a.yz), hn::Mul(factor, a.zx)};
+}
+
+template <class D> HWY_INLINE Vec3<D> product(const Symmetric<D> &a, const Vec3<D> &v) {
+    return {dot(Vec3<D>{a.xx, a.xy, a.zx}, v), dot(Vec3<D>{a.xy, a.yy, a.yz}, v), dot(Vec3<D>{a.zx, a.yz, a.zz}, v)};
+}
+
+/// Where the first of six numbers of each of many things stands, in slices of shape (6, 16).
+HWY_INLINE std::size_t first_of_six(std::size_t number) {
+    const std::size_t lane = number % slice_size;
+    return 6 * (number - lane) + lane;
+}
+
+template <class D, class T> HWY_INLINE Symmetric<D> load_six(D d, const T *at) {
+    const auto load = [&](int k) HWY_ATTR { return hn::Load(d, at + k * slice_size); };
+    return {load(0), load(1), load(2), load(3), load(4), load(5)};
+}
+
+template <class D, class T> HWY_INLINE void store_six(D d, const Symmetric<D> &value, T *at) {
+    const auto store = [&](int k, const hn::Vec<D> &v) HWY_ATTR { hn::Store(v, d, at + k * slice_size); };
+    store(0, value.xx);
+    store(1, value.yy);
+    store(2, value.zz);
+    store(3, value.xy);
+    store(4, value.yz);
+    store(5, value.zx);
+}
+
+/// mu ((tr E) 1 + 2 E), as springs do.
+template <class D> HWY_INLINE Symmetric<D> stress(D d, hn::Vec<D> shear_modulus, const Symmetric<D> &strain) {
+    const auto twice = hn::Mul(hn::Set(d, hn::TFromD<D>(2)), shear_modulus);
+    const auto mean = hn::Mul(shear_modulus, hn::Add(strain.xx, hn::Add(strain.yy, strain.zz)));
+    return {hn::MulAdd(twice, strain.xx, mean), hn::MulAdd(twice, strain.yy, mean), hn::MulAdd(twice, strain.zz, mean),
+            hn::Mul(twice, strain.xy),          hn::Mul(twice, strain.yz),          hn::Mul(twice, strain.zx)};
+}
+
+/// 2 mu dev E, the part of it that resists changes of shape alone.
+template <class D>
+HWY_INLINE Symmetric<D> deviatoric_stress(D d, hn::Vec<D> shear_modulus, const Symmetric<D> &strain) {
+    using T = hn::TFromD<D>;
+    const auto twice = hn::Mul(hn::Set(d, T(2)), shear_modulus);
+    const auto mean = hn::Mul(hn::Set(d, T(1.0 / 3.0)), hn::Add(strain.xx, hn::Add(strain.yy, strain.zz)));
+    return {hn::Mul(twice, hn::Sub(strain.xx, mean)),
+            hn::Mul(twice, hn::Sub(strain.yy, mean)),
+            hn::Mul(twice, hn::Sub(strain.zz, mean)),
+            hn::Mul(twice, strain.xy),
+            hn::Mul(twice, strain.yz),
+            hn::Mul(twice, strain.zx)};
+}
+
+// Inverse square roots.
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// One step of Newton's method for 1 / sqrt(v), which doubles the digits of a guess.
+template <class D, class V> HWY_INLINE V refined(D d, V v, V guess) {
+    using T = hn::TFromD<D>;
+    const auto half = hn::Mul(v, hn::Set(d, T(0.5)));
+    return hn::Mul(guess, hn::NegMulAdd(hn::Mul(half, guess), guess, hn::Set(d, T(1.5))));
+}
+
+/// 1 / sqrt(v) to half the digits at least: what one more step makes precise. The instructions that take a root and
+/// divide need several times as long. Where there is no quick guess, or the numbers are to be those of another machine,
+/// it is exact.
+template <class D, class V> HWY_INLINE V guess_of_inverse_root(D d, V v) {
+#if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128 || defined(LIVERMARK_EXACT_ROOTS)
+    return hn::Div(hn::Set(d, hn::TFromD<D>(1)), hn::Sqrt(v));
+#else
+    if constexpr (sizeof(hn::TFromD<D>) == 4) {
+        return hn::ApproximateReciprocalSqrt(v);
+    } else {
+        const hn::Rebind<float, D> narrow;
+        const auto in_single = hn::DemoteTo(narrow, v);
+        const auto guess = refined(narrow, in_single, hn::ApproximateReciprocalSqrt(in_single));
+        return refined(d, v, hn::PromoteTo(d, guess));
+    }
+#endif
 }
 
 } // namespace livermark::msm::HWY_NAMESPACE

@@ -11,7 +11,6 @@
 #include "msm/spring_law.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/springs/springs_with_volume.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "support/input_error.hpp"
 #include "tests/live/box_scene.hpp"

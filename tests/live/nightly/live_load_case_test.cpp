@@ -10,7 +10,7 @@
 #include "meshes/io/body_reader.hpp"
 #include "msm/spring_energy.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/inversion_guard.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "msm/statics/equilibrium.hpp"
 
 namespace livermark::live {

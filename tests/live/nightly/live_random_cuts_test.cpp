@@ -11,7 +11,7 @@
 #include "meshes/io/body_reader.hpp"
 #include "msm/cutting/cut_parts.hpp"
 #include "msm/cutting/part_of_body.hpp"
-#include "msm/dynamics/step_parts.hpp"
+#include "msm/elastic_body.hpp"
 #include "support/input_error.hpp"
 #include "tests/cut_checks.hpp"
 

@@ -5,7 +5,7 @@
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/linear_elements.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "msm/springs/volume_penalty.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "fem_reference/linear/linear_elasticity.hpp"
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/springs/linear_elements.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"

@@ -5,7 +5,7 @@
 
 #include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "msm/statics/conjugate_gradients.hpp"
+#include "msm/statics/rest_stiffness.hpp"
 
 namespace livermark {
 namespace {

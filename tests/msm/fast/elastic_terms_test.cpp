@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "msm/elastic_body.hpp"
 #include "msm/kernels/equilibria/vector_springs.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/fixable_term.hpp"
-#include "msm/springs/inversion_guard.hpp"
 #include "msm/springs/linear_elements.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/volume_term.hpp"

@@ -1,10 +1,9 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 
-#include "msm/dynamics/elastic_motion.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/stepper.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
-#include "msm/springs/inversion_guard.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/volume_term.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"

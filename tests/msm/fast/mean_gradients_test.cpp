@@ -1,4 +1,4 @@
-#include "msm/kernels/layout/mean_gradients.hpp"
+#include "msm/kernels/layout/slicing.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "msm/kernels/layout/spring_lanes.hpp"
+#include "msm/kernels/layout/sliced_body.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {

@@ -1,4 +1,4 @@
-#include "msm/kernels/layout/stars.hpp"
+#include "msm/kernels/layout/sliced_body.hpp"
 
 #include <gtest/gtest.h>
 #include <map>

@@ -2,7 +2,6 @@
 
 #include "msm/kernels/layout/slicing.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/nodal_parts.hpp"
 #include "msm/springs/volume_penalty.hpp"
 #include "tests/samples/moving_samples.hpp"
 

@@ -3,13 +3,12 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "msm/dynamics/elastic_motion.hpp"
+#include "msm/dynamics/stepper.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/inversion_guard.hpp"
 #include "msm/springs/linear_elements.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "tests/samples/moving_samples.hpp"
 
 namespace livermark {

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <livermark/msm/dynamics/highest_frequency.hpp>
 #include <livermark/msm/dynamics/time_step.hpp>
 #include <livermark/msm/kernels/fast_steps.hpp>
 #include <livermark/msm/spring_law.hpp>

@@ -1,13 +1,13 @@
-#include "msm/cutting/frequency_around.hpp"
+#include "msm/cutting/part_of_body.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
 
-#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "tests/samples/cut_bodies.hpp"
 
 namespace livermark {

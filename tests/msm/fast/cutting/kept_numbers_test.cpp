@@ -1,4 +1,4 @@
-#include "msm/cutting/kept_numbers.hpp"
+#include "msm/cutting/part_of_body.hpp"
 
 #include <gtest/gtest.h>
 

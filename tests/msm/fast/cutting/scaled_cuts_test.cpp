@@ -9,8 +9,8 @@
 
 #include "msm/cutting/cut_parts.hpp"
 #include "msm/cutting/rest_scaling.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "tests/samples/cut_bodies.hpp"

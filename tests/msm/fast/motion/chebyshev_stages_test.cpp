@@ -1,4 +1,4 @@
-#include "msm/dynamics/chebyshev_stages.hpp"
+#include "msm/integrator.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "msm/dynamics/damping.hpp"
+#include "msm/dynamics/stepper.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/statics/dynamic_relaxation.hpp"

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include "msm/dynamics/elastic_motion.hpp"
+#include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/implicit_integrators.hpp"
 #include "msm/integrator.hpp"

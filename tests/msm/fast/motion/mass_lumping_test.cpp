@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 #include <numeric>
 
-#include "msm/mass_lumping.hpp"
+#include "msm/elastic_body.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {

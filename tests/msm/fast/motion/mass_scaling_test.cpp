@@ -4,11 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "msm/dynamics/elastic_motion.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
-#include "msm/dynamics/observed_time_step.hpp"
 #include "msm/dynamics/spectrum.hpp"
+#include "msm/dynamics/stepper.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/spring_energy.hpp"
 #include "msm/springs/coupled_springs.hpp"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "msm/dynamics/observed_time_step.hpp"
+#include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/implicit_integrators.hpp"
 #include "tests/not_a_number.hpp"

@@ -6,7 +6,6 @@
 #include <limits>
 #include <set>
 
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "support/input_error.hpp"

@@ -3,9 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "msm/dynamics/elastic_motion.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/spectrum.hpp"
+#include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"

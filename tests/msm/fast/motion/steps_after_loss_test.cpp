@@ -4,9 +4,7 @@
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/inversion_guard.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/springs/springs_with_volume.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
 

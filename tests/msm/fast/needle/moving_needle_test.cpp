@@ -6,12 +6,12 @@
 #include <string>
 
 #include "core/mesh/interior_place.hpp"
-#include "msm/dynamics/elastic_motion.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/stepper.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -7,14 +7,13 @@
 #include <tuple>
 #include <vector>
 
-#include "msm/dynamics/elastic_motion.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/stepper.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/kernels/relaxation/relaxation_clock.hpp"
+#include "msm/kernels/relaxation.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/viscoelastic/held_steps.hpp"
+#include "msm/viscoelastic/relaxing_stepper.hpp"
 #include "msm/viscoelastic/relaxing_steps.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"

@@ -7,9 +7,9 @@
 #include <memory>
 #include <vector>
 
-#include "msm/dynamics/elastic_motion.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/release.hpp"
+#include "msm/dynamics/stepper.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/viscoelastic/relaxing_body.hpp"

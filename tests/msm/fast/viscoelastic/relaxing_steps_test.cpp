@@ -5,12 +5,11 @@
 #include <limits>
 #include <random>
 
-#include "msm/dynamics/elastic_motion.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/stepper.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/viscoelastic/held_steps.hpp"
+#include "msm/viscoelastic/relaxing_stepper.hpp"
 #include "msm/viscoelastic/relaxing_steps.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -6,12 +6,10 @@
 #include <random>
 #include <string>
 
-#include "msm/dynamics/step_parts.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/inversion_guard.hpp"
 #include "msm/springs/linear_elements.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/viscoelastic/relaxing_term.hpp"
 #include "msm/volume_term.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "msm/elastic_body.hpp"
 
 namespace livermark::msm {
 
@@ -49,5 +50,50 @@ Eigen::Matrix<double, 12, 12> volume_hessian(const Eigen::VectorXd &x, const std
 /// Puts such a block of one tetrahedron where its nodes are in a (3N, 3N) matrix.
 void add_block(std::vector<Eigen::Triplet<double>> &entries, const std::array<int, 4> &tetrahedron,
                const Eigen::Matrix<double, 12, 12> &block);
+
+// The strain of a tetrahedron in the lengths of its edges. Six edges are as many as a strain has components, so each
+// says all that the other does. What is said of an edge, its stretch q_e in m^2, may be l^2 - l0^2, or, what is the
+// same for small strains, 2 l0 (l - l0).
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// A vector for each of the six edges, from its first end to the second.
+using EdgeVectors = std::array<core::Vector3, 6>;
+
+/// Differences of a field along the edges.
+EdgeVectors edge_spans(const std::array<int, 4> &nodes, const Eigen::VectorXd &field);
+
+/// l_e^2 [m^2]
+Vector6 squared_lengths(const EdgeVectors &spans);
+
+/// The rates of stretches whose derivative by the span is 2 pull [m^2/s].
+Vector6 stretch_rates(const EdgeVectors &pulls, const EdgeVectors &rates);
+
+/// dq_e/dx of the four corners, rows 3 a + component [m]
+Eigen::Matrix<double, 12, 6> stretch_slopes(const EdgeVectors &pulls);
+
+/// Pulls the ends of each edge together with tension_e pull_e, tension_e = 2 dU/dq_e [N/m].
+void add_tensions(const std::array<int, 4> &nodes, const EdgeVectors &pulls, const Vector6 &tension,
+                  Eigen::VectorXd &force);
+
+/// The second derivative of an energy of six spans that do not know of each other, each with its own.
+/// @return shape (12, 12) [N/m]
+Eigen::Matrix<double, 12, 12> hessian_of_edges(const std::array<Eigen::Matrix3d, 6> &of_span);
+
+/// The matrix D of the strain E = D q, which is Green's where q = l^2 - l0^2, in the orthonormal components E11, E22,
+/// E33, sqrt 2 E12, sqrt 2 E23 and sqrt 2 E31: with g the gradients of the barycentric coordinates at rest, E = -1/4
+/// sum over edges ij of q_ij (g_i g_j^T + g_j g_i^T). (Delingette 2008, IEEE TVCG 14(2), for triangles)
+/// @param rest   positions [m]
+/// @param nodes  of a tetrahedron of positive volume
+/// @return [1/m^2]
+Matrix6 strain_of_stretches(const Eigen::VectorXd &rest, const std::array<int, 4> &nodes);
+
+/// A symmetric tensor from these components, and back.
+Eigen::Matrix3d tensor(const Vector6 &of);
+Vector6 components(const Eigen::Matrix3d &of);
+
+/// Stress lambda (tr E) I + 2 mu E in the same components, as a matrix that a strain is multiplied with [Pa].
+Matrix6 isotropic_stiffness(double lame_lambda, double shear_modulus);
 
 } // namespace livermark::msm
