@@ -113,7 +113,7 @@ class OutputFile {
         write(path, RowTypeOf<T>::get(), {rows.size() / rows_per_block, rows_per_block}, rows.data(), units);
     }
 
-    /// Texts are UTF-8 of fixed length, padded with null characters to the longest: see hdf5_text.hpp.
+    /// Texts are UTF-8 of fixed length, padded with null characters to the longest: see hdf5_checks.hpp.
     void text(const std::string &path, const std::string &name, const std::string &value);
     void texts(const std::string &path, const std::string &name, const std::vector<std::string> &values);
     /// The same of ASCII characters, which is what VTK asks for.

@@ -7,9 +7,9 @@
 
 #include "core/tool/needle/needle_line.hpp"
 #include "models/needle_motion/needled_body.hpp"
-#include "results/hdf5/files/needle_file.hpp"
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"
+#include "results/records/needle.hpp"
 #include "studies/arena/arena_mesh.hpp"
 #include "studies/arena/needle/needle_run.hpp"
 #include "studies/arena/whole_nodes.hpp"

@@ -5,7 +5,7 @@
 
 #include "core/problem.hpp"
 #include "models/needle_motion/needled_body.hpp"
-#include "results/records/needle_arena.hpp"
+#include "results/records/needle.hpp"
 
 namespace livermark::studies {
 

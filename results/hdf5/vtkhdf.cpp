@@ -1,8 +1,6 @@
-#include "results/hdf5/io/vtkhdf.hpp"
-
 #include <algorithm>
 
-#include "results/hdf5/io/schema.hpp"
+#include "results/hdf5/solution_group.hpp"
 
 namespace livermark::results {
 
