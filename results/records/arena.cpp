@@ -8,8 +8,8 @@
 #include <set>
 #include <tuple>
 
+#include "core/units.hpp"
 #include "results/hdf5/file_parts.hpp"
-#include "results/hdf5/io/described.hpp"
 
 namespace livermark::results {
 
@@ -17,56 +17,81 @@ namespace {
 
 using hdf5::Of;
 
-/// Runs with given iterations have no budget, so nothing was measured to keep
-/// to it.
+std::string in_percent(double value) {
+    return std::isfinite(value) ? fixed(core::percent * value, 1) : "-";
+}
+
+std::string in_milliseconds(double seconds) {
+    return fixed(core::milliseconds * seconds, seconds < 0.1 ? 2 : 0); // "-" where somebody else does not say it
+}
+
+/// "-" where somebody else does not say it.
+std::string count_or_dash(double count) {
+    return fixed(count > 0.0 ? count : std::numeric_limits<double>::quiet_NaN(), 0);
+}
+
+/// Runs with given iterations have no budget, so nothing was measured to keep to it.
 enum class Effort { of_budget, given };
 
 /// @param num_records  K
 template <class At>
 void describe_arena_runs(At at, Of<At, std::vector<ArenaRun>> &runs, std::size_t num_records, Effort effort) {
+    using Run = ArenaRun;
+    const auto error = [](auto value) { return hdf5::inside(&Run::errors, value); };
     auto columns = hdf5::columns_of(at, runs);
-    const auto later_column = [&](const char *name, auto value, const char *units) {
+    const auto later_column = [&](const char *name, auto value, const char *units, const hdf5::Shown<Run> &shown = {}) {
         if (at.has(name)) // not in files of 0.1.0
-            columns.column(name, value, units);
+            columns.column(name, value, units, shown);
     };
-    columns.texts("methods", &ArenaRun::method);
-    columns.texts("settings", &ArenaRun::setting);
-    columns.words("outcomes", &ArenaRun::outcome);
-    columns.column("tetrahedra", &ArenaRun::tetrahedra);
+    columns.texts("methods", &Run::method, "method");
+    columns.texts("settings", &Run::setting, "setting");
+    columns.words("outcomes", &Run::outcome, "outcome");
+    columns.column("tetrahedra", &Run::tetrahedra, "", "tetrahedra");
     if (effort == Effort::of_budget)
-        columns.column("budget", &ArenaRun::budget, "s");
-    columns.column("steps", &ArenaRun::steps);
-    columns.column("iterations", &ArenaRun::iterations);
-    columns.column(
-        "contact_error", [](auto &run) -> auto & { return run.errors.contact; });
-    columns.column(
-        "after_error", [](auto &run) -> auto & { return run.errors.after; });
-    columns.column(
-        "force_error", [](auto &run) -> auto & { return run.errors.force; });
-    columns.column("volume_error", &ArenaRun::volume_error);
-    columns.column("smallest_jacobian", &ArenaRun::smallest_jacobian);
-    columns.column("num_inverted", &ArenaRun::num_inverted);
-    columns.column("frame_seconds", &ArenaRun::frame_seconds, "s");
-    columns.column("frame_seconds_95", &ArenaRun::frame_seconds_95, "s");
-    columns.column("worst_frame_seconds", &ArenaRun::worst_frame_seconds, "s");
-    columns.column("setup_seconds", &ArenaRun::setup_seconds, "s");
-    columns.column("release_seconds", &ArenaRun::release_seconds, "s");
-    columns.column("element_passes", &ArenaRun::element_passes);
-    columns.column("bytes_per_element", &ArenaRun::bytes_per_element);
+        columns.column("budget", &Run::budget, "s", {"budget [ms]", in_milliseconds});
+    columns.column("steps", &Run::steps, "", {"steps", count_or_dash});
+    columns.column("iterations", &Run::iterations, "",
+                   {"iterations", [](const Run &run) {
+                        return run.iterations > 0 ? iterations_of(run.iterations, run.stops_early) : "-";
+                    }});
+    columns.column("contact_error", error(&core::ToolErrors::contact), "", {"contact [%]", in_percent});
+    columns.column("after_error", error(&core::ToolErrors::after), "", {"after [%]", in_percent});
+    columns.column("force_error", error(&core::ToolErrors::force), "", {"force [%]", in_percent});
+    columns.column("volume_error", &Run::volume_error, "", {"volume [%]", core::percent, 2});
+    columns.column("smallest_jacobian", &Run::smallest_jacobian, "", {"least J", 1.0, 2});
+    columns.column("num_inverted", &Run::num_inverted);
+    columns.column("frame_seconds", &Run::frame_seconds, "s", {"frame [ms]", in_milliseconds});
+    columns.column("frame_seconds_95", &Run::frame_seconds_95, "s", {"95 % [ms]", in_milliseconds});
+    columns.column("worst_frame_seconds", &Run::worst_frame_seconds, "s", {"worst [ms]", in_milliseconds});
+    columns.column("setup_seconds", &Run::setup_seconds, "s", {"setup [s]", 1.0, 2});
+    columns.column("release_seconds", &Run::release_seconds, "s");
+    columns.column("element_passes", &Run::element_passes, "", {"passes", [](const Run &run) {
+                                                                    return (run.stops_early != 0 ? "up to " : "") +
+                                                                           count_or_dash(run.element_passes);
+                                                                }});
+    columns.column("bytes_per_element", &Run::bytes_per_element, "", {"B/tetrahedron", count_or_dash});
     if (effort == Effort::of_budget) {
-        later_column("calibration_spread", &ArenaRun::calibration_spread, "");
-        later_column("stops_early", &ArenaRun::stops_early, "");
+        later_column("calibration_spread", &Run::calibration_spread, "");
+        later_column("stops_early", &Run::stops_early, "");
     }
-    later_column("pressed_force", &ArenaRun::pressed_force, "N");
-    later_column("slid_force", &ArenaRun::slid_force, "N");
-    later_column("slid_ratio", &ArenaRun::slid_ratio, "");
-    later_column("deepest", &ArenaRun::deepest, "m");
+    later_column("pressed_force", &Run::pressed_force, "N", {"pressed [N]", 1.0, 3});
+    later_column("slid_force", &Run::slid_force, "N", {"sliding [N]", 1.0, 3});
+    later_column("slid_ratio", &Run::slid_ratio, "", {"across/along", 1.0, 3});
+    later_column("deepest", &Run::deepest, "m", {"deepest [mm]", core::millimetres, 2});
     if (runs.empty())
         return;
-    columns.blocks("force", &ArenaRun::force, num_records, "N");
-    columns.blocks(
-        "error_over_time", [](auto &run) -> auto & { return run.errors.over_time; },
-        core::ToolHistory::num_fields(static_cast<int>(num_records)));
+    columns.blocks("force", &Run::force, num_records, "N");
+    columns.blocks("error_over_time", error(&core::ToolErrors::over_time),
+                   core::ToolHistory::num_fields(static_cast<int>(num_records)));
+}
+
+/// Cells of runs in the order of a key.
+template <class Key> hdf5::Cells cells_by(const Arena &arena, Key key) {
+    auto runs = arena.runs;
+    std::ranges::stable_sort(runs, {}, key);
+    hdf5::Cells cells;
+    describe_arena_runs(cells, runs, arena.time.size(), Effort::of_budget);
+    return cells;
 }
 
 template <class At> void describe_arena_methods(At at, Of<At, std::vector<ArenaMethod>> &methods) {
@@ -99,24 +124,10 @@ template <class At> void describe_arena(At root, Of<At, Arena> &arena) {
     if (at.has("reference_pressed_force")) // nor this
         at.number("reference_pressed_force", arena.reference_pressed_force);
     describe_arena_runs(at, arena.runs, num_records, Effort::of_budget);
-    if (root.has("series",
-                 !arena.series.empty())) // of files since 0.2.0, as the next
+    if (root.has("series", !arena.series.empty())) // of files since 0.2.0, as the next
         describe_arena_runs(root.group("series"), arena.series, num_records, Effort::given);
     if (root.has("methods", !arena.methods.empty()))
         describe_arena_methods(root.group("methods"), arena.methods);
-}
-
-std::string in_percent(double value) {
-    return std::isfinite(value) ? fixed(100.0 * value, 1) : "-";
-}
-
-std::string in_milliseconds(double seconds) {
-    return fixed(1e3 * seconds, seconds < 0.1 ? 2 : 0); // "-" where somebody else does not say it
-}
-
-/// "-" where somebody else does not say it.
-std::string count_or_dash(double count) {
-    return fixed(count > 0.0 ? count : std::numeric_limits<double>::quiet_NaN(), 0);
 }
 
 /// NaN last.
@@ -179,107 +190,40 @@ Arena read_arena(const std::filesystem::path &path) {
 }
 
 Layout arena_table(const Arena &arena) {
-    Layout layout{{{"tetrahedra", true},
-                   {"budget [ms]", true},
-                   {"method"},
-                   {"setting"},
-                   {"steps", true},
-                   {"iterations", true},
-                   {"contact [%]", true},
-                   {"force [%]", true},
-                   {"after [%]", true},
-                   {"volume [%]", true},
-                   {"least J", true},
-                   {"frame [ms]", true},
-                   {"95 % [ms]", true},
-                   {"worst [ms]", true},
-                   {"setup [s]", true},
-                   {"passes", true},
-                   {"B/tetrahedron", true},
-                   {"outcome"}},
-                  {}};
-    std::vector<const ArenaRun *> runs;
-    for (const auto &run : arena.runs)
-        runs.push_back(&run);
-    std::ranges::stable_sort(runs, {}, [](const ArenaRun *run) {
-        return std::tuple(run->tetrahedra, run->budget, run->outcome, sorted_by(run->errors.contact));
-    });
-    for (const auto *run : runs)
-        layout.rows.push_back(
-            {fmt::format("{}", run->tetrahedra), in_milliseconds(run->budget), run->method, run->setting,
-             count_or_dash(run->steps), run->iterations > 0 ? iterations_of(run->iterations, run->stops_early) : "-",
-             in_percent(run->errors.contact), in_percent(run->errors.force), in_percent(run->errors.after),
-             fixed(100.0 * run->volume_error, 2), fixed(run->smallest_jacobian, 2), in_milliseconds(run->frame_seconds),
-             in_milliseconds(run->frame_seconds_95), in_milliseconds(run->worst_frame_seconds),
-             fixed(run->setup_seconds, 2), (run->stops_early != 0 ? "up to " : "") + count_or_dash(run->element_passes),
-             count_or_dash(run->bytes_per_element), to_string(run->outcome)});
-    return layout;
+    return cells_by(arena,
+                    [](const ArenaRun &run) {
+                        return std::tuple(run.tetrahedra, run.budget, run.outcome, sorted_by(run.errors.contact));
+                    })
+        .table({"tetrahedra", "budget", "methods", "settings", "steps", "iterations", "contact_error", "force_error",
+                "after_error", "volume_error", "smallest_jacobian", "frame_seconds", "frame_seconds_95",
+                "worst_frame_seconds", "setup_seconds", "element_passes", "bytes_per_element", "outcomes"});
 }
 
 std::string arena_legend() {
     return "iterations: in a step; up to: a limit, of which a method takes fewer because nothing is left to do, so "
-           "that "
-           "the budget is not used up; contact, after: error of the displacement while the tool is in contact, and "
-           "after its release; force: "
-           "error "
-           "of the force on the tool; volume: largest error of the volume of the body; least J: smallest ratio of "
-           "current to initial volume of a tetrahedron; frame, 95 %, worst: processor time of a frame, median, 95th "
-           "percentile and largest; passes: passes over all elements in a frame; -: not known\n";
+           "that the budget is not used up; contact, after: error of the displacement while the tool is in contact, "
+           "and after its release; force: error of the force on the tool; volume: largest error of the volume of the "
+           "body; least J: smallest ratio of current to initial volume of a tetrahedron; frame, 95 %, worst: processor "
+           "time of a frame, median, 95th percentile and largest; passes: passes over all elements in a frame; -: not "
+           "known\n";
 }
 
 Layout arena_forces(const Arena &arena) {
-    Layout layout{{{"tetrahedra", true},
-                   {"budget [ms]", true},
-                   {"method"},
-                   {"setting"},
-                   {"steps", true},
-                   {"iterations", true},
-                   {"pressed [N]", true},
-                   {"sliding [N]", true},
-                   {"across/along", true},
-                   {"deepest [mm]", true},
-                   {"least J", true},
-                   {"frame [ms]", true},
-                   {"worst [ms]", true},
-                   {"outcome"}},
-                  {}};
-    std::vector<const ArenaRun *> runs;
-    for (const auto &run : arena.runs)
-        runs.push_back(&run);
-    std::ranges::stable_sort(runs, {}, [](const ArenaRun *run) { return std::tuple(run->tetrahedra, run->budget); });
-    for (const auto *run : runs)
-        layout.rows.push_back({fmt::format("{}", run->tetrahedra), in_milliseconds(run->budget), run->method,
-                               run->setting, fmt::format("{}", run->steps),
-                               iterations_of(run->iterations, run->stops_early), fixed(run->pressed_force, 3),
-                               fixed(run->slid_force, 3), fixed(run->slid_ratio, 3), fixed(1e3 * run->deepest, 2),
-                               fixed(run->smallest_jacobian, 2), in_milliseconds(run->frame_seconds),
-                               in_milliseconds(run->worst_frame_seconds), to_string(run->outcome)});
-    return layout;
+    return cells_by(arena, [](const ArenaRun &run) { return std::tuple(run.tetrahedra, run.budget); })
+        .table({"tetrahedra", "budget", "methods", "settings", "steps", "iterations", "pressed_force", "slid_force",
+                "slid_ratio", "deepest", "smallest_jacobian", "frame_seconds", "worst_frame_seconds", "outcomes"});
 }
 
 Layout arena_series(const Arena &arena) {
-    Layout layout{{{"tetrahedra", true},
-                   {"method"},
-                   {"setting"},
-                   {"steps", true},
-                   {"iterations", true},
-                   {"contact [%]", true},
-                   {"force [%]", true},
-                   {"pressed [N]", true},
-                   {"stiffness [%]", true},
-                   {"volume [%]", true},
-                   {"least J", true},
-                   {"frame [ms]", true},
-                   {"outcome"}},
-                  {}};
-    for (const auto &run : arena.series)
-        layout.rows.push_back({fmt::format("{}", run.tetrahedra), run.method, run.setting, fmt::format("{}", run.steps),
-                               fmt::format("{}", run.iterations), in_percent(run.errors.contact),
-                               in_percent(run.errors.force), fixed(run.pressed_force, 3),
-                               in_percent(run.pressed_force / arena.reference_pressed_force - 1.0),
-                               fixed(100.0 * run.volume_error, 2), fixed(run.smallest_jacobian, 2),
-                               in_milliseconds(run.frame_seconds), to_string(run.outcome)});
-    return layout;
+    hdf5::Cells cells;
+    describe_arena_runs(cells, arena.series, arena.time.size(), Effort::given);
+    hdf5::columns_of(cells, arena.series)
+        .column("stiffness",
+                [&](const ArenaRun &run) { return run.pressed_force / arena.reference_pressed_force - 1.0; }, "",
+                {"stiffness [%]", in_percent});
+    return cells.table({"tetrahedra", "methods", "settings", "steps", "iterations", "contact_error", "force_error",
+                        "pressed_force", "stiffness", "volume_error", "smallest_jacobian", "frame_seconds",
+                        "outcomes"});
 }
 
 std::string tool_of(const Arena &arena) {
@@ -303,8 +247,7 @@ std::string calibration_note(const Arena &arena) {
 
 std::string overview_legend() {
     return "ms [%]: error of the displacement in contact within that processor time of a frame; % in [ms]: shortest "
-           "time "
-           "of a frame with that error\n";
+           "time of a frame with that error\n";
 }
 
 Layout arena_overview(const Arena &arena) {
