@@ -25,6 +25,13 @@ void check_schema(const InputFile &file);
 /// @throws support::InputError for a value that no material has
 void check_materials(const GroupReader &group, const std::vector<core::Material> &materials);
 
+/// Body, load case and title of a record, as attributes of the root.
+template <class At, class Record> void describe_head(At root, Record &record) {
+    root.text("body", record.body);
+    root.text("load_case", record.load_case);
+    root.text("title", record.title);
+}
+
 /// The group /materials, a row for each region.
 /// @param num_regions  nothing where the file decides
 template <class At>

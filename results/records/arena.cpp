@@ -104,9 +104,7 @@ template <class At> void describe_arena_methods(At at, Of<At, std::vector<ArenaM
 }
 
 template <class At> void describe_arena(At root, Of<At, Arena> &arena) {
-    root.text("body", arena.body);
-    root.text("load_case", arena.load_case);
-    root.text("title", arena.title);
+    hdf5::describe_head(root, arena);
     const auto at = root.group("arena");
     at.number("frame_interval", arena.frame_interval);
     if (at.has("tool")) { // not in files of 0.1.0
@@ -261,7 +259,7 @@ Layout arena_overview(const Arena &arena) {
             methods[run.tetrahedra].push_back(run.method);
         of_method.push_back(&run);
     }
-    Layout layout{{{"tetrahedra", true}, {"method"}}, {}};
+    auto layout = headed({}, {"tetrahedra"}, {"method"});
     for (const double budget : budgets)
         layout.columns.push_back({fmt::format("{} ms [%]", in_milliseconds(budget)), true});
     for (const int part : {20, 10, 5})

@@ -17,6 +17,10 @@ namespace livermark::results {
 
 namespace {
 
+using core::millimetres, core::millijoules, core::milliseconds;
+
+constexpr double square_centimetres = 1e4;
+
 /// @param num_records  K
 template <class At> void describe_cut_run(At at, hdf5::Of<At, CutRun> &run, std::size_t num_records) {
     at.rows("stored", run.stored, "J", num_records);
@@ -49,19 +53,17 @@ template <class At> void describe_cut_motions(At at, hdf5::Of<At, CutFile> &cut)
 
 template <class At> void describe_finer_cuts(At at, hdf5::Of<At, CutFile> &cut) {
     auto columns = hdf5::columns_of(at, cut.levels);
-    columns.texts("ways", &CutLevel::way);
-    columns.column("tetrahedra", &CutLevel::tetrahedra);
-    columns.column("area", &CutLevel::area, "m^2");
-    columns.column("depth", &CutLevel::depth, "m");
-    columns.column("opening", &CutLevel::opening, "m");
-    columns.column("tool_stiffness", &CutLevel::tool_stiffness, "N/m");
-    columns.column("solve_seconds", &CutLevel::solve_seconds, "s");
+    columns.texts("ways", &CutLevel::way, "cut");
+    columns.column("tetrahedra", &CutLevel::tetrahedra, "", "tetrahedra");
+    columns.column("area", &CutLevel::area, "m^2", {"cut [cm^2]", square_centimetres, 2});
+    columns.column("depth", &CutLevel::depth, "m", {"rim at [mm]", millimetres, 1});
+    columns.column("opening", &CutLevel::opening, "m", {"opening [mm]", millimetres, 3});
+    columns.column("tool_stiffness", &CutLevel::tool_stiffness, "N/m", {"tool [N/m]", 1.0, 2});
+    columns.column("solve_seconds", &CutLevel::solve_seconds, "s", {"time [s]", 1.0, 1});
 }
 
 template <class At> void describe_cut(At root, hdf5::Of<At, CutFile> &cut) {
-    root.text("body", cut.body);
-    root.text("load_case", cut.load_case);
-    root.text("title", cut.title);
+    hdf5::describe_head(root, cut);
     const auto at = root.group("cut", hdf5::Order::kept);
     at.number("toughness", cut.toughness);
     std::string reference = cut.runs.empty() ? "" : cut.runs.front().model;
@@ -84,10 +86,6 @@ template <class At> void describe_cut(At root, hdf5::Of<At, CutFile> &cut) {
     if (at.has("motions", !cut.motions.empty())) // only where methods have moved
         describe_cut_motions(at.group("motions"), cut);
 }
-
-using core::millimetres, core::millijoules, core::milliseconds;
-
-constexpr double square_centimetres = 1e4;
 
 double difference_in_percent(double value, double reference) {
     return core::percent * (value / reference - 1.0);
@@ -204,16 +202,8 @@ CutFile read_cut_file(const std::filesystem::path &path) {
 }
 
 Layout cut_table(const CutFile &file) {
-    Layout table{{{"blade at [mm]", true},
-                  {"cut [cm^2]", true},
-                  {"opening [mm]", true},
-                  {"stored [mJ]", true},
-                  {"released [mJ]", true},
-                  {"over area [J/m^2]", true},
-                  {"left to the blade [mJ]", true},
-                  {"tool [N/m]", true},
-                  {"time of the cut [ms]", true}},
-                 {}};
+    auto table = headed({}, {"blade at [mm]", "cut [cm^2]", "opening [mm]", "stored [mJ]", "released [mJ]",
+                             "over area [J/m^2]", "left to the blade [mJ]", "tool [N/m]", "time of the cut [ms]"});
     const auto &run = file.runs.front();
     double by_blade = 0.0;
     for (std::size_t k = 0; k < file.num_records(); ++k) {
@@ -229,26 +219,17 @@ Layout cut_table(const CutFile &file) {
 }
 
 Layout cut_models_table(const CutFile &file) {
-    Layout table{{{"model"},
-                  {"opening [mm]", true},
-                  {"off by [%]", true},
-                  {"released [mJ]", true},
-                  {"off by [%]", true},
-                  {"over area [J/m^2]", true},
-                  {"tool [N/m]", true},
-                  {"off by [%]", true},
-                  {"cut to ready [ms]", true},
-                  {"longest [ms]", true},
-                  {"equilibrium [ms]", true}},
-                 {}};
+    auto table =
+        headed({"model"}, {"opening [mm]", "off by [%]", "released [mJ]", "off by [%]", "over area [J/m^2]",
+                           "tool [N/m]", "off by [%]", "cut to ready [ms]", "longest [ms]", "equilibrium [ms]"});
     const auto last = file.num_records() - 1;
     const auto judge = file.judge_in_the_end();
     const auto &on_mesh = file.runs.front();
     const auto bar = [](const ErrorBar &number) { return std::isnan(number.value) ? "-" : "+- " + percent_of(number); };
     if (judge.is_refined)
-        table.rows.push_back({on_mesh.model + ", refined (reference)",
-                              fixed(millimetres * judge.opening.value, 3), bar(judge.opening), "-", "-", "-",
-                              fixed(judge.tool_stiffness.value, 2), bar(judge.tool_stiffness), "-", "-", "-"});
+        table.rows.push_back({on_mesh.model + ", refined (reference)", fixed(millimetres * judge.opening.value, 3),
+                              bar(judge.opening), "-", "-", "-", fixed(judge.tool_stiffness.value, 2),
+                              bar(judge.tool_stiffness), "-", "-", "-"});
     for (const auto &run : file.runs) {
         const bool judges = !judge.is_refined && &run == &on_mesh;
         const auto off = [&](double value, double reference) {
@@ -256,14 +237,14 @@ Layout cut_models_table(const CutFile &file) {
         };
         const auto ready = file.ready_seconds(run);
         // The finer meshes have no energy of the body before the cut, and two references are never in one table.
-        table.rows.push_back(
-            {judges ? run.model + " (reference)" : run.model, fixed(millimetres * run.opening[last], 3),
-             off(run.opening[last], judge.opening.value), fixed(millijoules * run.released(last), 3),
-             judge.is_refined ? "-" : off(run.released(last), on_mesh.released(last)),
-             fixed(run.released(last) / file.area[last], 3), fixed(run.tool_stiffness[last], 2),
-             off(run.tool_stiffness[last], judge.tool_stiffness.value), fixed(milliseconds * middle_of(ready), 0),
-             fixed(milliseconds * longest_of(ready), 0),
-             fixed(milliseconds * middle_of(file.equilibrium_seconds(run)), 0)});
+        table.rows.push_back({judges ? run.model + " (reference)" : run.model,
+                              fixed(millimetres * run.opening[last], 3), off(run.opening[last], judge.opening.value),
+                              fixed(millijoules * run.released(last), 3),
+                              judge.is_refined ? "-" : off(run.released(last), on_mesh.released(last)),
+                              fixed(run.released(last) / file.area[last], 3), fixed(run.tool_stiffness[last], 2),
+                              off(run.tool_stiffness[last], judge.tool_stiffness.value),
+                              fixed(milliseconds * middle_of(ready), 0), fixed(milliseconds * longest_of(ready), 0),
+                              fixed(milliseconds * middle_of(file.equilibrium_seconds(run)), 0)});
     }
     return table;
 }
@@ -280,19 +261,9 @@ std::string cut_judge_note(const CutFile &file) {
 }
 
 Layout cut_levels_table(const CutFile &file) {
-    Layout table{{{"cut"},
-                  {"tetrahedra", true},
-                  {"cut [cm^2]", true},
-                  {"rim at [mm]", true},
-                  {"opening [mm]", true},
-                  {"tool [N/m]", true},
-                  {"time [s]", true}},
-                 {}};
-    for (const auto &level : file.levels)
-        table.rows.push_back({level.way, fmt::format("{}", level.tetrahedra), fixed(square_centimetres * level.area, 2),
-                              fixed(millimetres * level.depth, 1), fixed(millimetres * level.opening, 3),
-                              fixed(level.tool_stiffness, 2), fixed(level.solve_seconds, 1)});
-    return table;
+    hdf5::Cells cells;
+    describe_finer_cuts(cells, file);
+    return cells.table({"ways", "tetrahedra", "area", "depth", "opening", "tool_stiffness", "solve_seconds"});
 }
 
 std::string cut_levels_note(const CutFile &file) {
@@ -322,7 +293,7 @@ std::string cut_levels_note(const CutFile &file) {
 }
 
 Layout cut_steps_table(const CutFile &file) {
-    Layout table{{{"springs"}, {"before [ms]", true}, {"cut along facets [ms]", true}, {"cut exactly [ms]", true}}, {}};
+    auto table = headed({"springs"}, {"before [ms]", "cut along facets [ms]", "cut exactly [ms]"});
     for (const auto &run : file.runs)
         if (!run.critical_time_step.empty()) {
             auto &row = table.rows.emplace_back(std::vector<std::string>{run.model});

@@ -13,6 +13,15 @@ namespace livermark::results {
 
 namespace {
 
+std::string in_mm(double length, int decimals = 2) {
+    return std::isfinite(length) ? fixed(core::millimetres * length, decimals) : "-";
+}
+
+/// A length that is 0 where it is not known.
+std::string in_mm_if_known(double length) {
+    return length > 0.0 ? in_mm(length) : "-";
+}
+
 using hdf5::Of;
 
 template <class At> void describe_markers(At at, Of<At, ExperimentResult> &result) {
@@ -24,12 +33,15 @@ template <class At> void describe_markers(At at, Of<At, ExperimentResult> &resul
 template <class At> void describe_states(At at, Of<At, std::vector<ExperimentState>> &states, std::size_t num_markers) {
     auto columns = hdf5::columns_of(at, states);
     columns.texts("names", &ExperimentState::name);
-    columns.column("noise", &ExperimentState::noise, "m");
-    columns.column("no_motion", &ExperimentState::no_motion, "m");
-    columns.column("rigid_motion", &ExperimentState::rigid_motion, "m");
-    columns.column("straight_line", &ExperimentState::straight_line, "m");
-    columns.column("fit_residual", &ExperimentState::fit_residual, "m");
-    columns.column("reference_uncertainty", &ExperimentState::reference_uncertainty, "m");
+    const auto length = [&](const char *name, double ExperimentState::*value, const char *title, int decimals = 2) {
+        columns.column(name, value, "m", {title, [decimals](double error) { return in_mm(error, decimals); }});
+    };
+    columns.column("noise", &ExperimentState::noise, "m", {"noise of the measurement", in_mm_if_known});
+    length("no_motion", &ExperimentState::no_motion, "no motion");
+    length("rigid_motion", &ExperimentState::rigid_motion, "rigid motion, fitted");
+    length("straight_line", &ExperimentState::straight_line, "straight line");
+    length("fit_residual", &ExperimentState::fit_residual, "driven places off their markers");
+    length("reference_uncertainty", &ExperimentState::reference_uncertainty, "reference, uncertainty of its mesh", 3);
     columns.blocks("displacement", &ExperimentState::displacement, num_markers, "m");
 }
 
@@ -67,10 +79,8 @@ template <class At> void describe_ringing_runs(At at, Of<At, std::vector<RingDow
     columns.texts("integrators", &RingDownRun::integrator);
     columns.column("tetrahedra", &RingDownRun::tetrahedra);
     columns.column("time_step", &RingDownRun::time_step, "s");
-    columns.column(
-        "alpha", [](auto &run) -> auto & { return run.damping.alpha; }, "1/s");
-    columns.column(
-        "beta", [](auto &run) -> auto & { return run.damping.beta; }, "s");
+    columns.column("alpha", hdf5::inside(&RingDownRun::damping, &core::RayleighDamping::alpha), "1/s");
+    columns.column("beta", hdf5::inside(&RingDownRun::damping, &core::RayleighDamping::beta), "s");
     columns.column("frequency", &RingDownRun::frequency, "Hz");
     columns.column("damping_ratio", &RingDownRun::damping_ratio);
     columns.column("swing_error", &RingDownRun::swing_error, "m");
@@ -117,10 +127,6 @@ template <class At> void describe_experiment(At root, Of<At, ExperimentResult> &
                     [&](auto place, auto &ring_down) { describe_ring_down(place, ring_down, num_markers); });
 }
 
-std::string in_mm(double length, int decimals = 2) {
-    return std::isfinite(length) ? fixed(core::millimetres * length, decimals) : "-";
-}
-
 std::string cell_of(const ExperimentRun &run) {
     const auto error = in_mm(run.error);
     return run.status == core::SolutionStatus::ok ? error : fmt::format("{} ({})", error, core::to_string(run.status));
@@ -152,25 +158,13 @@ std::vector<ExperimentRow> rows_of(const ExperimentResult &result) {
     return rows;
 }
 
-std::string mm(double length) {
-    return std::isfinite(length) ? fixed(core::millimetres * length, 2) : "-";
-}
-
 std::string with_decimals(double value, int decimals) {
     return std::isfinite(value) ? fixed(value, decimals) : "-";
 }
 
-/// In percent of what was measured, with its sign.
+/// Difference in percent of what was measured, with its sign.
 std::string percent_off(double value, double measured) {
     return std::isfinite(value) ? fmt::format("{:+.1f}", 100.0 * (value / measured - 1.0)) : "-";
-}
-
-std::vector<const RingDownRun *> best_first(const RingDownResult &ring_down) {
-    std::vector<const RingDownRun *> runs;
-    std::ranges::transform(ring_down.runs, std::back_inserter(runs), [](const auto &run) { return &run; });
-    std::ranges::stable_sort(runs, {},
-                             [](const RingDownRun *run) { return std::isfinite(run->error) ? run->error : HUGE_VAL; });
-    return runs;
 }
 
 } // namespace
@@ -208,29 +202,23 @@ ExperimentResult read_experiment(const std::filesystem::path &path) {
 }
 
 Layout experiment_table(const ExperimentResult &result) {
-    Layout layout{{{"error [mm]", false}, {"tetrahedra", true}}, {}};
+    auto layout = headed({"error [mm]"}, {"tetrahedra"});
     for (const auto &state : result.states)
         layout.columns.push_back({state.name, true});
     layout.columns.push_back({"time [s]", true});
-    const auto add = [&](const std::string &what, auto value) {
-        std::vector<std::string> row{what, ""};
-        for (const auto &state : result.states)
-            row.push_back(value(state));
+    hdf5::Cells cells;
+    describe_states(cells, result.states, result.markers.size());
+    const bool has_line = std::ranges::any_of(
+        result.states, [](const ExperimentState &state) { return std::isfinite(state.straight_line); });
+    for (const std::string name :
+         {"noise", "no_motion", "rigid_motion", "straight_line", "fit_residual", "reference_uncertainty"}) {
+        if (!has_line && (name == "straight_line" || name == "fit_residual"))
+            continue;
+        const auto &[head, of_states] = cells.column(name);
+        auto &row = layout.rows.emplace_back(std::vector{head.title, std::string()});
+        row.insert(row.end(), of_states.begin(), of_states.end());
         row.emplace_back("");
-        layout.rows.push_back(std::move(row));
-    };
-    add("noise of the measurement", [](const ExperimentState &s) { return s.noise > 0.0 ? in_mm(s.noise) : "-"; });
-    add("no motion", [](const ExperimentState &s) { return in_mm(s.no_motion); });
-    add("rigid motion, fitted", [](const ExperimentState &s) { return in_mm(s.rigid_motion); });
-    const auto has = [&](auto member) {
-        return std::ranges::any_of(result.states, [&](const auto &s) { return std::isfinite(s.*member); });
-    };
-    if (has(&ExperimentState::straight_line)) {
-        add("straight line", [](const ExperimentState &s) { return in_mm(s.straight_line); });
-        add("driven places off their markers", [](const ExperimentState &s) { return in_mm(s.fit_residual); });
     }
-    add("reference, uncertainty of its mesh",
-        [](const ExperimentState &s) { return in_mm(s.reference_uncertainty, 3); });
     for (const auto &of_model : rows_of(result)) {
         std::vector<std::string> row{of_model.model, fmt::format("{}", of_model.tetrahedra)};
         double seconds = 0.0;
@@ -245,16 +233,8 @@ Layout experiment_table(const ExperimentResult &result) {
 }
 
 Layout ring_down_table(const ExperimentResult &result) {
-    Layout layout{{{"state", false},
-                   {"ring-down", false},
-                   {"tetrahedra", true},
-                   {"frequency [Hz]", true},
-                   {"off by [%]", true},
-                   {"damping ratio", true},
-                   {"swings, error [mm]", true},
-                   {"markers, error [mm]", true},
-                   {"time [s]", true}},
-                  {}};
+    auto layout = headed({"state", "ring-down"}, {"tetrahedra", "frequency [Hz]", "off by [%]", "damping ratio",
+                                                  "swings, error [mm]", "markers, error [mm]", "time [s]"});
     for (const auto &ring_down : result.ring_downs) {
         const auto add = [&](std::vector<std::string> row) {
             row.insert(row.begin(), printable(ring_down.state));
@@ -264,17 +244,20 @@ Layout ring_down_table(const ExperimentResult &result) {
         add({"measured", "", fixed(ring_down.frequency, 2), "", fixed(ring_down.damping_ratio, 3)});
         add({"uncertainty of that", "", fixed(ring_down.frequency_uncertainty, 2),
              fixed(100.0 * ring_down.frequency_uncertainty / ring_down.frequency, 1),
-             fixed(ring_down.damping_uncertainty, 3), ring_down.swing_noise > 0.0 ? mm(ring_down.swing_noise) : "-",
-             ring_down.noise > 0.0 ? mm(ring_down.noise) : "-"});
-        add({"rigid motion, fitted to each record", "", "", "", "", "", mm(ring_down.rigid_motion)});
-        add({"no motion", "", "", "", "", "", mm(ring_down.no_motion)});
-        for (const auto *run : best_first(ring_down))
-            add({run->status == core::SolutionStatus::ok
-                     ? run->model
-                     : fmt::format("{} ({})", run->model, core::to_string(run->status)),
-                 std::to_string(run->tetrahedra), with_decimals(run->frequency, 2),
-                 percent_off(run->frequency, ring_down.frequency), with_decimals(run->damping_ratio, 3),
-                 mm(run->swing_error), mm(run->error), fixed(run->seconds, 1)});
+             fixed(ring_down.damping_uncertainty, 3), in_mm_if_known(ring_down.swing_noise),
+             in_mm_if_known(ring_down.noise)});
+        add({"rigid motion, fitted to each record", "", "", "", "", "", in_mm(ring_down.rigid_motion)});
+        add({"no motion", "", "", "", "", "", in_mm(ring_down.no_motion)});
+        auto runs = ring_down.runs;
+        std::ranges::stable_sort(
+            runs, {}, [](const RingDownRun &run) { return std::isfinite(run.error) ? run.error : HUGE_VAL; });
+        for (const auto &run : runs)
+            add({run.status == core::SolutionStatus::ok
+                     ? run.model
+                     : fmt::format("{} ({})", run.model, core::to_string(run.status)),
+                 std::to_string(run.tetrahedra), with_decimals(run.frequency, 2),
+                 percent_off(run.frequency, ring_down.frequency), with_decimals(run.damping_ratio, 3),
+                 in_mm(run.swing_error), in_mm(run.error), fixed(run.seconds, 1)});
     }
     return layout;
 }

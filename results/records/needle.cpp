@@ -11,43 +11,54 @@
 
 #include "core/units.hpp"
 #include "results/hdf5/file_parts.hpp"
-#include "results/hdf5/io/columns.hpp"
-#include "results/hdf5/io/described.hpp"
 
 namespace livermark::results {
 
 namespace {
 
-/// @param num_records  K
-template <class At>
-void describe_needle_arena_runs(At at, hdf5::Of<At, std::vector<NeedleArenaRun>> &runs, std::size_t num_records) {
-    auto columns = hdf5::columns_of(at, runs);
-    columns.texts("methods", &NeedleArenaRun::method);
-    columns.texts("settings", &NeedleArenaRun::setting);
-    columns.words("outcomes", &NeedleArenaRun::outcome);
-    columns.column("tetrahedra", &NeedleArenaRun::tetrahedra);
-    columns.column("budget", &NeedleArenaRun::budget, "s");
-    columns.column("steps", &NeedleArenaRun::steps);
-    columns.column("iterations", &NeedleArenaRun::iterations);
-    columns.blocks("force", &NeedleArenaRun::force, num_records, "N");
-    columns.blocks("tip", &NeedleArenaRun::tip, num_records, "m");
-    columns.blocks("target", &NeedleArenaRun::target, num_records, "m");
-    columns.column("target_error", &NeedleArenaRun::target_error, "m");
-    columns.column("path_error", &NeedleArenaRun::path_error);
-    columns.column(
-        "peak", [](auto &run) -> auto & { return run.forces.peak; }, "N");
-    columns.column(
-        "slope", [](auto &run) -> auto & { return run.forces.slope; }, "N/m");
-    columns.column(
-        "pull", [](auto &run) -> auto & { return run.forces.pull; }, "N");
-    columns.column("frame_seconds", &NeedleArenaRun::frame_seconds, "s");
-    columns.column("frame_seconds_95", &NeedleArenaRun::frame_seconds_95, "s");
-    columns.column("worst_frame_seconds", &NeedleArenaRun::worst_frame_seconds, "s");
-    columns.column("cost_ratio", &NeedleArenaRun::cost_ratio);
-    columns.column("setup_seconds", &NeedleArenaRun::setup_seconds, "s");
-    columns.column("calibration_spread", &NeedleArenaRun::calibration_spread);
+using core::millimetres, core::milliseconds, core::percent;
+
+/// A value with what it is off by.
+std::string with_error(double value, double reference, int decimals) {
+    return fmt::format("{} ({})", fixed(value, decimals),
+                       std::isnan(value) ? "-" : fmt::format("{:+.1f}", percent * (value / reference - 1.0)));
+}
+
+template <class At> void describe_needle_arena_runs(At at, hdf5::Of<At, NeedleArena> &arena) {
+    using Run = NeedleArenaRun;
+    const auto num_records = arena.depth.size();
+    auto columns = hdf5::columns_of(at, arena.runs);
+    const auto force_column = [&](const char *name, double NeedleForces::*force, const std::string &units,
+                                  int decimals) {
+        columns.column(name, hdf5::inside(&Run::forces, force), units,
+                       {fmt::format("{} [{}] (%)", name, units), [&, force, decimals](double value) {
+                            return with_error(value, arena.reference_forces.*force, decimals);
+                        }});
+    };
+    columns.texts("methods", &Run::method, "method");
+    columns.texts("settings", &Run::setting, "setting");
+    columns.words("outcomes", &Run::outcome, "outcome");
+    columns.column("tetrahedra", &Run::tetrahedra, "", "tetrahedra");
+    columns.column("budget", &Run::budget, "s", {"budget [ms]", milliseconds, 2});
+    columns.column("steps", &Run::steps, "", "steps");
+    columns.column("iterations", &Run::iterations, "",
+                   {"iterations", [](const Run &run) { return iterations_of(run.iterations, run.stops_early); }});
+    columns.blocks("force", &Run::force, num_records, "N");
+    columns.blocks("tip", &Run::tip, num_records, "m");
+    columns.blocks("target", &Run::target, num_records, "m");
+    columns.column("target_error", &Run::target_error, "m", {"target off [mm]", millimetres, 2});
+    columns.column("path_error", &Run::path_error, "", {"path [%]", percent, 1});
+    force_column("peak", &NeedleForces::peak, "N", 3);
+    force_column("slope", &NeedleForces::slope, "N/m", 1);
+    force_column("pull", &NeedleForces::pull, "N", 3);
+    columns.column("frame_seconds", &Run::frame_seconds, "s", {"frame [ms]", milliseconds, 2});
+    columns.column("frame_seconds_95", &Run::frame_seconds_95, "s");
+    columns.column("worst_frame_seconds", &Run::worst_frame_seconds, "s", {"worst [ms]", milliseconds, 2});
+    columns.column("cost_ratio", &Run::cost_ratio, "", {"needle/none", 1.0, 2});
+    columns.column("setup_seconds", &Run::setup_seconds, "s");
+    columns.column("calibration_spread", &Run::calibration_spread);
     if (at.has("stops_early")) // not in files of an older version
-        columns.column("stops_early", &NeedleArenaRun::stops_early);
+        columns.column("stops_early", &Run::stops_early);
 }
 
 template <class At> void describe_needle_arena(At at, hdf5::Of<At, NeedleArena> &arena) {
@@ -70,7 +81,7 @@ template <class At> void describe_needle_arena(At at, hdf5::Of<At, NeedleArena> 
     left_out.texts("left_out", &LeftOut::method);
     left_out.texts("left_out_because", &LeftOut::because);
     if (at.has("runs", !arena.runs.empty()))
-        describe_needle_arena_runs(at.group("runs"), arena.runs, num_records);
+        describe_needle_arena_runs(at.group("runs"), arena);
 }
 
 /// Datasets with a row for each record.
@@ -123,9 +134,7 @@ template <class At> void describe_needle(At at, hdf5::Of<At, NeedleStudy> &study
 }
 
 template <class At> void describe_needles(At root, hdf5::Of<At, NeedleFile> &file) {
-    root.text("body", file.body);
-    root.text("load_case", file.load_case);
-    root.text("title", file.title);
+    hdf5::describe_head(root, file);
     if (root.has("regime")) // not in files of an older version
         root.word("regime", file.regime);
     root.group("needles", hdf5::Order::kept)
@@ -134,22 +143,8 @@ template <class At> void describe_needles(At root, hdf5::Of<At, NeedleFile> &fil
     root.check(!file.needles.empty(), "needles", "is empty");
 }
 
-using core::millimetres, core::percent;
-
-/// Of the work of the hand: what balances, balances to 2 %.
+/// Part of the work of the hand: what balances, balances to 2 %.
 constexpr double most_energy_error = 0.05;
-
-std::string mark_of(double value, int decimals) {
-    return std::isnan(value) ? "-" : fixed(value, decimals);
-}
-
-using core::millimetres, core::milliseconds, core::percent;
-
-/// A value with what it is off by.
-std::string with_error(double value, double reference, int decimals) {
-    return fmt::format("{} ({})", fixed(value, decimals),
-                       std::isnan(value) ? "-" : fmt::format("{:+.1f}", percent * (value / reference - 1.0)));
-}
 
 std::string or_unknown(double value, double factor, int decimals, const char *units) {
     return std::isnan(value) ? "an amount that is not known"
@@ -228,29 +223,20 @@ NeedleFile read_needles_file(const std::filesystem::path &path) {
 }
 
 Layout needle_table(const NeedleFile &file) {
-    Layout table{{{"needle"},
-                  {"model"},
-                  {"target moved [mm]", true},
-                  {"off by [mm]", true},
-                  {"short of it [mm]", true},
-                  {"force there [N]", true},
-                  {"largest [N]", true},
-                  {"punctured at [mm]", true},
-                  {"pull out [N]", true},
-                  {"force off by [%]", true}},
-                 {}};
+    auto table = headed({"needle", "model"}, {"target moved [mm]", "off by [mm]", "short of it [mm]", "force there [N]",
+                                              "largest [N]", "punctured at [mm]", "pull out [N]", "force off by [%]"});
     for (const auto &study : file.needles) {
         const auto &reference = study.runs.front();
         for (const auto &run : study.runs) {
             const bool judges = &run == &reference;
-            const auto off = [&](double value, int decimals) { return judges ? "-" : mark_of(value, decimals); };
-            table.rows.push_back(
-                {study.needle.name, judges ? run.model + " (reference)" : run.model,
-                 mark_of(millimetres * run.miss().norm(), 2),
-                 off(millimetres * (run.miss() - reference.miss()).norm(), 2),
-                 mark_of(millimetres * run.short_of_target(study.needle), 2), mark_of(run.force_at_plan(), 3),
-                 fixed(run.largest_force(study.needle), 3), mark_of(millimetres * run.insertion.puncture_depth, 1),
-                 mark_of(run.largest_pull(), 3), off(percent * force_error(run.insertion, reference.insertion), 1)});
+            const auto off = [&](double value, int decimals) { return judges ? "-" : fixed(value, decimals); };
+            table.rows.push_back({study.needle.name, judges ? run.model + " (reference)" : run.model,
+                                  fixed(millimetres * run.miss().norm(), 2),
+                                  off(millimetres * (run.miss() - reference.miss()).norm(), 2),
+                                  fixed(millimetres * run.short_of_target(study.needle), 2),
+                                  fixed(run.force_at_plan(), 3), fixed(run.largest_force(study.needle), 3),
+                                  fixed(millimetres * run.insertion.puncture_depth, 1), fixed(run.largest_pull(), 3),
+                                  off(percent * force_error(run.insertion, reference.insertion), 1)});
         }
     }
     return table;
@@ -302,7 +288,7 @@ std::string needle_note(const NeedleFile &file) {
 }
 
 Layout measured_needle_table(const MeasuredNeedle &measured) {
-    Layout table{{{"depth [mm]", true}, {"measured [N]", true}, {"lowest", true}, {"highest", true}}, {}};
+    auto table = headed({}, {"depth [mm]", "measured [N]", "lowest", "highest"});
     for (const auto &run : measured.runs)
         table.columns.push_back({run.model, true});
     for (std::size_t b = 0; b < measured.from.size(); ++b) {
@@ -310,19 +296,14 @@ Layout measured_needle_table(const MeasuredNeedle &measured) {
             {fmt::format("{:.0f} to {:.0f}", millimetres * measured.from[b], millimetres * measured.to[b]),
              fixed(measured.mean[b], 2), fixed(measured.lowest[b], 2), fixed(measured.highest[b], 2)});
         for (const auto &run : measured.runs)
-            table.rows.back().push_back(mark_of(run.force[b], 2));
+            table.rows.back().push_back(fixed(run.force[b], 2));
     }
     return table;
 }
 
 Layout fitted_needle_table(const MeasuredNeedle &measured) {
-    Layout table{{{"model"},
-                  {"stiffness, fitted", true},
-                  {"friction, fitted [N/m]", true},
-                  {"off before the puncture [N]", true},
-                  {"off behind it [N]", true},
-                  {"work [mJ]", true}},
-                 {}};
+    auto table = headed({"model"}, {"stiffness, fitted", "friction, fitted [N/m]", "off before the puncture [N]",
+                                    "off behind it [N]", "work [mJ]"});
     for (const auto &run : measured.runs)
         table.rows.push_back({run.model, fmt::format("x {:.2f}", run.stiffness), fixed(run.friction, 1),
                               fixed(run.error_before, 2), fixed(run.error, 2), fixed(core::millijoules * run.work, 1)});
@@ -331,41 +312,16 @@ Layout fitted_needle_table(const MeasuredNeedle &measured) {
 }
 
 Layout needle_arena_table(const NeedleArena &arena) {
-    Layout layout{{{"tetrahedra", true},
-                   {"budget [ms]", true},
-                   {"method"},
-                   {"setting"},
-                   {"steps", true},
-                   {"iterations", true},
-                   {"target off [mm]", true},
-                   {"path [%]", true},
-                   {"peak [N] (%)", true},
-                   {"slope [N/m] (%)", true},
-                   {"pull [N] (%)", true},
-                   {"frame [ms]", true},
-                   {"worst [ms]", true},
-                   {"needle/none", true},
-                   {"outcome"}},
-                  {}};
-    std::vector<const NeedleArenaRun *> runs;
-    for (const auto &run : arena.runs)
-        runs.push_back(&run);
-    const auto last_if_unknown = [](double error) {
-        return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
-    };
-    std::ranges::stable_sort(runs, {}, [&](const NeedleArenaRun *run) {
-        return std::tuple(run->tetrahedra, run->budget, last_if_unknown(run->target_error));
+    auto sorted = arena;
+    std::ranges::stable_sort(sorted.runs, {}, [](const NeedleArenaRun &run) {
+        return std::tuple(run.tetrahedra, run.budget,
+                          std::isfinite(run.target_error) ? run.target_error : std::numeric_limits<double>::infinity());
     });
-    const auto &reference = arena.reference_forces;
-    for (const auto *run : runs)
-        layout.rows.push_back(
-            {fmt::format("{}", run->tetrahedra), fixed(milliseconds * run->budget, 2), run->method, run->setting,
-             fmt::format("{}", run->steps), iterations_of(run->iterations, run->stops_early),
-             fixed(millimetres * run->target_error, 2), fixed(percent * run->path_error, 1),
-             with_error(run->forces.peak, reference.peak, 3), with_error(run->forces.slope, reference.slope, 1),
-             with_error(run->forces.pull, reference.pull, 3), fixed(milliseconds * run->frame_seconds, 2),
-             fixed(milliseconds * run->worst_frame_seconds, 2), fixed(run->cost_ratio, 2), to_string(run->outcome)});
-    return layout;
+    hdf5::Cells cells;
+    describe_needle_arena_runs(cells, sorted);
+    return cells.table({"tetrahedra", "budget", "methods", "settings", "steps", "iterations", "target_error",
+                        "path_error", "peak", "slope", "pull", "frame_seconds", "worst_frame_seconds", "cost_ratio",
+                        "outcomes"});
 }
 
 std::string needle_arena_note(const NeedleStudy &study) {

@@ -13,6 +13,8 @@ namespace livermark::results {
 
 namespace {
 
+using core::milliseconds;
+
 template <class At> void describe_stability(At at, hdf5::Of<At, Stability> &stability) {
     at.text("body", stability.body);
     at.text("spring_law", stability.spring_law);
@@ -27,20 +29,14 @@ template <class At> void describe_stability(At at, hdf5::Of<At, Stability> &stab
     at.number("element_time_step", stability.element_time_step);
     auto limits = hdf5::columns_of(at.group("critical_time_step"), stability.limits);
     limits.texts("integrators", &IntegratorLimits::integrator);
-    limits.column(
-        "undamped_predicted", [](auto &limit) -> auto & { return limit.undamped.predicted; }, "s");
-    limits.column(
-        "undamped_observed", [](auto &limit) -> auto & { return limit.undamped.observed; }, "s");
-    limits.column(
-        "damped_predicted", [](auto &limit) -> auto & { return limit.damped.predicted; }, "s");
-    limits.column(
-        "damped_observed", [](auto &limit) -> auto & { return limit.damped.observed; }, "s");
+    using Limits = IntegratorLimits;
+    limits.column("undamped_predicted", hdf5::inside(&Limits::undamped, &StepLimit::predicted), "s");
+    limits.column("undamped_observed", hdf5::inside(&Limits::undamped, &StepLimit::observed), "s");
+    limits.column("damped_predicted", hdf5::inside(&Limits::damped, &StepLimit::predicted), "s");
+    limits.column("damped_observed", hdf5::inside(&Limits::damped, &StepLimit::observed), "s");
 }
 
-using core::milliseconds;
-using core::percent;
-
-/// Predicted, observed and difference.
+/// Cells of a predicted step, an observed one and their difference.
 std::array<std::string, 3> cells(const StepLimit &limit) {
     if (!limit.has_number())
         return {limit.predicted > 0.0 ? "any" : "none", "-", "-"};
@@ -48,7 +44,7 @@ std::array<std::string, 3> cells(const StepLimit &limit) {
     if (std::isnan(limit.observed))
         return {in_milliseconds, "not observed", "-"};
     return {in_milliseconds, fmt::format("{:.4f}", milliseconds * limit.observed),
-            fmt::format("{:+.2f}", percent * limit.difference())};
+            fmt::format("{:+.2f}", core::percent * limit.difference())};
 }
 
 } // namespace
@@ -63,14 +59,8 @@ Stability read_stability(const std::filesystem::path &path) {
 }
 
 Layout stability_table(const Stability &stability) {
-    Layout layout{.columns = {{"integrator"},
-                              {"undamped, predicted [ms]", true},
-                              {"observed [ms]", true},
-                              {"difference [%]", true},
-                              {"damped, predicted [ms]", true},
-                              {"observed [ms]", true},
-                              {"difference [%]", true}},
-                  .rows = {}};
+    auto layout = headed({"integrator"}, {"undamped, predicted [ms]", "observed [ms]", "difference [%]",
+                                          "damped, predicted [ms]", "observed [ms]", "difference [%]"});
     for (const auto &limits : stability.limits) {
         auto &row = layout.rows.emplace_back(std::vector{limits.integrator});
         for (const auto *limit : {&limits.undamped, &limits.damped})

@@ -169,14 +169,7 @@ std::vector<Standing> standings_in_motion(std::span<const Result> results) {
 }
 
 Layout static_accuracy(std::span<const Result> results) {
-    Layout layout{{{"body"},
-                   {"model"},
-                   {"step [ms]", true},
-                   {"cost [s/s]", true},
-                   {"mean error [%]", true},
-                   {"mean tool [%]", true},
-                   {""}},
-                  {}};
+    auto layout = headed({"body", "model"}, {"step [ms]", "cost [s/s]", "mean error [%]", "mean tool [%]"}, {""});
     for (const auto &standing : standings_at_rest(results)) {
         auto &row = layout.rows.emplace_back(std::vector{standing.body, standing.model});
         add_numbers(row, standing);

@@ -42,17 +42,13 @@ std::vector<std::string> cells_at_tool(const ModelResult &model, const Result &r
         return {"-", "-", "-"};
     const auto &tool = *model.comparison->tool;
     const double error = tool.worst_place().relative_l2;
-    return {stiffness_cell(tool.stiffness()), stiffness_cell(tool.worst_stiffness()),
-            std::isnan(error) ? "-" : fixed(percent * error, 2)};
+    return {stiffness_cell(tool.stiffness()), stiffness_cell(tool.worst_stiffness()), fixed(percent * error, 2)};
 }
 
 std::vector<std::string> large_row(const ModelResult &model, const Result &result, const std::string &body) {
     const auto &solution = model.solution;
-    const bool is_reference = std::ranges::any_of(result.models, [&](const ModelResult &other) {
-        return other.comparison && other.comparison->reference == model.name;
-    });
     std::vector<std::string> row{body, result.problem.load_case.name,
-                                 is_reference ? model.name + " (reference)" : model.name};
+                                 is_reference(model, result) ? model.name + " (reference)" : model.name};
     const auto &known = result.reference_uncertainty;
     const auto *path = model.comparison && model.comparison->path ? &*model.comparison->path : nullptr;
     if (path && solution.status == core::SolutionStatus::ok) {
@@ -62,7 +58,7 @@ std::vector<std::string> large_row(const ModelResult &model, const Result &resul
         row.push_back(fixed(millimetres * path->percentile_95, 2));
         row.push_back(tumour_error(*path));
         row.push_back(signed_percent(path->reaction_bias, 1));
-        row.push_back(std::isnan(path->worst_reaction_error) ? "-" : fixed(percent * path->worst_reaction_error, 1));
+        row.push_back(fixed(percent * path->worst_reaction_error, 1));
     } else {
         row.insert(row.end(), 7, "-");
         if (known && model.name == known->reference)
@@ -129,7 +125,7 @@ DeadLoad dead_load(const core::LoadCase &load_case, const core::TetraMesh &mesh)
 constexpr double smallest_response = 1e-6;
 
 std::string percent_cell(double value, int decimals) {
-    return std::isnan(value) ? "-" : fixed(core::percent * value, decimals);
+    return fixed(percent * value, decimals);
 }
 
 /// The record at which the whole load is first there.
@@ -141,11 +137,8 @@ std::vector<std::string> slow_row(const ModelResult &model, const Result &result
                                   const std::string &body) {
     const auto &load_case = result.problem.load_case;
     const auto &history = *load_case.slow_history;
-    const bool is_reference = std::ranges::any_of(result.models, [&](const ModelResult &other) {
-        return other.comparison && other.comparison->reference == model.name;
-    });
-    std::vector<std::string> row{body, load_case.name, is_reference ? model.name + " (reference)" : model.name,
-                                 response.place};
+    std::vector<std::string> row{
+        body, load_case.name, is_reference(model, result) ? model.name + " (reference)" : model.name, response.place};
     if (response.values.size() == history.times.size()) {
         const double unit = response.is_force ? 1.0 : core::millimetres;
         const double first = response.values[first_whole_load(history)];
@@ -172,12 +165,11 @@ std::vector<std::string> slow_row(const ModelResult &model, const Result &result
 } // namespace
 
 Layout large_table(std::span<const Result> results) {
-    Layout layout{{{"body"}, {"load case"}, {"model"}}, {}};
-    for (const auto *const title :
-         {"L2 [%]", "+- [%]", "tool [%]", "worst tool [%]", "tool L2 [%]", "worst L2 [%]", "95 % [mm]", "tumour [mm]",
-          "force [%]", "worst react. [%]", "volume [%]", "min J", "inverted", "time [s]"})
-        layout.columns.push_back({title, true});
-    layout.columns.push_back({"status"});
+    auto layout =
+        headed({"body", "load case", "model"},
+               {"L2 [%]", "+- [%]", "tool [%]", "worst tool [%]", "tool L2 [%]", "worst L2 [%]", "95 % [mm]",
+                "tumour [mm]", "force [%]", "worst react. [%]", "volume [%]", "min J", "inverted", "time [s]"},
+               {"status"});
     for (const auto &result : results)
         for (const auto &model : result.models)
             layout.rows.push_back(large_row(model, result, body_label(result, results)));
@@ -233,7 +225,7 @@ Layout force_table(std::span<const Result> results) {
             words.push_back(significant(unit * value, 3));
         return fmt::format("{}", fmt::join(words, " "));
     };
-    Layout layout{{{"body"}, {"load case"}, {"place"}, {"model"}, {"way [mm]"}, {"force along it [N]"}}, {}};
+    auto layout = headed({"body", "load case", "place", "model", "way [mm]", "force along it [N]"}, {});
     for (const auto &result : results)
         for (const auto &curve : force_curves(result))
             layout.rows.push_back({body_label(result, results), result.problem.load_case.name, curve.place, curve.model,
@@ -242,11 +234,10 @@ Layout force_table(std::span<const Result> results) {
 }
 
 Layout slow_table(std::span<const Result> results) {
-    Layout layout{{{"body"}, {"load case"}, {"model"}, {"tool"}}, {}};
-    for (const auto *title : {"at first", "at last", "left [%]", "median error [%]", "worst error [%]", "heat [mJ]",
-                              "its error [%]", "time [s]"})
-        layout.columns.push_back({title, true});
-    layout.columns.push_back({"status"});
+    auto layout = headed({"body", "load case", "model", "tool"},
+                         {"at first", "at last", "left [%]", "median error [%]", "worst error [%]", "heat [mJ]",
+                          "its error [%]", "time [s]"},
+                         {"status"});
     for (const auto &result : results)
         if (result.problem.load_case.slow_history)
             for (const auto &model : result.models)

@@ -188,7 +188,7 @@ Layout median_errors(std::span<const Result> results) {
     for (const auto &result : results)
         if (counts_in_means(result))
             ratios.insert(poisson_ratio(result));
-    Layout layout{{{"body"}, {"model"}}, {}};
+    auto layout = headed({"body", "model"}, {});
     for (const double ratio : ratios)
         for (const auto *const title : {"median [%]", "tool [%]", "worst tool [%]", "pressure [%]"})
             layout.columns.push_back({fmt::format("nu {:g}: {}", ratio, title), true});
@@ -260,7 +260,7 @@ std::vector<BriefNumbers> brief_numbers(std::span<const Result> results) {
 
 Layout brief(std::span<const Result> results) {
     const auto bodies = brief_bodies(results);
-    Layout layout{{{"model"}}, {}};
+    auto layout = headed({"model"}, {});
     for (const auto &body : bodies) {
         layout.columns.push_back({body.label + ": L2 [%]", true});
         layout.columns.push_back({"tool [%]", true});

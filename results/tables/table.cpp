@@ -20,11 +20,6 @@ namespace livermark::results {
 
 namespace {
 
-const std::vector<Column> columns{
-    {"body", false},       {"load case", false}, {"model", false},    {"peak [mm]", true},  {"L2 [%]", true},
-    {"+- [%]", true},      {"tool [%]", true},   {"max [mm]", true},  {"react. [%]", true}, {"energy [%]", true},
-    {"nonlin. [%]", true}, {"set-up [s]", true}, {"solve [s]", true}, {"status", false}};
-
 using Row = std::vector<std::string>;
 
 using core::millimetres;
@@ -40,12 +35,6 @@ double peak_displacement(const core::Solution &solution) {
         peak = std::max(peak, length);
     }
     return peak;
-}
-
-bool is_reference(const ModelResult &model, const Result &result) {
-    return std::ranges::any_of(result.models, [&](const ModelResult &other) {
-        return other.comparison && other.comparison->reference == model.name;
-    });
 }
 
 /// For the reference its own uncertainty, for the others a star if they are within it.
@@ -76,7 +65,7 @@ Row error_row(const ModelResult &model, const Result &result, const std::string 
             "-",
             "-",
             "-",
-            std::isnan(solution.nonlinearity) ? "-" : fixed(percent * solution.nonlinearity, 2),
+            fixed(percent * solution.nonlinearity, 2),
             significant(solution.setup_seconds, 3),
             significant(solution.solve_seconds, 3),
             shown_status(model, result)};
@@ -242,7 +231,10 @@ std::string yielded_places(std::span<const Result> results) {
 }
 
 Layout error_table(std::span<const Result> results) {
-    Layout layout{columns, {}};
+    auto layout = headed({"body", "load case", "model"},
+                         {"peak [mm]", "L2 [%]", "+- [%]", "tool [%]", "max [mm]", "react. [%]", "energy [%]",
+                          "nonlin. [%]", "set-up [s]", "solve [s]"},
+                         {"status"});
     for (const Result &result : results)
         for (const ModelResult &model : result.models)
             layout.rows.push_back(error_row(model, result, body_label(result, results)));

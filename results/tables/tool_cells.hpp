@@ -11,7 +11,10 @@
 /// Stiffness at the tool in cells of tables, see core::ToolComparison.
 namespace livermark::results {
 
-/// Of a model under a load case; along a path of loads the one of the largest absolute value. NaN where there is none.
+/// Whether a model is what another one is compared with.
+bool is_reference(const ModelResult &model, const Result &result);
+
+/// Stiffness at the tool of a model under a load case; along a path of loads the one of the largest absolute value. NaN where there is none.
 double stiffness_at_tool(const ModelResult &model);
 
 /// With its sign, and a mark where fingers feel it [%]; "-" for NaN.

@@ -221,11 +221,14 @@ class Cells {
     void add(const std::string &name, const Column &head, std::vector<std::string> cells) const {
         (*columns_)[name] = {head, std::move(cells)};
     }
-    /// Columns by their names in files, in this order.
+    const std::pair<Column, std::vector<std::string>> &column(const std::string &name) const {
+        return columns_->at(name);
+    }
+    /// A table of the columns of these names in files, in this order.
     Layout table(const std::vector<std::string> &names) const {
         Layout layout;
         for (const auto &name : names) {
-            const auto &[head, cells] = columns_->at(name);
+            const auto &[head, cells] = column(name);
             layout.columns.push_back(head);
             layout.rows.resize(cells.size());
             for (std::size_t r = 0; r < cells.size(); ++r)
