@@ -95,12 +95,8 @@ struct Arena {
     std::vector<ArenaMethod> methods; ///< of these runs, each once
 };
 
-/// Writes the "arena files" of results/schema.md as write_result() writes results.
-/// @throws support::InputError if the place cannot be written to
+/// The "Arena files" of results/schema.md; errors as of write_result() and read_result().
 void write_arena(const std::filesystem::path &path, const Arena &arena);
-
-/// Reads what write_arena wrote.
-/// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
 Arena read_arena(const std::filesystem::path &path);
 
 /// A row for each method, setting and budget, mesh by mesh and the best of the contact errors first.

@@ -108,10 +108,8 @@ struct CutFile {
     double release_rate(const CutRun &run, std::size_t record) const;
 };
 
-/// @throws support::InputError if it cannot be written
+/// The "Cut files" of results/schema.md; errors as of write_result() and read_result().
 void write_cut(const std::filesystem::path &path, const CutFile &cut);
-
-/// @throws support::InputError if it is no cut file
 CutFile read_cut_file(const std::filesystem::path &path);
 
 /// A row for each record of the reference: depth of the blade [mm], area cut [cm^2], opening [mm], what is stored [mJ],

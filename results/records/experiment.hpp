@@ -113,12 +113,8 @@ struct MarkerError {
 MarkerError marker_error(const ExperimentResult &result, const std::vector<core::Vector3> &displacement,
                          const std::vector<core::Vector3> &measured);
 
-/// Writes the "experiment files" of results/schema.md as write_result() writes results.
-/// @throws support::InputError if the place cannot be written to
+/// The "Experiment files" of results/schema.md; errors as of write_result() and read_result().
 void write_experiment(const std::filesystem::path &path, const ExperimentResult &result);
-
-/// Reads what write_experiment wrote.
-/// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
 ExperimentResult read_experiment(const std::filesystem::path &path);
 
 /// Root mean square errors in millimetres, a column for each state: first what stands without a model (the noise of the

@@ -153,12 +153,8 @@ struct MeasuredNeedle {
     std::vector<FittedNeedle> runs;
 };
 
-/// Writes the "needle files" of results/schema.md as write_result() writes results.
-/// @throws support::InputError if the place cannot be written to
+/// The "Needle files" of results/schema.md; errors as of write_result() and read_result().
 void write_needles(const std::filesystem::path &path, const NeedleFile &needles);
-
-/// Reads what write_needles wrote.
-/// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
 NeedleFile read_needles_file(const std::filesystem::path &path);
 
 /// A row for each needle and model, the reference first: where the target is when the tip is where it was [mm], and how

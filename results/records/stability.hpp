@@ -46,12 +46,8 @@ struct Stability {
     const std::string &springs() const { return model.empty() ? spring_law : model; }
 };
 
-/// Writes the "stability files" of results/schema.md, as write_result() writes results.
-/// @throws support::InputError if the place cannot be written to
+/// The "Stability files" of results/schema.md; errors as of write_result() and read_result().
 void write_stability(const std::filesystem::path &path, const Stability &stability);
-
-/// Reads what write_stability wrote.
-/// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
 Stability read_stability(const std::filesystem::path &path);
 
 /// One row per integrator: the longest stable step without and with damping, predicted and observed [ms], and the

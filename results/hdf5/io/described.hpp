@@ -19,8 +19,9 @@
 #include "results/records/arena.hpp"
 #include "support/input_error.hpp"
 
-/// A record is described once, and the description both writes and reads it. It is a template over the place in a file,
-/// GroupWriter or GroupReader, which have the same functions: the name in the file first, then what stands there.
+/// A record is described once, and the description writes it, reads it and makes the columns of its tables. It is a
+/// template over the place, GroupWriter and GroupReader in a file or Cells of tables (columns.hpp), which have the same
+/// functions: the name in the file first, then what stands there.
 ///
 ///     template <class At> void describe_cut(At at, Of<At, CutFile> &cut) {
 ///         at.number("toughness", cut.toughness);

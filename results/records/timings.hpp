@@ -25,12 +25,8 @@ struct Timings {
     std::vector<Timing> timings; ///< names unique, and none the first parts of another
 };
 
-/// Writes the "timing files" of results/schema.md, as write_result() writes results.
-/// @throws support::InputError if the place cannot be written to
+/// The "Timing files" of results/schema.md; errors as of write_result() and read_result().
 void write_timings(const std::filesystem::path &path, const Timings &timings);
-
-/// Reads what write_timings wrote.
-/// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
 Timings read_timings(const std::filesystem::path &path);
 
 } // namespace livermark::results
