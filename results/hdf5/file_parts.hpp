@@ -10,7 +10,7 @@
 #include "results/records/result.hpp"
 #include "support/whole_file.hpp"
 
-/// What several kinds of files that Livermark writes have in common. Internal to results/.
+/// Parts of several kinds of files that Livermark writes. Internal to results/.
 namespace livermark::results::hdf5 {
 
 /// The attributes of the root that say where a file comes from.

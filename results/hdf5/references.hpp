@@ -13,7 +13,7 @@
 
 namespace livermark::results {
 
-/// Where the solution of a model to a problem is stored: <folder>/<body>/<load case>.<model>.<fingerprint()>.h5.
+/// Place of the stored solution of a model to a problem: <folder>/<body>/<load case>.<model>.<fingerprint()>.h5.
 std::filesystem::path reference_path(const std::filesystem::path &folder, const core::Problem &problem,
                                      const std::string &model);
 
@@ -30,7 +30,7 @@ void write_reference(const std::filesystem::path &path, const core::Solution &so
 std::optional<core::Solution> read_reference(const std::filesystem::path &path, const core::Problem &problem,
                                              const std::string &model);
 
-/// What motions under a tool are judged by.
+/// The motion that others under a tool are compared with.
 struct ToolReference {
     std::string model;
     int level = 0; ///< of refinement

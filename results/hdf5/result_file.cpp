@@ -11,7 +11,6 @@
 
 #include "core/mesh/deformation.hpp"
 #include "results/hdf5/file_parts.hpp"
-#include "results/hdf5/load_case_group.hpp"
 #include "results/hdf5/solution_group.hpp"
 
 namespace livermark::results {
@@ -87,7 +86,7 @@ void check_volumes(const GroupReader &at, const core::TetraMesh &mesh) {
     at.check(bad == volumes.end(), "tetrahedra", fmt::format("row {} has no positive volume", bad - volumes.begin()));
 }
 
-/// Of a body that is turned from LPS.
+/// Axes of a body that is turned from LPS.
 template <class At> void describe_axes(At at, Of<At, core::BodyAxes> &axes) {
     if (!at.has("axes", !axes.from_lps.isIdentity(0.0)))
         return;
@@ -212,7 +211,7 @@ void describe_comparison(At at, Of<At, core::Comparison> &comparison, const core
     at.rows("error", comparison.error, "m", problem.body->mesh.points.size());
 }
 
-/// How good a solution is. In files of earlier versions it may have a band of expected errors in place of a comparison.
+/// Quality of a solution. In files of earlier versions it may have a band of expected errors in place of a comparison.
 template <class At> void describe_quality(At at, Of<At, ModelResult> &model, const core::Problem &problem) {
     at.optional("reference", model.comparison, [&](auto &comparison) { describe_comparison(at, comparison, problem); });
     at.check(model.comparison || at.has("band_expected"), "has no attribute reference");
@@ -255,7 +254,7 @@ ModelResult read_model(const GroupReader &root, const std::string &name, const c
     return model;
 }
 
-/// What a result has beside its problem and the models.
+/// Parts of a result beside its problem and the models.
 template <class At> void describe_rest(At root, Of<At, Result> &result) {
     root.optional("reference", result.reference_uncertainty,
                   [&](auto &uncertainty) { describe_uncertainty(root.group("reference"), uncertainty); });

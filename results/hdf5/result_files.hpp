@@ -32,7 +32,7 @@ enum class FileKind {
     other
 };
 
-/// What a file is, from the groups in it; `other` for HDF5 that holds none of these, such as an exported problem.
+/// Kind of a file, from the groups in it; `other` for HDF5 that holds none of these, such as an exported problem.
 /// @throws support::InputError if the file cannot be read, is damaged or no HDF5; FileInUse
 FileKind kind_of_file(const std::filesystem::path &path);
 

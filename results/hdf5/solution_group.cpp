@@ -122,7 +122,7 @@ void describe_solution(At at, Of<At, core::Solution> &solution, const core::Load
                 [&](auto &history) { describe_history(at.group("history"), history, load_case, num_nodes); });
 }
 
-/// Of all places at one point of the path, then at the next.
+/// Errors of all places at one point of the path, then at the next.
 std::vector<double> point_by_point(const std::vector<core::PlaceErrors> &places) {
     std::vector<double> path;
     for (std::size_t k = 0; !places.empty() && k < places.front().path.size(); ++k)

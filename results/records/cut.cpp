@@ -107,7 +107,7 @@ double longest_of(const std::vector<double> &values) {
     return values.empty() ? std::numeric_limits<double>::quiet_NaN() : *std::ranges::max_element(values);
 }
 
-/// How far a motion is off in the end, and whether it has kept its budget.
+/// Errors of a motion in the end, and whether it has kept its budget.
 struct RankedMotion {
     const CutMotion *motion;
     double opening, tool; ///< off by [%]; tool is NaN where nothing is touched
@@ -118,7 +118,7 @@ struct RankedMotion {
     double larger() const { return std::abs(tool_leads() ? tool : opening); }
     std::string leads() const { return is_lost() ? "-" : tool_leads() ? "tool" : "opening"; }
 
-    /// Of one budget. What is too slow stands behind what is not, and what was lost behind all.
+    /// Order within one budget. What is too slow stands behind what is not, and what was lost behind all.
     bool is_better_than(const RankedMotion &other) const {
         const auto rank = [](const RankedMotion &motion) { return std::pair(motion.is_lost(), motion.is_too_slow); };
         if (rank(*this) != rank(other))

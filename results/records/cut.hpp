@@ -12,7 +12,7 @@
 
 namespace livermark::results {
 
-/// What one model says while a blade goes on, K records: before the first step and after each.
+/// Records of one model while a blade goes on, K: before the first step and after each.
 struct CutRun {
     std::string model;
     std::vector<double> stored{};  ///< (K) strain energy [J]
@@ -22,11 +22,12 @@ struct CutRun {
     std::vector<double> tool_stiffness{};
     std::vector<double> setup_seconds{}; ///< (K) for all of the model that comes before the loads, set up anew [s]
     std::vector<double> solve_seconds{}; ///< (K) for the equilibrium, with that [s]; both 0 where nothing was parted
-    /// Of springs: critical step of symplectic Euler with nothing damped and nothing constrained [s], before the first
-    /// step of the blade, after the last one, and after the exact cut where there is one. Empty of other models.
+    /// Springs alone: critical step of symplectic Euler with nothing damped and nothing constrained [s], before the
+    /// first step of the blade, after the last one, and after the exact cut where there is one. Empty of other models.
     std::vector<double> critical_time_step{};
 
-    /// What the cut has set free until then: work of the loads less what is stored, each less that before the cut [J].
+    /// Energy that the cut has set free until then: work of the loads less what is stored, each less that before the
+    /// cut [J].
     double released(std::size_t record) const { return (work[record] - work[0]) - (stored[record] - stored[0]); }
 };
 
@@ -68,7 +69,7 @@ struct ErrorBar {
     double value = 0.0, error = 0.0;
 };
 
-/// What models are compared with in the end.
+/// Numbers that models are compared with in the end.
 struct CutJudge {
     ErrorBar opening, tool_stiffness; ///< [m], [N/m]
     bool is_refined = false;          ///< or the reference on the mesh of the models, whose errors are not known (0)
@@ -102,7 +103,7 @@ struct CutFile {
     std::vector<double> ready_seconds(const CutRun &run) const;
     /// The same of the equilibrium that follows [s].
     std::vector<double> equilibrium_seconds(const CutRun &run) const;
-    /// What has to be torn for the cut until then [J].
+    /// Energy of tearing for the cut until then [J].
     double tearing(std::size_t record) const { return toughness * area[record]; }
     /// Energy released over area cut in a step; NaN where nothing was cut [J/m^2].
     double release_rate(const CutRun &run, std::size_t record) const;

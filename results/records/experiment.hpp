@@ -13,7 +13,7 @@
 
 namespace livermark::results {
 
-/// How many swings of a ring-down are compared.
+/// Number of swings of a ring-down that are compared.
 inline constexpr int num_swings = 4;
 
 /// A model that rings down, on one mesh. What was measured of the real body is measured of the model in the same way.
@@ -35,7 +35,7 @@ struct RingDownRun {
     std::vector<core::Vector3> displacement{};                       ///< (J, K) of the markers [m]
 };
 
-/// How a body rang down, as it was measured, and what can be said without a model. Errors are root mean square
+/// The ring-down of a body, as it was measured, and what can be said without a model. Errors are root mean square
 /// distances over records and markers [m].
 struct RingDownResult {
     std::string state;
@@ -64,7 +64,7 @@ struct ExperimentState {
     double noise = 0.0;                        ///< of the measurement [m]; 0 where nobody says
     double no_motion = 0.0;                    ///< error of a body that does not move
     double rigid_motion = 0.0;                 ///< of the rigid motion that fits the markers best
-    /// Of the straight line between two places that markers drive; NaN where there are not two.
+    /// Error of the straight line between two places that markers drive; NaN where there are not two.
     double straight_line = std::numeric_limits<double>::quiet_NaN();
     double fit_residual = 0.0; ///< root mean square distance between driving markers and the places that they drive
     /// Root mean square difference between the reference on the mesh and on the refined one, over the markers that are
@@ -123,7 +123,7 @@ ExperimentResult read_experiment(const std::filesystem::path &path);
 /// the time of all states. A model without a solution has the word for its status behind the error.
 Layout experiment_table(const ExperimentResult &result);
 
-/// Of all ring-downs of an experiment: for each the measured frequency and damping ratio with their uncertainty, the
+/// Ring-downs of an experiment: for each the measured frequency and damping ratio with their uncertainty, the
 /// noise, what stands without a model, and a row for each model, the smallest error of the markers first.
 Layout ring_down_table(const ExperimentResult &result);
 

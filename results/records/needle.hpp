@@ -14,7 +14,7 @@
 
 namespace livermark::results {
 
-/// What the hand feels, in three numbers.
+/// Three numbers of what the hand feels.
 struct NeedleForces {
     double peak = 0.0;  ///< the largest on the way in [N]
     double slope = 0.0; ///< over depth, by least squares over the second half of the way in [N/m]: friction
@@ -73,7 +73,7 @@ struct NeedleArena {
     std::vector<double> reference_force;         ///< (K) [N]
     std::vector<core::Vector3> reference_target; ///< (K) [m]
     NeedleForces reference_forces;
-    /// What the last refinement of its mesh changed these by; NaN of one that has no finer mesh.
+    /// Change of these by the last refinement of its mesh; NaN of one that has no finer mesh.
     NeedleForces reference_changes{.peak = std::numeric_limits<double>::quiet_NaN(),
                                    .slope = std::numeric_limits<double>::quiet_NaN(),
                                    .pull = std::numeric_limits<double>::quiet_NaN()};
@@ -91,9 +91,9 @@ struct NeedleRun {
     /// see note_limit(); NaN if it never is.
     double left_regime_at = std::numeric_limits<double>::quiet_NaN();
 
-    /// How far the target is from where it was at rest when the tip is there [m].
+    /// Way of the target from its place at rest when the tip is there [m].
     core::Vector3 miss() const { return insertion.target[insertion.at_plan]; }
-    /// How much tissue is left between tip and target then [m].
+    /// Tissue that is left between tip and target then [m].
     double short_of_target(const core::Needle &needle) const {
         return needle.depth() - insertion.tip[insertion.at_plan];
     }
@@ -103,7 +103,7 @@ struct NeedleRun {
     /// @param largest_small  see largest_small_displacement() [m]
     void note_limit(double largest_small);
     double largest_pull() const; ///< on the way out [N]; NaN where the body came to no rest on the way in
-    /// What the hand did and is neither stored nor lost along the shaft, at the tip, across the axis or at the
+    /// Work of the hand that is neither stored nor lost along the shaft, at the tip, across the axis or at the
     /// puncture, the most at a record, over all that it did on the way in: how exact the steps are.
     double energy_error() const;
 };
@@ -112,7 +112,7 @@ struct NeedleRun {
 struct NeedleStudy {
     core::Needle needle;
     std::vector<NeedleRun> runs;
-    /// What the last refinement of the reference's mesh changed: of miss() [m], of the force as force_error(). NaN of
+    /// Changes by the last refinement of the reference's mesh: of miss() [m], of the force as force_error(). NaN of
     /// one that has no finer mesh.
     double reference_miss_change = std::numeric_limits<double>::quiet_NaN();
     double reference_force_change = std::numeric_limits<double>::quiet_NaN();

@@ -12,7 +12,7 @@
 
 namespace livermark::results {
 
-/// How far the reference itself is from the exact solution of linear elasticity on this body, as far as one can tell.
+/// Distance of the reference itself from the exact solution of linear elasticity on this body, as far as one can tell.
 struct ReferenceUncertainty {
     std::string reference; ///< the model that all others are compared with
     std::string refined;   ///< the same elements on the mesh refined once
@@ -28,7 +28,7 @@ struct ReferenceUncertainty {
     bool operator==(const ReferenceUncertainty &) const = default;
 };
 
-/// How far the motion that others are compared with is itself from the exact one.
+/// Distance of the motion that others are compared with from the exact one.
 struct MotionUncertainty {
     std::string reference; ///< the model whose motion all others are compared with: one of the two
     std::string refined;   ///< the one on finer meshes
@@ -51,7 +51,7 @@ struct MotionUncertainty {
 MotionUncertainty estimate_motion_uncertainty(const core::History &coarse, const std::string &coarse_name,
                                               const core::History &refined, const std::string &refined_name);
 
-/// What is known where no motion on finer meshes is there: of the steps alone, or nothing.
+/// Uncertainty where no motion on finer meshes is there: of the steps alone, or nothing.
 std::optional<MotionUncertainty> uncertainty_of_steps(const core::History &motion, const std::string &name);
 
 /// The order that estimates assume. Where a constrained part of a smooth boundary meets a free one, displacements go
@@ -72,7 +72,7 @@ ReferenceUncertainty estimate_uncertainty(const core::TetraMesh &mesh, const cor
                                           const core::Solution &refined, const std::string &refined_name);
 inline constexpr double largest_coarse_error = 0.01;
 
-/// Where a result comes from.
+/// Origin of a result.
 struct Provenance {
     std::string software_version;
     std::string git_commit; ///< of the tree that was built, "-dirty" behind it if that was modified, or "unknown"
@@ -125,7 +125,7 @@ inline bool is_plain_static(const Result &result) {
     return !load_case.release && !load_case.slow_history && load_case.name.find('@') == std::string::npos;
 }
 
-/// Of the first region; runs over several Poisson's ratios give every region the same.
+/// Poisson's ratio of the first region; runs over several Poisson's ratios give every region the same.
 inline double poisson_ratio(const Result &result) {
     return result.problem.body->materials.front().poisson_ratio;
 }

@@ -18,7 +18,7 @@ struct StepLimit {
 
     /// There is a step to look for.
     bool has_number() const { return predicted > 0.0 && predicted < std::numeric_limits<double>::infinity(); }
-    /// Of the observed step from the predicted one, relative; NaN if nobody looked.
+    /// Difference of the observed step from the predicted one, relative; NaN if nobody looked.
     double difference() const { return observed / predicted - 1.0; }
 };
 
@@ -42,7 +42,7 @@ struct Stability {
     double element_time_step = 0.0;       ///< mean edge over the speed of sound of the first region [s]
     std::vector<IntegratorLimits> limits; ///< in the order asked for
 
-    /// Of a spring law or a model.
+    /// Name of a spring law or a model.
     const std::string &springs() const { return model.empty() ? spring_law : model; }
 };
 
@@ -55,9 +55,9 @@ Stability read_stability(const std::filesystem::path &path);
 /// "not observed" where nobody looked or nobody could see.
 Layout stability_table(const Stability &stability);
 
-/// What to take: "box, nodal_neo_hookean: take 0.72 ms, 0.8 of the longest stable step of symplectic_euler; with this
-/// damping 0.31 ms". Of symplectic Euler, or if it is not there, of the first integrator with a longest step; "take any
-/// step" where none has one.
+/// Advice on the step: "box, nodal_neo_hookean: take 0.72 ms, 0.8 of the longest stable step of symplectic_euler; with
+/// this damping 0.31 ms". Of symplectic Euler, or if it is not there, of the first integrator with a longest step;
+/// "take any step" where none has one.
 /// @param part  of the longest stable step that is predicted
 std::string step_advice(const Stability &stability, double part);
 

@@ -10,7 +10,7 @@
 
 namespace livermark::results {
 
-/// How long one benchmark took.
+/// Times of one benchmark.
 struct Timing {
     std::string name;                       ///< its parts behind each other with '/' between, no '.'
     std::vector<double> seconds;            ///< (R) of an iteration in each repetition, at least one [s]
@@ -19,7 +19,7 @@ struct Timing {
     std::map<std::string, double> counters; ///< by name, SI units; the median of the repetitions
 };
 
-/// What one run of a benchmark program measured.
+/// Measurements of one run of a benchmark program.
 struct Timings {
     Provenance provenance;
     std::vector<Timing> timings; ///< names unique, and none the first parts of another

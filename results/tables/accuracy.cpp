@@ -57,7 +57,7 @@ double cost_of(const core::History &history) {
     return history.time.size() > 1 ? history.solve_seconds / history.time.back() : not_known;
 }
 
-/// What a model comes to over the load cases of a body.
+/// Errors and costs of a model over the load cases of a body.
 struct Moving {
     std::map<std::string, double> errors; ///< by load case, of which there may be several runs
     std::map<std::string, double> stiffness;

@@ -45,7 +45,7 @@ std::vector<const Result *> last_of_load_cases(std::span<const Result> results, 
     return found;
 }
 
-/// What there is of one model over some load cases.
+/// Errors of one model over some load cases.
 struct MedianCases {
     std::vector<double> errors;
     std::vector<double> uncertainties;     ///< of the reference, where the model was compared with it

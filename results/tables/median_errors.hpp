@@ -41,18 +41,18 @@ struct TwoNumbers {
     double median_error, median_stiffness;
     bool is_spring_model;
 
-    /// Of the two medians; NaN where one is. Models without any stiffness at the tool go by the other.
+    /// The larger of the two medians; NaN where one is. Models without any stiffness at the tool go by the other.
     double larger(bool has_tools) const;
 };
 
-/// What median_errors() says of a model; of a body with nothing but pressure on its surface the error is that one.
+/// Numbers of median_errors() for a model; of a body with nothing but pressure on its surface the error is that one.
 TwoNumbers two_numbers(std::span<const Result> results, const std::string &body, double poisson_ratio,
                        const std::string &model);
 
 /// Whether median_errors() has anything to take a median over: several load cases of one body at one Poisson's ratio.
 bool has_several_load_cases(std::span<const Result> results);
 
-/// What the columns and marks of median_errors() mean, in sentences, with the names of the load cases.
+/// Sentences on the columns and marks of median_errors(), with the names of the load cases.
 std::string median_legend(std::span<const Result> results);
 
 /// Both numbers of one model on one body.
@@ -62,7 +62,7 @@ struct BriefNumbers {
     TwoNumbers numbers;
 };
 
-/// Of each body all models that any of them has, in the order in which they appear.
+/// Numbers of each body and each model that any body has, in the order in which they appear.
 std::vector<BriefNumbers> brief_numbers(std::span<const Result> results);
 
 /// A row for each model and two columns for each body, at each Poisson's ratio if there are several: the median over
@@ -77,7 +77,7 @@ struct BestSprings {
     bool has_tools = false; ///< whether any of its springs has a stiffness at the tool
 };
 
-/// Of each body with springs.
+/// The best springs of each body that has springs.
 std::vector<BestSprings> best_springs(std::span<const Result> results);
 
 /// Lines on the best springs of each body, and on what the columns mean.

@@ -20,7 +20,7 @@ using core::microseconds;
 using core::milliseconds;
 using core::percent;
 
-/// What there is of one model on one body at one Poisson's ratio, over the load cases.
+/// Errors and steps of one model on one body at one Poisson's ratio, over the load cases.
 struct Cases {
     std::vector<double> errors, reaction_errors, uncertainties, critical_steps, step_seconds;
     StiffnessCases stiffness;

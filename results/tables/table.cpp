@@ -89,7 +89,7 @@ std::string legend(std::span<const Result> results) {
     return "";
 }
 
-/// What the columns of the tool mean, and how large it is; nothing where there is none.
+/// Meaning of the columns of the tool, and its size; nothing where there is none.
 std::string tool_lines(std::span<const Result> results) {
     const auto radii = tool_radii(results);
     return radii.empty() ? "" : fmt::format("\n{}{}", tool_legend(), radii);

@@ -22,7 +22,7 @@ namespace livermark::results::hdf5 {
 
 namespace {
 
-/// Of a superblock: the eight bytes that say it is HDF5, and the version.
+/// Begin of a superblock: the eight bytes that say it is HDF5, and the version.
 constexpr std::string_view first_bytes = "\211HDF\r\n\032\n\003";
 /// The writer stays below a megabyte, or takes one row.
 constexpr hsize_t largest_chunk_bytes = hsize_t{1} << 28;

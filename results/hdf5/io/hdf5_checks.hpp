@@ -28,7 +28,7 @@ std::size_t common_length(std::span<const std::string> values);
 /// All values behind each other, each padded to the length.
 std::string padded(std::span<const std::string> values, std::size_t length);
 
-/// What padded() was made of.
+/// Texts that padded() was made of.
 std::vector<std::string> unpadded(const std::string &characters, std::size_t length);
 
 /// Why a type is not that of texts of fixed length, no longer than the longest; empty if it is.

@@ -55,7 +55,7 @@ class Quiet {
     void *data_ = nullptr;
 };
 
-/// How one element of a C++ array lies in memory and as a row of a dataset. One column means a dataset of rank 1.
+/// Layout of one element of a C++ array in memory and as a row of a dataset. One column means a dataset of rank 1.
 struct RowType {
     hid_t memory;
     hid_t file;
@@ -92,7 +92,7 @@ template <std::size_t columns> struct RowTypeOf<std::array<int, columns>> {
 /// @throws std::runtime_error from every function if HDF5 refuses
 class OutputFile {
   public:
-    /// Of datasets that are not small: in chunks with checksums, integers compressed; or as they are.
+    /// Storage of datasets that are not small: in chunks with checksums, integers compressed; or as they are.
     enum class Storage { chunks, plain };
 
     explicit OutputFile(Storage storage = Storage::chunks);
