@@ -157,10 +157,8 @@ struct MeasuredNeedle {
 void write_needles(const std::filesystem::path &path, const NeedleFile &needles);
 NeedleFile read_needles_file(const std::filesystem::path &path);
 
-/// A row for each needle and model, the reference first: where the target is when the tip is where it was [mm], and how
-/// far from that of the reference; how much tissue is left before the tip [mm]; the force of the hand there, the
-/// largest on the way in (when it punctures included) and the largest pull on the way out [N]; the error of the force
-/// on the way in [%].
+/// A row for each needle and model, the reference first: numbers of NeedleRun when the tip is where the target was, and
+/// what they are off by.
 Layout needle_table(const NeedleFile &file);
 
 /// A sentence on where models leave the small regime; empty where none does.
@@ -177,10 +175,8 @@ Layout measured_needle_table(const MeasuredNeedle &measured);
 /// [N]; and the work of the hand [mJ], beside the measured one.
 Layout fitted_needle_table(const MeasuredNeedle &measured);
 
-/// A row for each run of a needle in the arena, by mesh and budget, the best target first: how far the target is from
-/// that of the reference when the hand has led the tip there [mm], the same of the whole path of the needle [%], the
-/// largest force on the way in, its slope and the largest pull out, each with what it is off by [%], and what a frame
-/// costs.
+/// A row for each run of a needle in the arena, by mesh and budget, the best target first; forces have what they are off
+/// by behind them.
 Layout needle_arena_table(const NeedleArena &arena);
 
 /// Sentences on the needle, its reference with its error bar, and the methods that are left out.
