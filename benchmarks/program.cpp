@@ -11,9 +11,9 @@
 #include <span>
 #include <string_view>
 
-#include "results/hdf5/files/timings_file.hpp"
 #include "results/provenance.hpp"
 #include "results/quantile.hpp"
+#include "results/records/timings.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::benchmarks {

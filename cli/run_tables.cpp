@@ -8,13 +8,10 @@
 #include <vector>
 
 #include "results/one_reference.hpp"
-#include "results/tables/brief.hpp"
 #include "results/tables/large_table.hpp"
 #include "results/tables/median_errors.hpp"
 #include "results/tables/overview.hpp"
 #include "results/tables/studies/cohort_table.hpp"
-#include "results/tables/studies/slow_table.hpp"
-#include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
 #include "results/tables/table_layout.hpp"
 #include "results/tables/tool_cells.hpp"

@@ -22,7 +22,7 @@ if(GIT)
 endif()
 file(CONFIGURE OUTPUT ${OUTPUT} @ONLY CONTENT [[
 // Written by results/git_commit.cmake.
-#include "results/git_commit.hpp"
+#include "results/provenance.hpp"
 
 namespace livermark::results {
 

@@ -6,8 +6,6 @@
 #include <thread>
 #include <utility>
 
-#include "results/git_commit.hpp"
-
 namespace livermark::results {
 
 namespace {

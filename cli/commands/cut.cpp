@@ -5,7 +5,7 @@
 #include "cli/common_options.hpp"
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
-#include "results/tables/studies/cut_table.hpp"
+#include "results/records/cut.hpp"
 #include "studies/cutting/cut_study.hpp"
 #include "support/root_folder.hpp"
 

@@ -6,7 +6,7 @@
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "models/model_table.hpp"
-#include "results/tables/studies/modes_table.hpp"
+#include "results/tables/table.hpp"
 #include "results/tables/table_layout.hpp"
 #include "studies/modes/modes.hpp"
 #include "support/root_folder.hpp"

@@ -5,7 +5,7 @@
 #include "cli/common_options.hpp"
 #include "cli/progress.hpp"
 #include "core/units.hpp"
-#include "results/tables/studies/needle_table.hpp"
+#include "results/records/needle.hpp"
 #include "results/tables/table_layout.hpp"
 #include "studies/needle/measured_needle.hpp"
 #include "studies/needle/needle_study.hpp"

@@ -9,7 +9,7 @@
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "cli/run_tables.hpp"
-#include "results/tables/studies/arena_table.hpp"
+#include "results/records/arena.hpp"
 #include "studies/arena/arena.hpp"
 #include "studies/arena/outside_motion.hpp"
 #include "studies/exchange/score.hpp"

@@ -10,7 +10,7 @@
 #include "cli/usage.hpp"
 #include "core/units.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "results/tables/studies/stability_table.hpp"
+#include "results/records/stability.hpp"
 #include "results/tables/table_layout.hpp"
 #include "studies/stability/scaled_steps.hpp"
 #include "studies/stability/stability.hpp"

@@ -1,13 +1,14 @@
 #include "results/hdf5/file_parts.hpp"
 
+#include <cstdint>
 #include <fmt/format.h>
 #include <limits>
-
-#include "results/hdf5/io/schema.hpp"
 
 namespace livermark::results::hdf5 {
 
 namespace {
+
+constexpr std::int64_t schema_version = 1;
 
 template <class At> void describe_provenance(At at, Of<At, Provenance> &provenance) {
     at.text("software_version", provenance.software_version);

@@ -6,11 +6,11 @@
 
 #include "core/material.hpp"
 #include "results/hdf5/io/columns.hpp"
-#include "results/hdf5/io/read_apart.hpp"
+#include "results/hdf5/io/hdf5_checks.hpp"
 #include "results/records/result.hpp"
 #include "support/whole_file.hpp"
 
-/// What several kinds of files that Livermark writes have in common. Internal to results/.
+/// Parts of several kinds of files that Livermark writes. Internal to results/.
 namespace livermark::results::hdf5 {
 
 /// The attributes of the root that say where a file comes from.
@@ -24,6 +24,13 @@ void check_schema(const InputFile &file);
 
 /// @throws support::InputError for a value that no material has
 void check_materials(const GroupReader &group, const std::vector<core::Material> &materials);
+
+/// Body, load case and title of a record, as attributes of the root.
+template <class At, class Record> void describe_head(At root, Record &record) {
+    root.text("body", record.body);
+    root.text("load_case", record.load_case);
+    root.text("title", record.title);
+}
 
 /// The group /materials, a row for each region.
 /// @param num_regions  nothing where the file decides

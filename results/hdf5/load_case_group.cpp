@@ -1,4 +1,4 @@
-#include "results/hdf5/load_case_group.hpp"
+#include "results/hdf5/solution_group.hpp"
 
 #include <algorithm>
 #include <cmath>

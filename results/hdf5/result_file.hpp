@@ -14,7 +14,7 @@ namespace livermark::results {
 /// @throws std::invalid_argument if the shapes or names are not as said
 void write_result(const std::filesystem::path &path, const Result &result);
 
-/// Who made a file.
+/// Maker of a file.
 enum class Origin {
     own,     ///< this run
     outside, ///< anybody: it is read in a process of its own first, which a damaged file may end

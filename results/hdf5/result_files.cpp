@@ -2,18 +2,48 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
 #include <fmt/format.h>
+#include <map>
+#include <memory>
 #include <string>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
-#include "results/bodies_apart.hpp"
-#include "results/hdf5/file_kind.hpp"
+#include "results/hdf5/io/hdf5_checks.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/result_file.hpp"
+#include "results/problem_key.hpp"
+#include "support/fnv_hash.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::results {
 
 namespace {
+
+FileKind kind_in(const std::filesystem::path &path) {
+    const hdf5::InputFile file(path);
+    if (file.has("/critical_time_step"))
+        return FileKind::stability;
+    if (file.has("/timings"))
+        return FileKind::timings;
+    if (file.has("/bodies") && file.has("/statistics"))
+        return FileKind::cohort;
+    if (file.has("/arena"))
+        return FileKind::arena;
+    if (file.has("/needles"))
+        return FileKind::needle;
+    if (file.has("/experiment"))
+        return FileKind::experiment;
+    if (file.has("/sensitivity"))
+        return FileKind::sensitivity;
+    if (file.has("/loads") && file.has("/springs"))
+        return FileKind::calibration;
+    if (file.has("/solutions") && !file.children("/solutions").empty())
+        return FileKind::result;
+    return file.has("/modes") ? FileKind::modes : FileKind::other;
+}
 
 /// The result files below a folder, by name. Other commands leave other files there.
 /// @return how many files cannot be read
@@ -35,7 +65,23 @@ int add_results_below(const std::filesystem::path &path, std::vector<Result> &re
     return num_passed_over;
 }
 
+template <class Row> std::string_view bytes_of(const std::vector<Row> &rows) {
+    return {reinterpret_cast<const char *>(rows.data()), rows.size() * sizeof(Row)};
+}
+
+std::uint32_t digits_of(const core::TetraMesh &mesh) {
+    support::FnvHash hash;
+    hash.add(bytes_of(mesh.points));
+    hash.add(bytes_of(mesh.tetrahedra));
+    hash.add(bytes_of(mesh.region));
+    return static_cast<std::uint32_t>(hash.value() >> 32);
+}
+
 } // namespace
+
+FileKind kind_of_file(const std::filesystem::path &path) {
+    return hdf5::read_once_tried(path, [&] { return kind_in(path); });
+}
 
 std::vector<std::filesystem::path> hdf5_files_below(const std::filesystem::path &folder) {
     std::error_code error;
@@ -83,6 +129,49 @@ bool is_shown_on_page(const std::filesystem::path &path) {
     } catch (const support::InputError &) {
         return false;
     }
+}
+
+std::optional<Result> resumable_result(const std::filesystem::path &file, const core::Problem &problem,
+                                       const Provenance &provenance) {
+    std::error_code error;
+    if (!std::filesystem::exists(file, error))
+        return {};
+    try {
+        auto kept = read_result(file);
+        if (kept.provenance.command == provenance.command && kept.provenance.git_commit == provenance.git_commit &&
+            kept.provenance.build_type == provenance.build_type && problem_key(kept.problem) == problem_key(problem))
+            return kept;
+    } catch (const support::InputError &) {
+        return {}; // not a whole result file, so nothing to go on from
+    }
+    return {};
+}
+
+std::vector<std::string> tell_bodies_apart(std::span<Result> results) {
+    std::vector<std::uint32_t> digits;
+    std::map<std::string, std::map<std::uint32_t, std::string>> names; // by body and digits
+    for (const auto &result : results) {
+        const auto &body = *result.problem.body;
+        digits.push_back(digits_of(body.mesh));
+        names[body.name][digits.back()] = fmt::format("{}#{:08x}", body.name, digits.back());
+    }
+    std::vector<std::string> sentences;
+    for (const auto &[name, of_mesh] : names) {
+        if (of_mesh.size() < 2)
+            continue;
+        std::vector<std::string> apart;
+        for (const auto &[mesh, own_name] : of_mesh)
+            apart.push_back(own_name);
+        sentences.push_back(fmt::format("result files of {} different bodies have the name {}; they are called {}",
+                                        of_mesh.size(), name, fmt::join(apart, ", ")));
+    }
+    for (std::size_t r = 0; r < results.size(); ++r)
+        if (const auto &of_mesh = names[results[r].problem.body->name]; of_mesh.size() > 1) {
+            auto body = std::make_shared<core::Body>(*results[r].problem.body);
+            body->name = of_mesh.at(digits[r]);
+            results[r].problem.body = std::move(body);
+        }
+    return sentences;
 }
 
 } // namespace livermark::results

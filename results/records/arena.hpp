@@ -1,15 +1,17 @@
 #pragma once
 
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "core/tool/tool_errors.hpp"
 #include "results/records/result.hpp"
+#include "results/tables/table_layout.hpp"
 
 namespace livermark::results {
 
-/// How a method did within a budget.
+/// Outcome of a method within a budget.
 enum class ArenaOutcome {
     ok,
     too_slow, ///< its least work takes longer than the budget; its errors are those of that work
@@ -52,7 +54,7 @@ struct ArenaRun {
     bool operator==(const ArenaRun &) const = default;
 };
 
-/// What there is to say of a method beside its runs.
+/// Description of a method beside its runs.
 struct ArenaMethod {
     std::string name;
     std::string source;         ///< literature reference
@@ -69,7 +71,7 @@ std::string iterations_of(int iterations, int stops_early);
 /// Above this part the times of a calibration differ too much: its effort says something of the machine.
 inline constexpr double largest_calibration_spread = 0.05;
 
-/// How the tool moves the body. The words are those of tables and files.
+/// Ways of the tool to move the body. The words are those of tables and files.
 inline constexpr const char *glued_tool = "glued";       ///< it has hold of the nodes of a place
 inline constexpr const char *touching_tool = "touching"; ///< it is a ball that touches and does not stick
 
@@ -92,5 +94,36 @@ struct Arena {
     std::vector<ArenaRun> series;
     std::vector<ArenaMethod> methods; ///< of these runs, each once
 };
+
+/// The "Arena files" of results/schema.md; errors as of write_result() and read_result().
+void write_arena(const std::filesystem::path &path, const Arena &arena);
+Arena read_arena(const std::filesystem::path &path);
+
+/// A row for each method, setting and budget, mesh by mesh and the best of the contact errors first.
+/// "-" where a program that moved by itself does not say it.
+Layout arena_table(const Arena &arena);
+
+/// Meaning of its columns.
+std::string arena_legend();
+
+/// A row for each method and mesh: the error in contact within each budget, of the best setting, and the least time
+/// of a frame within which it was 20, 10 and 5 %.
+Layout arena_overview(const Arena &arena);
+
+/// Meaning of its columns.
+std::string overview_legend();
+
+/// The same with the forces on the tool in place of errors, where there is no reference: mesh by mesh.
+Layout arena_forces(const Arena &arena);
+
+/// A row for each run with given iterations, method by method: errors, and by how much the force when the slide begins
+/// is above that of the reference, which is the stiffness at the tool that the method has with so many.
+Layout arena_series(const Arena &arena);
+
+/// A sentence on the tool, for the head of a table.
+std::string tool_of(const Arena &arena);
+
+/// A sentence on methods whose effort was found on a busy machine; empty if there are none.
+std::string calibration_note(const Arena &arena);
 
 } // namespace livermark::results

@@ -2,8 +2,172 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
+#include <iterator>
+#include <map>
+
+#include "core/units.hpp"
+#include "results/hdf5/file_parts.hpp"
 
 namespace livermark::results {
+
+namespace {
+
+std::string in_mm(double length, int decimals = 2) {
+    return std::isfinite(length) ? fixed(core::millimetres * length, decimals) : "-";
+}
+
+/// A length that is 0 where it is not known.
+std::string in_mm_if_known(double length) {
+    return length > 0.0 ? in_mm(length) : "-";
+}
+
+using hdf5::Of;
+
+template <class At> void describe_markers(At at, Of<At, ExperimentResult> &result) {
+    at.texts("names", result.markers);
+    at.texts("drives", result.drives, result.markers.size());
+    at.rows("position", result.positions, "m", result.markers.size());
+}
+
+template <class At> void describe_states(At at, Of<At, std::vector<ExperimentState>> &states, std::size_t num_markers) {
+    auto columns = hdf5::columns_of(at, states);
+    columns.texts("names", &ExperimentState::name);
+    const auto length = [&](const char *name, double ExperimentState::*value, const char *title, int decimals = 2) {
+        columns.column(name, value, "m", {title, [decimals](double error) { return in_mm(error, decimals); }});
+    };
+    columns.column("noise", &ExperimentState::noise, "m", {"noise of the measurement", in_mm_if_known});
+    length("no_motion", &ExperimentState::no_motion, "no motion");
+    length("rigid_motion", &ExperimentState::rigid_motion, "rigid motion, fitted");
+    length("straight_line", &ExperimentState::straight_line, "straight line");
+    length("fit_residual", &ExperimentState::fit_residual, "driven places off their markers");
+    length("reference_uncertainty", &ExperimentState::reference_uncertainty, "reference, uncertainty of its mesh", 3);
+    columns.blocks("displacement", &ExperimentState::displacement, num_markers, "m");
+}
+
+template <class At>
+void describe_runs(At at, Of<At, std::vector<ExperimentRun>> &runs, std::size_t num_states, std::size_t num_markers) {
+    auto columns = hdf5::columns_of(at, runs);
+    columns.texts("models", &ExperimentRun::model);
+    columns.words("statuses", &ExperimentRun::status);
+    columns.texts("messages", &ExperimentRun::message);
+    columns.column("state", &ExperimentRun::state);
+    for (const auto &run : runs)
+        at.check(run.state >= 0 && static_cast<std::size_t>(run.state) < num_states, "state",
+                 "has a state that is not there");
+    columns.column("tetrahedra", &ExperimentRun::tetrahedra);
+    columns.column("error", &ExperimentRun::error, "m");
+    columns.column("worst_error", &ExperimentRun::worst_error, "m");
+    columns.column("seconds", &ExperimentRun::seconds, "s");
+    columns.blocks("displacement", &ExperimentRun::displacement, num_markers, "m");
+}
+
+/// The body, and how the refined reference deforms it in each state.
+template <class At> void describe_deformed_body(At at, Of<At, ExperimentResult> &result) {
+    at.rows("points", result.points, "m");
+    at.node_numbers("boundary_triangles", result.boundary, result.points.size());
+    hdf5::columns_of(at, result.states, result.states.size())
+        .blocks("displacement", &ExperimentState::deformed, result.points.size(), "m");
+}
+
+/// @param num_vectors  of the displacement: records times markers
+template <class At> void describe_ringing_runs(At at, Of<At, std::vector<RingDownRun>> &runs, std::size_t num_vectors) {
+    auto columns = hdf5::columns_of(at, runs);
+    columns.texts("models", &RingDownRun::model);
+    columns.words("statuses", &RingDownRun::status);
+    columns.texts("messages", &RingDownRun::message);
+    columns.texts("integrators", &RingDownRun::integrator);
+    columns.column("tetrahedra", &RingDownRun::tetrahedra);
+    columns.column("time_step", &RingDownRun::time_step, "s");
+    columns.column("alpha", hdf5::inside(&RingDownRun::damping, &core::RayleighDamping::alpha), "1/s");
+    columns.column("beta", hdf5::inside(&RingDownRun::damping, &core::RayleighDamping::beta), "s");
+    columns.column("frequency", &RingDownRun::frequency, "Hz");
+    columns.column("damping_ratio", &RingDownRun::damping_ratio);
+    columns.column("swing_error", &RingDownRun::swing_error, "m");
+    columns.column("error", &RingDownRun::error, "m");
+    columns.column("start_error", &RingDownRun::start_error, "m");
+    columns.column("seconds", &RingDownRun::seconds, "s");
+    columns.blocks("swings", &RingDownRun::swings, num_swings, "m");
+    columns.blocks("displacement", &RingDownRun::displacement, num_vectors, "m");
+}
+
+template <class At> void describe_ring_down(At at, Of<At, RingDownResult> &ring_down, std::size_t num_markers) {
+    at.text("state", ring_down.state);
+    at.number("interval", ring_down.interval);
+    at.number("frequency", ring_down.frequency);
+    at.number("frequency_uncertainty", ring_down.frequency_uncertainty);
+    at.number("damping_ratio", ring_down.damping_ratio);
+    at.number("damping_uncertainty", ring_down.damping_uncertainty);
+    at.number("swing_noise", ring_down.swing_noise);
+    at.number("noise", ring_down.noise);
+    at.number("no_motion", ring_down.no_motion);
+    at.number("rigid_motion", ring_down.rigid_motion);
+    at.rows("swings", ring_down.swings, "m", num_swings);
+    at.blocks("displacement", ring_down.displacement, num_markers, "m");
+    describe_ringing_runs(at.group("runs"), ring_down.runs, ring_down.displacement.size());
+}
+
+template <class At> void describe_experiment(At root, Of<At, ExperimentResult> &result) {
+    const auto at = root.group("experiment");
+    at.text("name", result.name);
+    at.text("title", result.title);
+    at.text("source", result.source);
+    at.text("reference", result.reference);
+    at.texts("assumptions", result.assumptions);
+    describe_markers(at.group("markers"), result);
+    const auto num_markers = result.markers.size();
+    describe_states(at.group("states"), result.states, num_markers);
+    describe_runs(at.group("runs"), result.runs, result.states.size(), num_markers);
+    describe_deformed_body(at.group("body"), result);
+    if (!at.has("ring_downs", !result.ring_downs.empty())) // nothing was let go, or the file is of an older version
+        return;
+    const auto ring_downs = at.group("ring_downs", hdf5::Order::kept);
+    ring_downs.text("damping_from", result.damping_from);
+    ring_downs.each(result.ring_downs,
+                    [&](auto place, auto &ring_down) { describe_ring_down(place, ring_down, num_markers); });
+}
+
+std::string cell_of(const ExperimentRun &run) {
+    const auto error = in_mm(run.error);
+    return run.status == core::SolutionStatus::ok ? error : fmt::format("{} ({})", error, core::to_string(run.status));
+}
+
+/// The runs of a model on a mesh, by state.
+struct ExperimentRow {
+    std::string model;
+    int tetrahedra = 0;
+    std::vector<const ExperimentRun *> runs;
+
+    /// The larger the worse, with those last that have no solution somewhere.
+    double mean_error() const {
+        double sum = 0.0;
+        for (const auto *run : runs)
+            sum += run->status == core::SolutionStatus::ok && std::isfinite(run->error) ? run->error : HUGE_VAL;
+        return sum;
+    }
+};
+
+std::vector<ExperimentRow> rows_of(const ExperimentResult &result) {
+    std::vector<ExperimentRow> rows;
+    for (const auto &run : result.runs) {
+        if (rows.empty() || rows.back().model != run.model || rows.back().tetrahedra != run.tetrahedra)
+            rows.push_back({run.model, run.tetrahedra, {}});
+        rows.back().runs.push_back(&run);
+    }
+    std::ranges::stable_sort(rows, {}, &ExperimentRow::mean_error);
+    return rows;
+}
+
+std::string with_decimals(double value, int decimals) {
+    return std::isfinite(value) ? fixed(value, decimals) : "-";
+}
+
+/// Difference in percent of what was measured, with its sign.
+std::string percent_off(double value, double measured) {
+    return std::isfinite(value) ? fmt::format("{:+.1f}", 100.0 * (value / measured - 1.0)) : "-";
+}
+
+} // namespace
 
 MarkerError marker_error(const ExperimentResult &result, const std::vector<core::Vector3> &displacement,
                          const std::vector<core::Vector3> &measured) {
@@ -26,6 +190,90 @@ double root_mean_square_distance(const std::vector<core::Vector3> &a, const std:
     for (std::size_t i = 0; i < a.size(); ++i)
         sum += (a[i] - b[i]).squaredNorm();
     return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+void write_experiment(const std::filesystem::path &path, const ExperimentResult &result) {
+    hdf5::write_record(path, result, [](auto root, auto &record) { describe_experiment(root, record); });
+}
+
+ExperimentResult read_experiment(const std::filesystem::path &path) {
+    return hdf5::read_record<ExperimentResult>(path, "livermark experiment",
+                                               [](auto root, auto &record) { describe_experiment(root, record); });
+}
+
+Layout experiment_table(const ExperimentResult &result) {
+    auto layout = headed({"error [mm]"}, {"tetrahedra"});
+    for (const auto &state : result.states)
+        layout.columns.push_back({state.name, true});
+    layout.columns.push_back({"time [s]", true});
+    hdf5::Cells cells;
+    describe_states(cells, result.states, result.markers.size());
+    const bool has_line = std::ranges::any_of(
+        result.states, [](const ExperimentState &state) { return std::isfinite(state.straight_line); });
+    for (const std::string name :
+         {"noise", "no_motion", "rigid_motion", "straight_line", "fit_residual", "reference_uncertainty"}) {
+        if (!has_line && (name == "straight_line" || name == "fit_residual"))
+            continue;
+        const auto &[head, of_states] = cells.column(name);
+        auto &row = layout.rows.emplace_back(std::vector{head.title, std::string()});
+        row.insert(row.end(), of_states.begin(), of_states.end());
+        row.emplace_back("");
+    }
+    for (const auto &of_model : rows_of(result)) {
+        std::vector<std::string> row{of_model.model, fmt::format("{}", of_model.tetrahedra)};
+        double seconds = 0.0;
+        for (const auto *run : of_model.runs) {
+            row.push_back(cell_of(*run));
+            seconds += run->seconds;
+        }
+        row.push_back(fixed(seconds, 1));
+        layout.rows.push_back(std::move(row));
+    }
+    return layout;
+}
+
+Layout ring_down_table(const ExperimentResult &result) {
+    auto layout = headed({"state", "ring-down"}, {"tetrahedra", "frequency [Hz]", "off by [%]", "damping ratio",
+                                                  "swings, error [mm]", "markers, error [mm]", "time [s]"});
+    for (const auto &ring_down : result.ring_downs) {
+        const auto add = [&](std::vector<std::string> row) {
+            row.insert(row.begin(), printable(ring_down.state));
+            row.resize(layout.columns.size());
+            layout.rows.push_back(std::move(row));
+        };
+        add({"measured", "", fixed(ring_down.frequency, 2), "", fixed(ring_down.damping_ratio, 3)});
+        add({"uncertainty of that", "", fixed(ring_down.frequency_uncertainty, 2),
+             fixed(100.0 * ring_down.frequency_uncertainty / ring_down.frequency, 1),
+             fixed(ring_down.damping_uncertainty, 3), in_mm_if_known(ring_down.swing_noise),
+             in_mm_if_known(ring_down.noise)});
+        add({"rigid motion, fitted to each record", "", "", "", "", "", in_mm(ring_down.rigid_motion)});
+        add({"no motion", "", "", "", "", "", in_mm(ring_down.no_motion)});
+        auto runs = ring_down.runs;
+        std::ranges::stable_sort(
+            runs, {}, [](const RingDownRun &run) { return std::isfinite(run.error) ? run.error : HUGE_VAL; });
+        for (const auto &run : runs)
+            add({run.status == core::SolutionStatus::ok
+                     ? run.model
+                     : fmt::format("{} ({})", run.model, core::to_string(run.status)),
+                 std::to_string(run.tetrahedra), with_decimals(run.frequency, 2),
+                 percent_off(run.frequency, ring_down.frequency), with_decimals(run.damping_ratio, 3),
+                 in_mm(run.swing_error), in_mm(run.error), fixed(run.seconds, 1)});
+    }
+    return layout;
+}
+
+std::string ring_down_note(const ExperimentResult &result) {
+    for (const auto &ring_down : result.ring_downs)
+        if (ring_down.state == result.damping_from && !ring_down.runs.empty()) {
+            const auto &damping = ring_down.runs.back().damping; // of the reference
+            return fmt::format(
+                "Damping is fitted on {} alone, a ratio of {:.3f} at {:.2f} Hz, and then stays: "
+                "alpha = {:.3f} 1/s, beta = {:.3e} s. Interactive methods know damping of the mass alone, "
+                "and have the same ratio there.",
+                printable(result.damping_from), ring_down.damping_ratio, ring_down.frequency, damping.alpha,
+                damping.beta);
+        }
+    return "";
 }
 
 } // namespace livermark::results

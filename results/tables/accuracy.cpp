@@ -17,7 +17,7 @@ namespace livermark::results {
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 using core::milliseconds;
 using core::percent;
@@ -54,16 +54,16 @@ void add_numbers(std::vector<std::string> &row, const Standing &standing) {
 
 /// Seconds that a simulated second took, set-up left out.
 double cost_of(const core::History &history) {
-    return history.time.size() > 1 ? history.solve_seconds / history.time.back() : nan;
+    return history.time.size() > 1 ? history.solve_seconds / history.time.back() : not_known;
 }
 
-/// What a model comes to over the load cases of a body.
+/// Errors and costs of a model over the load cases of a body.
 struct Moving {
     std::map<std::string, double> errors; ///< by load case, of which there may be several runs
     std::map<std::string, double> stiffness;
     bool has_failed = false;
     double critical_step = infinity, seconds_per_step = infinity; ///< of explicit steps
-    double history_step = nan, history_cost = nan;
+    double history_step = not_known, history_cost = not_known;
 };
 
 void enter(Moving &moving, const ModelResult &model, const Result &result) {
@@ -116,8 +116,8 @@ std::vector<Standing> standings_at_rest(std::span<const Result> results) {
                                      .load_case = {},
                                      .model = model.name,
                                      .integrator = {},
-                                     .time_step = nan,
-                                     .at = {nan, nan},
+                                     .time_step = not_known,
+                                     .at = {not_known, not_known},
                                      .is_on_front = false});
                 moving.emplace_back();
             }
@@ -163,20 +163,13 @@ std::vector<Standing> standings_in_motion(std::span<const Result> results) {
                      .is_on_front = false,
                      .uncertainty = result.motion_uncertainty && !result.motion_uncertainty->is_of_steps_alone()
                                         ? result.motion_uncertainty->relative_l2
-                                        : nan,
+                                        : not_known,
                      .reference = model.comparison->history->reference});
     return with_fronts(std::move(standings));
 }
 
 Layout static_accuracy(std::span<const Result> results) {
-    Layout layout{{{"body"},
-                   {"model"},
-                   {"step [ms]", true},
-                   {"cost [s/s]", true},
-                   {"mean error [%]", true},
-                   {"mean tool [%]", true},
-                   {""}},
-                  {}};
+    auto layout = headed({"body", "model"}, {"step [ms]", "cost [s/s]", "mean error [%]", "mean tool [%]"}, {""});
     for (const auto &standing : standings_at_rest(results)) {
         auto &row = layout.rows.emplace_back(std::vector{standing.body, standing.model});
         add_numbers(row, standing);

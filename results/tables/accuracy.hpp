@@ -11,18 +11,18 @@
 
 namespace livermark::results {
 
-/// What something costs and how wrong it is; NaN where that is not known.
+/// Cost and error; NaN where that is not known.
 struct CostAndError {
     double cost;
     double error;
 };
 
-/// Which of several are on the Pareto front: no other is at least as good in both and better in one. What has a NaN is
+/// Membership of the Pareto front: no other is at least as good in both and better in one. What has a NaN is
 /// not.
 /// @return shape of points
 std::vector<bool> pareto_front(std::span<const CostAndError> points);
 
-/// Where a model stands among those of one body, or of one body and load case.
+/// The place of a model among those of one body, or of one body and load case.
 struct Standing {
     std::string body;      ///< body_label()
     std::string load_case; ///< empty for the mean over all
@@ -31,7 +31,7 @@ struct Standing {
     double time_step;       ///< [s]; NaN where that is not known
     CostAndError at;        ///< seconds of one core per simulated second, relative L2 error
     bool is_on_front;
-    /// Of the motion that it is compared with, relative L2; NaN where that is not known, and at rest.
+    /// Error of the motion that it is compared with, relative L2; NaN where that is not known, and at rest.
     double uncertainty = std::numeric_limits<double>::quiet_NaN();
     /// At rest the mean over the same load cases of the absolute value of stiffness_at_tool(); NaN where it is not
     /// known.

@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "core/mesh/deformation.hpp"
+#include "core/tool/slow_response.hpp"
 #include "core/units.hpp"
 #include "results/one_reference.hpp"
 #include "results/tables/overview.hpp"
@@ -40,17 +42,13 @@ std::vector<std::string> cells_at_tool(const ModelResult &model, const Result &r
         return {"-", "-", "-"};
     const auto &tool = *model.comparison->tool;
     const double error = tool.worst_place().relative_l2;
-    return {stiffness_cell(tool.stiffness()), stiffness_cell(tool.worst_stiffness()),
-            std::isnan(error) ? "-" : fixed(percent * error, 2)};
+    return {stiffness_cell(tool.stiffness()), stiffness_cell(tool.worst_stiffness()), fixed(percent * error, 2)};
 }
 
-std::vector<std::string> row_of(const ModelResult &model, const Result &result, const std::string &body) {
+std::vector<std::string> large_row(const ModelResult &model, const Result &result, const std::string &body) {
     const auto &solution = model.solution;
-    const bool is_reference = std::ranges::any_of(result.models, [&](const ModelResult &other) {
-        return other.comparison && other.comparison->reference == model.name;
-    });
     std::vector<std::string> row{body, result.problem.load_case.name,
-                                 is_reference ? model.name + " (reference)" : model.name};
+                                 is_reference(model, result) ? model.name + " (reference)" : model.name};
     const auto &known = result.reference_uncertainty;
     const auto *path = model.comparison && model.comparison->path ? &*model.comparison->path : nullptr;
     if (path && solution.status == core::SolutionStatus::ok) {
@@ -60,7 +58,7 @@ std::vector<std::string> row_of(const ModelResult &model, const Result &result, 
         row.push_back(fixed(millimetres * path->percentile_95, 2));
         row.push_back(tumour_error(*path));
         row.push_back(signed_percent(path->reaction_bias, 1));
-        row.push_back(std::isnan(path->worst_reaction_error) ? "-" : fixed(percent * path->worst_reaction_error, 1));
+        row.push_back(fixed(percent * path->worst_reaction_error, 1));
     } else {
         row.insert(row.end(), 7, "-");
         if (known && model.name == known->reference)
@@ -123,18 +121,58 @@ DeadLoad dead_load(const core::LoadCase &load_case, const core::TetraMesh &mesh)
     return load;
 }
 
+/// Below this part of the largest response of a tool, the one at first is rounding.
+constexpr double smallest_response = 1e-6;
+
+std::string percent_cell(double value, int decimals) {
+    return fixed(percent * value, decimals);
+}
+
+/// The record at which the whole load is first there.
+std::size_t first_whole_load(const core::SlowHistory &history) {
+    return static_cast<std::size_t>(std::ranges::max_element(history.factors) - history.factors.begin());
+}
+
+std::vector<std::string> slow_row(const ModelResult &model, const Result &result, const core::SlowResponse &response,
+                                  const std::string &body) {
+    const auto &load_case = result.problem.load_case;
+    const auto &history = *load_case.slow_history;
+    std::vector<std::string> row{
+        body, load_case.name, is_reference(model, result) ? model.name + " (reference)" : model.name, response.place};
+    if (response.values.size() == history.times.size()) {
+        const double unit = response.is_force ? 1.0 : core::millimetres;
+        const double first = response.values[first_whole_load(history)];
+        const double largest =
+            std::abs(*std::ranges::max_element(response.values, {}, [](double value) { return std::abs(value); }));
+        const double last = response.values[static_cast<std::size_t>(history.whole_load_record())];
+        row.push_back(significant(unit * first, 4) + (response.is_force ? " N" : " mm"));
+        row.push_back(significant(unit * last, 4) + (response.is_force ? " N" : " mm"));
+        row.push_back(std::abs(first) > smallest_response * largest ? percent_cell(last / first, 1) : "-");
+    } else {
+        row.insert(row.end(), 3, "-");
+    }
+    const auto *slow = model.comparison && model.comparison->slow ? &*model.comparison->slow : nullptr;
+    row.push_back(slow ? percent_cell(slow->median_error, 2) : "-");
+    row.push_back(slow ? percent_cell(slow->worst_error, 2) : "-");
+    const double lost = core::lost_energy(history, model.solution);
+    row.push_back(std::isnan(lost) ? "-" : significant(core::millijoules * lost, 4));
+    row.push_back(slow ? percent_cell(slow->lost_energy, 1) : "-");
+    row.push_back(fixed(model.solution.setup_seconds + model.solution.solve_seconds, 1));
+    row.emplace_back(core::to_string(model.solution.status));
+    return row;
+}
+
 } // namespace
 
 Layout large_table(std::span<const Result> results) {
-    Layout layout{{{"body"}, {"load case"}, {"model"}}, {}};
-    for (const auto *const title :
-         {"L2 [%]", "+- [%]", "tool [%]", "worst tool [%]", "tool L2 [%]", "worst L2 [%]", "95 % [mm]", "tumour [mm]",
-          "force [%]", "worst react. [%]", "volume [%]", "min J", "inverted", "time [s]"})
-        layout.columns.push_back({title, true});
-    layout.columns.push_back({"status"});
+    auto layout =
+        headed({"body", "load case", "model"},
+               {"L2 [%]", "+- [%]", "tool [%]", "worst tool [%]", "tool L2 [%]", "worst L2 [%]", "95 % [mm]",
+                "tumour [mm]", "force [%]", "worst react. [%]", "volume [%]", "min J", "inverted", "time [s]"},
+               {"status"});
     for (const auto &result : results)
         for (const auto &model : result.models)
-            layout.rows.push_back(row_of(model, result, body_label(result, results)));
+            layout.rows.push_back(large_row(model, result, body_label(result, results)));
     return layout;
 }
 
@@ -187,12 +225,33 @@ Layout force_table(std::span<const Result> results) {
             words.push_back(significant(unit * value, 3));
         return fmt::format("{}", fmt::join(words, " "));
     };
-    Layout layout{{{"body"}, {"load case"}, {"place"}, {"model"}, {"way [mm]"}, {"force along it [N]"}}, {}};
+    auto layout = headed({"body", "load case", "place", "model", "way [mm]", "force along it [N]"}, {});
     for (const auto &result : results)
         for (const auto &curve : force_curves(result))
             layout.rows.push_back({body_label(result, results), result.problem.load_case.name, curve.place, curve.model,
                                    listed(curve.way, millimetres), listed(curve.force, 1.0)});
     return layout;
+}
+
+Layout slow_table(std::span<const Result> results) {
+    auto layout = headed({"body", "load case", "model", "tool"},
+                         {"at first", "at last", "left [%]", "median error [%]", "worst error [%]", "heat [mJ]",
+                          "its error [%]", "time [s]"},
+                         {"status"});
+    for (const auto &result : results)
+        if (result.problem.load_case.slow_history)
+            for (const auto &model : result.models)
+                for (const auto &response :
+                     core::slow_responses(result.problem.body->mesh, result.problem.load_case, model.solution))
+                    layout.rows.push_back(slow_row(model, result, response, body_label(result, results)));
+    return layout;
+}
+
+std::string slow_legend() {
+    return "at first, at last: force of the tool along its way when the whole load is first there, and when it is last "
+           "there (of a given traction: the displacement along it); left: the last of the first; errors: of that force "
+           "at each time from that of the reference, over its largest, median and largest over the times; heat: energy "
+           "that the body turns into heat in the last cycle, the work done less what is stored more at its end\n";
 }
 
 } // namespace livermark::results

@@ -20,7 +20,7 @@ using core::microseconds;
 using core::milliseconds;
 using core::percent;
 
-/// What there is of one model on one body at one Poisson's ratio, over the load cases.
+/// Errors and steps of one model on one body at one Poisson's ratio, over the load cases.
 struct Cases {
     std::vector<double> errors, reaction_errors, uncertainties, critical_steps, step_seconds;
     StiffnessCases stiffness;
@@ -129,7 +129,7 @@ Layout overview(std::span<const Result> results) {
     std::set<double> ratios;
     for (const auto &result : results)
         ratios.insert(poisson_ratio(result));
-    Layout layout{{{"body"}, {"model"}}, {}};
+    auto layout = headed({"body", "model"}, {});
     for (const double ratio : ratios)
         for (const auto *const title : {"mean [%]", "worst [%]", "mean tool [%]", "worst tool [%]", "mean react. [%]",
                                         "worst react. [%]", "step [ms]"})
@@ -149,7 +149,7 @@ Layout overview(std::span<const Result> results) {
 }
 
 Layout mean_errors(std::span<const Result> results) {
-    Layout layout{{{"model"}}, {}};
+    auto layout = headed({"model"}, {});
     std::vector<std::string> labels, models;
     std::vector<const Result *> first; // of each label
     for (const auto &result : results) {

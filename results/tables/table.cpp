@@ -3,6 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/units.hpp"
@@ -14,11 +19,6 @@
 namespace livermark::results {
 
 namespace {
-
-const std::vector<Column> columns{
-    {"body", false},       {"load case", false}, {"model", false},    {"peak [mm]", true},  {"L2 [%]", true},
-    {"+- [%]", true},      {"tool [%]", true},   {"max [mm]", true},  {"react. [%]", true}, {"energy [%]", true},
-    {"nonlin. [%]", true}, {"set-up [s]", true}, {"solve [s]", true}, {"status", false}};
 
 using Row = std::vector<std::string>;
 
@@ -37,12 +37,6 @@ double peak_displacement(const core::Solution &solution) {
     return peak;
 }
 
-bool is_reference(const ModelResult &model, const Result &result) {
-    return std::ranges::any_of(result.models, [&](const ModelResult &other) {
-        return other.comparison && other.comparison->reference == model.name;
-    });
-}
-
 /// For the reference its own uncertainty, for the others a star if they are within it.
 std::string uncertainty(const ModelResult &model, const Result &result) {
     const auto &known = result.reference_uncertainty;
@@ -58,7 +52,7 @@ std::string tool_cell(const ModelResult &model, const Result &result) {
     return model.solution.status == core::SolutionStatus::ok ? stiffness_cell(stiffness_at_tool(model)) : "-";
 }
 
-Row row_of(const ModelResult &model, const Result &result, const std::string &body) {
+Row error_row(const ModelResult &model, const Result &result, const std::string &body) {
     const core::Solution &solution = model.solution;
     const bool reference = is_reference(model, result);
     Row row{body,
@@ -71,7 +65,7 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
             "-",
             "-",
             "-",
-            std::isnan(solution.nonlinearity) ? "-" : fixed(percent * solution.nonlinearity, 2),
+            fixed(percent * solution.nonlinearity, 2),
             significant(solution.setup_seconds, 3),
             significant(solution.solve_seconds, 3),
             shown_status(model, result)};
@@ -95,7 +89,7 @@ std::string legend(std::span<const Result> results) {
     return "";
 }
 
-/// What the columns of the tool mean, and how large it is; nothing where there is none.
+/// Meaning of the columns of the tool, and its size; nothing where there is none.
 std::string tool_lines(std::span<const Result> results) {
     const auto radii = tool_radii(results);
     return radii.empty() ? "" : fmt::format("\n{}{}", tool_legend(), radii);
@@ -106,6 +100,97 @@ std::string describe(const std::string &model, const core::HistoryComparison &mo
     return fmt::format("{} {} % off {} (amplitude {:+.1f} %, {:.1f} ms {})", model,
                        fixed(percent * motion.relative_l2, 2), motion.reference, percent * motion.amplitude_error,
                        std::abs(lag), lag < 0.0 ? "early" : "late");
+}
+
+/// A line of the load cases whose loads are not those of their definition.
+std::string load_scales(std::span<const Result> results) {
+    std::vector<std::string> scales;
+    for (const Result &result : results)
+        if (const auto &load_case = result.problem.load_case; load_case.load_scale != 1.0)
+            scales.push_back(fmt::format("{} {} {:.4g}", body_label(result, results), printable(load_case.name),
+                                         load_case.load_scale));
+    return scales.empty() ? "" : fmt::format("\nloads multiplied by: {}\n", fmt::join(scales, ", "));
+}
+
+std::string failures(std::span<const Result> results, const std::string &bullet) {
+    std::string lines;
+    for (const Result &result : results)
+        for (const ModelResult &model : result.models)
+            if (model.solution.status != core::SolutionStatus::ok)
+                lines += fmt::format("{}{}, {}, {}: {}: {}\n", bullet, body_label(result, results),
+                                     printable(result.problem.load_case.name), printable(model.name),
+                                     core::to_string(model.solution.status), model.solution.message);
+    return lines.empty() ? lines : fmt::format("\n{}", lines);
+}
+
+using core::percent;
+
+/// Appends what is not there yet.
+template <class T> void note(std::vector<T> &seen, const T &value) {
+    if (std::ranges::find(seen, value) == seen.end())
+        seen.push_back(value);
+}
+
+void append(std::vector<double> &values, const std::optional<double> &value) {
+    if (value)
+        values.push_back(*value);
+}
+
+double mean(const std::vector<double> &values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+std::vector<std::string> row_of(std::span<const Result> results, const std::string &body, const std::string &name,
+                                const std::vector<std::string> &load_cases) {
+    std::vector<std::string> row{body, name};
+    std::vector<double> errors, uncertainties, reactions, seconds;
+    StiffnessCases stiffness;
+    std::size_t num_in_table = 0; // load cases that count
+    for (const auto &load_case : load_cases) {
+        std::string cell = "-";
+        bool any_counts = false;
+        std::optional<double> error, at_tool, uncertainty, reaction; // of the last result
+        for (const auto &result : results) {
+            if (body_label(result, results) != body || result.problem.load_case.name != load_case)
+                continue;
+            const bool counts = counts_in_means(result);
+            any_counts = any_counts || counts;
+            const auto model = std::ranges::find(result.models, name, &ModelResult::name);
+            if (model == result.models.end())
+                continue;
+            seconds.push_back(model->solution.solve_seconds);
+            if (counts && result.reference_uncertainty && result.reference_uncertainty->reference == name)
+                uncertainty = result.reference_uncertainty->relative_l2;
+            if (model->solution.status != core::SolutionStatus::ok) {
+                cell = core::to_string(model->solution.status);
+            } else if (!model->comparison) {
+                cell = reference_of(result) == name ? "reference" : shown_status(*model, result);
+            } else {
+                const double part = compared_part(result);
+                cell = fixed(percent * model->comparison->relative_l2, 2) + (leaves_regime(result) ? " !" : "") +
+                       (part < 1.0 ? fmt::format(" at {:.3g} %", percent * part) : "");
+                if (!counts)
+                    continue;
+                error = model->comparison->relative_l2;
+                at_tool = stiffness_at_tool(*model);
+                reaction = told_reaction_error(*model->comparison, result);
+            }
+        }
+        num_in_table += any_counts ? 1 : 0;
+        append(errors, error);
+        if (at_tool)
+            stiffness.enter(*at_tool, load_case);
+        append(uncertainties, uncertainty);
+        append(reactions, reaction);
+        row.push_back(cell);
+    }
+    row.push_back(errors.empty() ? "-" : over_some(fixed(percent * mean(errors), 2), errors.size(), num_in_table));
+    row.push_back(uncertainties.empty() ? "-" : fixed(percent * mean(uncertainties), 2));
+    row.push_back(stiffness.mean_cell());
+    row.push_back(stiffness.worst_cell());
+    row.push_back(reactions.empty() ? "-" : fixed(percent * *std::ranges::max_element(reactions), 2));
+    row.push_back(significant(mean(seconds), 2));
+    return row;
 }
 
 } // namespace
@@ -135,20 +220,6 @@ std::string motion_lines(std::span<const Result> results, const std::string &bul
     return lines.empty() ? lines : fmt::format("\n{}", lines);
 }
 
-namespace {
-
-/// A line of the load cases whose loads are not those of their definition.
-std::string load_scales(std::span<const Result> results) {
-    std::vector<std::string> scales;
-    for (const Result &result : results)
-        if (const auto &load_case = result.problem.load_case; load_case.load_scale != 1.0)
-            scales.push_back(fmt::format("{} {} {:.4g}", body_label(result, results), printable(load_case.name),
-                                         load_case.load_scale));
-    return scales.empty() ? "" : fmt::format("\nloads multiplied by: {}\n", fmt::join(scales, ", "));
-}
-
-} // namespace
-
 std::string yielded_places(std::span<const Result> results) {
     std::vector<std::string> places;
     for (const Result &result : results)
@@ -159,26 +230,14 @@ std::string yielded_places(std::span<const Result> results) {
     return places.empty() ? "" : fmt::format("\narea given up to other places: {}\n", fmt::join(places, ", "));
 }
 
-namespace {
-
-std::string failures(std::span<const Result> results, const std::string &bullet) {
-    std::string lines;
-    for (const Result &result : results)
-        for (const ModelResult &model : result.models)
-            if (model.solution.status != core::SolutionStatus::ok)
-                lines += fmt::format("{}{}, {}, {}: {}: {}\n", bullet, body_label(result, results),
-                                     printable(result.problem.load_case.name), printable(model.name),
-                                     core::to_string(model.solution.status), model.solution.message);
-    return lines.empty() ? lines : fmt::format("\n{}", lines);
-}
-
-} // namespace
-
 Layout error_table(std::span<const Result> results) {
-    Layout layout{columns, {}};
+    auto layout = headed({"body", "load case", "model"},
+                         {"peak [mm]", "L2 [%]", "+- [%]", "tool [%]", "max [mm]", "react. [%]", "energy [%]",
+                          "nonlin. [%]", "set-up [s]", "solve [s]"},
+                         {"status"});
     for (const Result &result : results)
         for (const ModelResult &model : result.models)
-            layout.rows.push_back(row_of(model, result, body_label(result, results)));
+            layout.rows.push_back(error_row(model, result, body_label(result, results)));
     return layout;
 }
 
@@ -190,6 +249,63 @@ std::string text_table(std::span<const Result> results) {
 std::string markdown_table(std::span<const Result> results) {
     return to_markdown(error_table(results)) + legend(results) + tool_lines(results) + load_scales(results) +
            yielded_places(results) + motion_lines(results, "- ") + failures(results, "- ");
+}
+
+Layout summary(std::span<const Result> results) {
+    std::vector<std::string> load_cases;
+    std::vector<std::pair<std::string, std::string>> entries;
+    for (const auto &result : results) {
+        note(load_cases, result.problem.load_case.name);
+        for (const auto &model : result.models)
+            note(entries, {body_label(result, results), model.name});
+    }
+    Layout layout;
+    layout.columns = {{"body"}, {"model"}};
+    for (const auto &load_case : load_cases)
+        layout.columns.push_back({load_case + " [%]", true});
+    for (const auto *const title : {"mean [%]", "+- [%]", "tool [%]", "worst tool [%]", "react. [%]", "solve [s]"})
+        layout.columns.push_back({title, true});
+    for (const auto &[body, model] : entries)
+        layout.rows.push_back(row_of(results, body, model, load_cases));
+    return layout;
+}
+
+Layout modes_table(const Result &result, std::string_view reference) {
+    const auto measure = std::ranges::find(result.modes, reference, &ModelModes::name);
+    const auto is_compared = [&](const ModelModes &model) {
+        return measure != result.modes.end() && model.name != measure->name;
+    };
+    Layout layout;
+    layout.columns = {{"mode", true}};
+    for (const auto &model : result.modes) {
+        layout.columns.push_back({model.name + " [Hz]", true});
+        if (is_compared(model)) {
+            layout.columns.push_back({"error [%]", true});
+            layout.columns.push_back({"MAC", true});
+        }
+    }
+    for (int mode = 0; mode < result.modes.front().modes.count(); ++mode) {
+        std::vector<std::string> row{std::to_string(mode + 1)};
+        for (const auto &model : result.modes) {
+            const double omega = model.modes.angular_frequency[mode];
+            row.push_back(fixed(omega / (2.0 * std::numbers::pi), 4));
+            if (is_compared(model)) {
+                row.push_back(fixed(100.0 * (omega / measure->modes.angular_frequency[mode] - 1.0), 2));
+                row.push_back(fixed(core::modal_assurance(result.problem.body->mesh, model.modes.shape_of(mode),
+                                                          measure->modes.shape_of(mode)),
+                                    3));
+            }
+        }
+        layout.rows.push_back(std::move(row));
+    }
+    std::vector<std::string> seconds{"seconds"};
+    for (const auto &model : result.modes) {
+        seconds.push_back(fixed(model.modes.seconds, 2));
+        if (is_compared(model))
+            seconds.insert(seconds.end(), {"-", "-"});
+    }
+    layout.rows.push_back(std::move(seconds));
+    return layout;
 }
 
 } // namespace livermark::results

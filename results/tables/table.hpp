@@ -32,4 +32,20 @@ std::string motion_lines(std::span<const Result> results, const std::string &bul
 /// The same table in GitHub's Markdown.
 std::string markdown_table(std::span<const Result> results);
 
+/// One row per body and model, in the order in which they appear: relative L2 error of the static solution in each load
+/// case
+/// [%] and their mean over those that count (see counts_in_means()), with their number where a model has not solved all
+/// of them; the reference's own mean uncertainty [%]; the worst error of the reactions [%]; and the mean of
+/// the seconds that a load case takes once everything is set up. A model that is the reference in a load case has
+/// "reference" there, "not compared" if that has found no solution, and " !" behind its error where the load leaves its
+/// regime; what did not come to an end has its status.
+Layout summary(std::span<const Result> results);
+
+/// Frequencies of each model in Hz, a row for each mode and the seconds last; beside them how far each frequency is
+/// from that of the reference, and the modal assurance criterion of the shapes, which tells whether modes of one number
+/// are the same.
+/// @param result     every model with as many modes
+/// @param reference  name of a model; without it frequencies stand alone
+Layout modes_table(const Result &result, std::string_view reference);
+
 } // namespace livermark::results

@@ -17,6 +17,10 @@ struct Layout {
     std::vector<std::vector<std::string>> rows; ///< a cell for each column
 };
 
+/// A table without rows: columns of texts, then of numbers, then of texts.
+Layout headed(const std::vector<std::string> &texts, const std::vector<std::string> &numbers,
+              const std::vector<std::string> &last_texts = {});
+
 /// The same text with a question mark for each byte of a control character (C0, C1): what a file says of itself may
 /// otherwise move the cursor of a terminal, or more.
 std::string printable(std::string text);

@@ -41,6 +41,12 @@ bool is_small_contact(const std::vector<double> &radii) {
 
 } // namespace
 
+bool is_reference(const ModelResult &model, const Result &result) {
+    return std::ranges::any_of(result.models, [&](const ModelResult &other) {
+        return other.comparison && other.comparison->reference == model.name;
+    });
+}
+
 double stiffness_at_tool(const ModelResult &model) {
     return model.comparison && model.comparison->tool ? model.comparison->tool->worst_stiffness()
                                                       : std::numeric_limits<double>::quiet_NaN();

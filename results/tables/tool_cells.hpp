@@ -11,7 +11,11 @@
 /// Stiffness at the tool in cells of tables, see core::ToolComparison.
 namespace livermark::results {
 
-/// Of a model under a load case; along a path of loads the one of the largest absolute value. NaN where there is none.
+/// Whether a model is what another one is compared with.
+bool is_reference(const ModelResult &model, const Result &result);
+
+/// Stiffness at the tool of a model under a load case; along a path of loads the one of the largest absolute value. NaN
+/// where there is none.
 double stiffness_at_tool(const ModelResult &model);
 
 /// With its sign, and a mark where fingers feel it [%]; "-" for NaN.
@@ -29,7 +33,7 @@ struct StiffnessCases {
 
     /// A NaN is left out.
     void enter(double stiffness, const std::string &load_case);
-    /// Of absolute values; NaN where there are none.
+    /// Mean of absolute values; NaN where there are none.
     double mean() const;
     /// Mean, and median, of absolute values [%].
     std::string mean_cell() const;
@@ -40,10 +44,10 @@ struct StiffnessCases {
     std::string worst_cell() const;
 };
 
-/// What the columns and the mark mean.
+/// Meaning of the columns and the mark.
 std::string tool_legend();
 
-/// What means over load cases are of.
+/// Meaning of means over load cases.
 std::string mean_tool_legend();
 
 /// A line with the radius of the smallest tool of each load case over the edge length under it, and one with that of

@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "load_cases/readers/moving_ball.hpp"
-#include "results/hdf5/files/arena_file.hpp"
+#include "models/motion/moving_method.hpp"
 #include "results/provenance.hpp"
+#include "results/records/arena.hpp"
+#include "studies/arena/arena_problems.hpp"
 #include "studies/arena/arena_run.hpp"
 #include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "models/motion/whole_motion.hpp"
-#include "results/hdf5/files/reference_file.hpp"
+#include "results/hdf5/references.hpp"
 #include "results/provenance.hpp"
 #include "studies/run/solutions/stored_references.hpp"
 #include "support/input_error.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/problem.hpp"
-#include "results/hdf5/files/tool_reference_file.hpp"
+#include "results/hdf5/references.hpp"
 
 namespace livermark::studies {
 

@@ -7,9 +7,9 @@
 
 #include "core/tool/needle/needle_line.hpp"
 #include "models/motion/moving_method.hpp"
-#include "results/hdf5/files/needle_file.hpp"
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"
+#include "results/records/needle.hpp"
 #include "studies/arena/arena_problems.hpp"
 #include "studies/arena/needle_run.hpp"
 #include "studies/needle/insertion.hpp"

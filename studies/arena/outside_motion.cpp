@@ -8,11 +8,10 @@
 
 #include "meshes/io/mesh_reader.hpp"
 #include "models/motion/frame_body.hpp"
-#include "models/motion/frame_body.hpp"
 #include "msm/elastic_body.hpp"
-#include "results/hdf5/files/arena_file.hpp"
-#include "results/hdf5/files/tool_scene_file.hpp"
+#include "results/hdf5/references.hpp"
 #include "results/provenance.hpp"
+#include "results/records/arena.hpp"
 #include "studies/arena/arena.hpp"
 #include "studies/arena/arena_reference.hpp"
 #include "studies/arena/arena_run.hpp"

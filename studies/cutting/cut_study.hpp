@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "meshes/io/body_reader.hpp"
-#include "results/records/growing_cut.hpp"
+#include "results/records/cut.hpp"
 #include "studies/cutting/moving_cut.hpp"
 #include "studies/progress.hpp"
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "results/records/growing_cut.hpp"
+#include "results/records/cut.hpp"
 #include "studies/cutting/growing_cut.hpp"
 #include "studies/progress.hpp"
 

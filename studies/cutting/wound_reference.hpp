@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/model.hpp"
-#include "results/records/growing_cut.hpp"
+#include "results/records/cut.hpp"
 #include "studies/cutting/growing_cut.hpp"
 
 namespace livermark::studies {

@@ -8,7 +8,7 @@
 #include "core/model.hpp"
 #include "core/rayleigh_damping.hpp"
 #include "experiments/ringing.hpp"
-#include "results/records/ring_down.hpp"
+#include "results/records/experiment.hpp"
 
 namespace livermark::studies {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "results/records/measured_needle.hpp"
+#include "results/records/needle.hpp"
 #include "studies/needle/needle_study.hpp"
 
 namespace livermark::studies {

@@ -8,15 +8,13 @@
 #include <system_error>
 #include <utility>
 
-#include "results/bodies_apart.hpp"
-#include "results/hdf5/file_kind.hpp"
-#include "results/hdf5/files/arena_file.hpp"
-#include "results/hdf5/files/experiment_file.hpp"
-#include "results/hdf5/files/needle_file.hpp"
 #include "results/hdf5/files/sensitivity_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/one_reference.hpp"
+#include "results/records/arena.hpp"
+#include "results/records/experiment.hpp"
+#include "results/records/needle.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::studies {

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "results/hdf5/files/cohort_file.hpp"
-#include "results/hdf5/files/stability_file.hpp"
-#include "results/hdf5/files/timings_file.hpp"
 #include "results/records/arena.hpp"
 #include "results/records/experiment.hpp"
 #include "results/records/needle.hpp"
 #include "results/records/result.hpp"
 #include "results/records/sensitivity.hpp"
+#include "results/records/stability.hpp"
+#include "results/records/timings.hpp"
 
 namespace livermark::studies {
 

@@ -12,7 +12,7 @@
 
 #include "fem_reference/linear/solver_choice.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "results/hdf5/resumable_result.hpp"
+#include "results/hdf5/result_files.hpp"
 #include "results/provenance.hpp"
 #include "studies/progress.hpp"
 #include "studies/run/amplitudes.hpp"

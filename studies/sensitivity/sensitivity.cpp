@@ -8,8 +8,8 @@
 
 #include "core/stopwatch.hpp"
 #include "models/model_table.hpp"
-#include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/files/sensitivity_file.hpp"
+#include "results/hdf5/result_files.hpp"
 #include "results/problem_key.hpp"
 #include "results/provenance.hpp"
 #include "results/quantile.hpp"

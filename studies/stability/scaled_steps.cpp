@@ -8,7 +8,6 @@
 
 #include "core/processor_time.hpp"
 #include "models/motion/moving_method.hpp"
-#include "models/motion/moving_method.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/time_step.hpp"

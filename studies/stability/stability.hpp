@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "meshes/io/body_reader.hpp"
-#include "results/hdf5/files/stability_file.hpp"
+#include "results/records/stability.hpp"
 #include "studies/progress.hpp"
 
 namespace livermark::studies {

@@ -16,8 +16,8 @@
 #include <utility>
 
 #include "fuzz/mutations.hpp"
-#include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/result_file.hpp"
+#include "results/hdf5/result_files.hpp"
 #include "segmentation/images/image_file.hpp"
 #include "segmentation/surfaces/surface_file.hpp"
 #include "support/input_error.hpp"

@@ -16,24 +16,23 @@ set(may_include_live support core meshes msm)
 set(may_include_fem_reference support core)
 set(may_include_models support core msm interactive fem_reference)
 set(may_include_results support core)
-set(may_include_results/tables support core results)
 set(may_include_server support)
 set(may_include_server/sessions support core meshes live fem_reference models results server)
 set(may_include_studies/exchange/formats support core)
-set(may_include_studies support core meshes load_cases experiments msm fem_reference models results results/tables
+set(may_include_studies support core meshes load_cases experiments msm fem_reference models results
   studies/exchange/formats)
-set(may_include_cli support core meshes load_cases experiments msm fem_reference models results results/tables
+set(may_include_cli support core meshes load_cases experiments msm fem_reference models results
   server server/sessions studies studies/exchange/formats)
 set(may_include_python support core msm)
 set(may_include_python/suite support core meshes load_cases msm fem_reference models results studies
   studies/exchange/formats python)
-set(may_include_benchmarks support core meshes load_cases msm interactive live fem_reference models results results/tables
+set(may_include_benchmarks support core meshes load_cases msm interactive live fem_reference models results
   studies)
 set(may_include_fuzz support core meshes segmentation load_cases live results studies/exchange/formats)
 set(may_include_tests support core meshes segmentation load_cases experiments msm interactive live fem_reference models results
-  results/tables server server/sessions studies studies/exchange/formats benchmarks fuzz)
+  server server/sessions studies studies/exchange/formats benchmarks fuzz)
 set(may_include_examples "")
-set(rooms support core meshes segmentation load_cases experiments msm interactive live fem_reference models results results/tables
+set(rooms support core meshes segmentation load_cases experiments msm interactive live fem_reference models results
   server server/sessions studies/exchange/formats studies cli python python/suite benchmarks fuzz tests examples)
 # Libraries that one room alone may use. MPI is begun by deal.II, which begins the libraries behind it as well.
 set(owner_of_deal.II fem_reference support)

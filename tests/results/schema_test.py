@@ -172,7 +172,7 @@ def check(schema, result, section):
         sizes = sizes_of(file)
         for path, shape, dtype, units in entries(file):
             line = general(path, file)
-            assert line in tables, f"{path} is in the file, and {line} not in {schema}"
+            assert line in tables, f"not in {schema}: | `{line}` | {shape} | {dtype} | {units} | |"
             found.add(line)
             said_shape, said_type, said_unit = tables[line]
             check_shape_and_type(path, shape, dtype, said_shape, said_type, sizes)

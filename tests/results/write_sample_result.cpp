@@ -2,16 +2,16 @@
 // enough to be printed and fuzzed.
 #include <filesystem>
 
-#include "results/hdf5/cut_file.hpp"
-#include "results/hdf5/files/calibration_file.hpp"
 #include "results/hdf5/files/cohort_file.hpp"
-#include "results/hdf5/files/experiment_file.hpp"
-#include "results/hdf5/files/needle_file.hpp"
 #include "results/hdf5/files/sensitivity_file.hpp"
-#include "results/hdf5/files/stability_file.hpp"
-#include "results/hdf5/files/timings_file.hpp"
-#include "results/hdf5/files/tool_scene_file.hpp"
+#include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
+#include "results/records/calibration.hpp"
+#include "results/records/cut.hpp"
+#include "results/records/experiment.hpp"
+#include "results/records/needle.hpp"
+#include "results/records/stability.hpp"
+#include "results/records/timings.hpp"
 #include "tests/samples/records/sample_arena.hpp"
 #include "tests/samples/records/sample_calibration.hpp"
 #include "tests/samples/records/sample_cohort.hpp"

@@ -3,13 +3,45 @@
 #include <cstdint>
 #include <functional>
 #include <iterator>
+#include <map>
+#include <memory>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "results/hdf5/io/described.hpp"
+#include "results/tables/table_layout.hpp"
 
 namespace livermark::results::hdf5 {
+
+/// The value of a member of a member.
+template <class Part, class Value> auto inside(Part part, Value value) {
+    return [=](auto &record) -> auto & {
+        return record.*part.*value;
+    };
+}
+
+/// A column in tables: its title, and the cell of a record, which is the value times a factor with some decimals, or a
+/// text of the value or of the record. Without a title it is in files alone.
+template <class Record> class Shown {
+  public:
+    Shown() = default;
+    Shown(std::string title) : title(std::move(title)) {}
+    Shown(const char *title) : title(title) {}
+    Shown(std::string title, double factor, int decimals)
+        : title(std::move(title)), of_value([=](double value) { return fixed(factor * value, decimals); }) {}
+    template <class Cell> Shown(std::string title, Cell cell) : title(std::move(title)) {
+        if constexpr (std::is_invocable_v<Cell, const Record &>)
+            of_record = std::move(cell);
+        else
+            of_value = std::move(cell);
+    }
+
+    std::string title;
+    std::function<std::string(double)> of_value;
+    std::function<std::string(const Record &)> of_record;
+};
 
 /// Records of one kind as columns of a group: each has a row of every dataset, and a text of every list of texts. A
 /// value is a member of the record, or a function that returns a reference to it. Where a file is read the first column
@@ -26,7 +58,7 @@ template <class At, class Record> class Columns {
     std::size_t size() const { return records_->size(); }
 
     /// Texts in an attribute of the group.
-    template <class Value> void texts(const std::string &name, Value value) {
+    template <class Value> void texts(const std::string &name, Value value, const Shown<Record> & = {}) {
         std::vector<std::string> all;
         if constexpr (!At::reads)
             all = column_of<std::string>(value);
@@ -36,7 +68,7 @@ template <class At, class Record> class Columns {
     }
 
     /// Words of an enumeration in an attribute of the group.
-    template <class Value> void words(const std::string &name, Value value) {
+    template <class Value> void words(const std::string &name, Value value, const Shown<Record> & = {}) {
         std::vector<std::string> all;
         if constexpr (!At::reads)
             for (const auto &record : *records_)
@@ -92,7 +124,8 @@ template <class At, class Record> class Columns {
     }
 
     /// A dataset with a row of each record. Truths and codes are bytes.
-    template <class Value> void column(const std::string &name, Value value, const std::string &units = "") {
+    template <class Value>
+    void column(const std::string &name, Value value, const std::string &units = "", const Shown<Record> & = {}) {
         using T = ValueOf<Value>;
         using Stored = std::conditional_t<std::is_same_v<T, bool> || std::is_enum_v<T>, std::uint8_t, T>;
         std::vector<Stored> all;
@@ -171,6 +204,79 @@ template <class At, class Record> class Columns {
     At at_;
     Of<At, std::vector<Record>> *records_;
     bool is_sized_;
+};
+
+/// A place where descriptions make columns of tables: what they say of files is left out.
+class Cells {
+  public:
+    static constexpr bool reads = false;
+
+    bool has(const std::string &, bool = true) const { return true; }
+    const Cells &group(const std::string &) const { return *this; }
+    template <class... Said> void check(const Said &...) const {}
+    template <class... Said> void text(const Said &...) const {}
+    template <class... Said> void number(const Said &...) const {}
+    template <class... Said> void integer(const Said &...) const {}
+
+    void add(const std::string &name, const Column &head, std::vector<std::string> cells) const {
+        (*columns_)[name] = {head, std::move(cells)};
+    }
+    const std::pair<Column, std::vector<std::string>> &column(const std::string &name) const {
+        return columns_->at(name);
+    }
+    /// A table of the columns of these names in files, in this order.
+    Layout table(const std::vector<std::string> &names) const {
+        Layout layout;
+        for (const auto &name : names) {
+            const auto &[head, cells] = column(name);
+            layout.columns.push_back(head);
+            layout.rows.resize(cells.size());
+            for (std::size_t r = 0; r < cells.size(); ++r)
+                layout.rows[r].push_back(cells[r]);
+        }
+        return layout;
+    }
+
+  private:
+    std::shared_ptr<std::map<std::string, std::pair<Column, std::vector<std::string>>>> columns_ =
+        std::make_shared<std::map<std::string, std::pair<Column, std::vector<std::string>>>>();
+};
+
+/// Columns of records in tables.
+template <class Record> class Columns<Cells, Record> {
+  public:
+    Columns(Cells at, const std::vector<Record> &records, const Count & = {})
+        : at_(std::move(at)), records_(&records) {}
+
+    template <class Value> void texts(const std::string &name, Value value, const Shown<Record> &shown = {}) {
+        add(name, false, shown, [&](const Record &record) { return std::string(std::invoke(value, record)); });
+    }
+    template <class Value> void words(const std::string &name, Value value, const Shown<Record> &shown = {}) {
+        add(name, false, shown,
+            [&](const Record &record) { return std::string(to_string(std::invoke(value, record))); });
+    }
+    template <class Value>
+    void column(const std::string &name, Value value, const std::string & = "", const Shown<Record> &shown = {}) {
+        if constexpr (std::is_convertible_v<std::invoke_result_t<Value, const Record &>, double>)
+            add(name, true, shown, [&](const Record &record) {
+                const auto number = std::invoke(value, record);
+                return shown.of_value ? shown.of_value(static_cast<double>(number)) : fmt::format("{}", number);
+            });
+    }
+    template <class... Said> void blocks(const Said &...) const {}
+
+  private:
+    template <class Cell> void add(const std::string &name, bool is_number, const Shown<Record> &shown, Cell cell) {
+        if (shown.title.empty())
+            return;
+        std::vector<std::string> cells;
+        for (const auto &record : *records_)
+            cells.push_back(shown.of_record ? shown.of_record(record) : cell(record));
+        at_.add(name, {shown.title, is_number}, std::move(cells));
+    }
+
+    Cells at_;
+    const std::vector<Record> *records_;
 };
 
 /// Columns of a place; the kind of record follows from the vector.

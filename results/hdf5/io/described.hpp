@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <fmt/format.h>
@@ -11,13 +12,16 @@
 #include <utility>
 #include <vector>
 
+#include "core/load_case.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "core/solution.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
-#include "results/hdf5/io/node_numbers.hpp"
-#include "results/hdf5/io/words.hpp"
+#include "results/records/arena.hpp"
 #include "support/input_error.hpp"
 
-/// A record is described once, and the description both writes and reads it. It is a template over the place in a file,
-/// GroupWriter or GroupReader, which have the same functions: the name in the file first, then what stands there.
+/// A record is described once, and the description writes it, reads it and makes the columns of its tables. It is a
+/// template over the place, GroupWriter and GroupReader in a file or Cells of tables (columns.hpp), which have the same
+/// functions: the name in the file first, then what stands there.
 ///
 ///     template <class At> void describe_cut(At at, Of<At, CutFile> &cut) {
 ///         at.number("toughness", cut.toughness);
@@ -29,6 +33,70 @@
 /// Sizes and ranges that a description names are checked where a file is read; what is written has them. Reading throws
 /// a support::InputError that names the file and the place. Internal to results/.
 namespace livermark::results::hdf5 {
+
+/// Enumerations whose values files hold as words: `all` is the array of the values, to_string() says the word of each.
+template <class Value> struct Words;
+
+template <> struct Words<core::Regime> { static constexpr std::array all{core::Regime::small, core::Regime::large}; };
+
+template <> struct Words<core::SolutionStatus> {
+    static constexpr std::array all{core::SolutionStatus::ok, core::SolutionStatus::diverged,
+                                    core::SolutionStatus::not_converged};
+};
+
+template <> struct Words<ArenaOutcome> {
+    static constexpr std::array all{ArenaOutcome::ok, ArenaOutcome::too_slow, ArenaOutcome::diverged};
+};
+
+/// The value that a word stands for; nothing if it stands for none.
+template <class Value> std::optional<Value> value_of_word(const std::string &word) {
+    const auto found =
+        std::ranges::find_if(Words<Value>::all, [&](const Value value) { return word == to_string(value); });
+    return found == Words<Value>::all.end() ? std::nullopt : std::optional(*found);
+}
+
+/// Words in the order of the enumeration.
+template <class Value> std::vector<std::string> all_words() {
+    std::vector<std::string> words;
+    for (const Value value : Words<Value>::all)
+        words.emplace_back(to_string(value));
+    return words;
+}
+
+/// Every index of every row in [first, end).
+inline void check_indices(const InputFile &file, const std::string &path, std::span<const int> indices, int columns,
+                          int first, std::size_t end) {
+    const auto bad = std::ranges::find_if(
+        indices, [&](int index) { return index < first || index >= static_cast<std::int64_t>(end); });
+    if (bad != indices.end())
+        file.refuse(path, fmt::format("row {} holds {}, which is not in [{}, {})", (bad - indices.begin()) / columns,
+                                      *bad, first, end));
+}
+
+/// One index of each row, checked.
+inline std::vector<int> indices(const InputFile &file, const std::string &path, std::size_t num_rows, int first,
+                                std::size_t end) {
+    auto values = file.dataset<int>(path, num_rows);
+    check_indices(file, path, values, 1, first, end);
+    return values;
+}
+
+inline void check_finite(const InputFile &file, const std::string &path, std::span<const core::Vector3> vectors) {
+    const auto bad = std::ranges::find_if(vectors, [](const core::Vector3 &vector) { return !vector.allFinite(); });
+    if (bad != vectors.end())
+        file.refuse(path, fmt::format("row {} is not finite", bad - vectors.begin()));
+}
+
+/// Rows of node numbers, each checked.
+template <std::size_t columns>
+std::vector<std::array<int, columns>> node_numbers(const InputFile &file, const std::string &path,
+                                                   std::size_t num_nodes) {
+    auto rows = file.dataset<std::array<int, columns>>(path);
+    // std::array lies in memory like its entries, one row behind the other.
+    check_indices(file, path, {rows.empty() ? nullptr : rows.front().data(), columns * rows.size()},
+                  static_cast<int>(columns), 0, num_nodes);
+    return rows;
+}
 
 /// Expected number of rows, or nothing where the file decides.
 using Count = std::optional<std::size_t>;

@@ -6,19 +6,23 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fstream>
+#include <stdexcept>
+#include <string>
 #include <string_view>
 #include <sys/file.h>
+#include <system_error>
 #include <unistd.h>
 #include <vector>
 
-#include "results/hdf5/file_kind.hpp"
+#include "results/hdf5/result_files.hpp"
 #include "support/input_error.hpp"
+#include "support/processes/own_process.hpp"
 
 namespace livermark::results::hdf5 {
 
 namespace {
 
-/// Of a superblock: the eight bytes that say it is HDF5, and the version.
+/// Begin of a superblock: the eight bytes that say it is HDF5, and the version.
 constexpr std::string_view first_bytes = "\211HDF\r\n\032\n\003";
 /// The writer stays below a megabyte, or takes one row.
 constexpr hsize_t largest_chunk_bytes = hsize_t{1} << 28;
@@ -67,6 +71,49 @@ bool is_locked(const std::filesystem::path &path) {
 }
 
 } // namespace
+
+Handle text_type(std::size_t length, H5T_cset_t character_set) {
+    Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+    if (!type.valid() || H5Tset_size(type.get(), length) < 0 || H5Tset_strpad(type.get(), H5T_STR_NULLPAD) < 0 ||
+        H5Tset_cset(type.get(), character_set) < 0)
+        throw std::runtime_error("HDF5 cannot make a type of text");
+    return type;
+}
+
+std::size_t common_length(std::span<const std::string> values) {
+    std::size_t length = 1;
+    for (const std::string &value : values)
+        length = std::max(length, value.size());
+    return length;
+}
+
+std::string padded(std::span<const std::string> values, std::size_t length) {
+    std::string characters;
+    for (const std::string &value : values) {
+        characters += value;
+        characters.append(length - value.size(), '\0');
+    }
+    return characters;
+}
+
+std::vector<std::string> unpadded(const std::string &characters, std::size_t length) {
+    std::vector<std::string> values;
+    for (std::size_t start = 0; start < characters.size(); start += length) {
+        const auto value = characters.substr(start, length);
+        values.push_back(value.substr(0, value.find('\0')));
+    }
+    return values;
+}
+
+std::string fault_of_text_type(hid_t type) {
+    if (H5Tget_class(type) != H5T_STRING)
+        return "is not text";
+    if (H5Tis_variable_str(type) != 0)
+        return "is text of variable length, which is not read";
+    if (const std::size_t length = H5Tget_size(type); length == 0 || length > longest_text)
+        return fmt::format("is text of {} bytes, and {} are the most that are read", length, longest_text);
+    return {};
+}
 
 void check_not_in_use(const std::filesystem::path &path) {
     if (is_locked(path))
@@ -131,6 +178,18 @@ std::string fault_of_storage(hid_t dataset) {
     default:
         return "is kept in a way that is not read";
     }
+}
+
+void try_apart(const std::filesystem::path &path, const std::function<void()> &read) {
+    if (std::error_code error; !std::filesystem::is_regular_file(path, error) || !has_checksums(path))
+        return; // which the reader says better, before HDF5 sees it
+    check_not_in_use(path);
+    constexpr double bytes_per_byte = 100.0; // compressed, and read into other types
+    support::in_own_process(path, support::limits_for(path, bytes_per_byte), [&] {
+        read();
+        check_all_parts(path);
+        return std::string();
+    });
 }
 
 } // namespace livermark::results::hdf5

@@ -6,7 +6,6 @@
 #include <fstream>
 
 #include "results/hdf5/io/hdf5_checks.hpp"
-#include "results/hdf5/io/hdf5_text.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::results::hdf5 {

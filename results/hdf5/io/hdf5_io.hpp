@@ -55,7 +55,7 @@ class Quiet {
     void *data_ = nullptr;
 };
 
-/// How one element of a C++ array lies in memory and as a row of a dataset. One column means a dataset of rank 1.
+/// Layout of one element of a C++ array in memory and as a row of a dataset. One column means a dataset of rank 1.
 struct RowType {
     hid_t memory;
     hid_t file;
@@ -92,7 +92,7 @@ template <std::size_t columns> struct RowTypeOf<std::array<int, columns>> {
 /// @throws std::runtime_error from every function if HDF5 refuses
 class OutputFile {
   public:
-    /// Of datasets that are not small: in chunks with checksums, integers compressed; or as they are.
+    /// Storage of datasets that are not small: in chunks with checksums, integers compressed; or as they are.
     enum class Storage { chunks, plain };
 
     explicit OutputFile(Storage storage = Storage::chunks);
@@ -113,7 +113,7 @@ class OutputFile {
         write(path, RowTypeOf<T>::get(), {rows.size() / rows_per_block, rows_per_block}, rows.data(), units);
     }
 
-    /// Texts are UTF-8 of fixed length, padded with null characters to the longest: see hdf5_text.hpp.
+    /// Texts are UTF-8 of fixed length, padded with null characters to the longest: see hdf5_checks.hpp.
     void text(const std::string &path, const std::string &name, const std::string &value);
     void texts(const std::string &path, const std::string &name, const std::vector<std::string> &values);
     /// The same of ASCII characters, which is what VTK asks for.

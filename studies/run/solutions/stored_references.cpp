@@ -4,7 +4,7 @@
 
 #include "core/error_norms.hpp"
 #include "models/model_table.hpp"
-#include "results/hdf5/files/reference_file.hpp"
+#include "results/hdf5/references.hpp"
 #include "results/provenance.hpp"
 #include "studies/run/solutions/solution_cache.hpp"
 #include "support/root_folder.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "results/hdf5/files/calibration_file.hpp"
+#include "results/records/calibration.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/solutions/output_folder.hpp"
 #include "studies/run/solutions/stored_references.hpp"

@@ -6,7 +6,7 @@
 #include <unistd.h>
 #include <vector>
 
-#include "results/hdf5/files/arena_file.hpp"
+#include "results/records/arena.hpp"
 #include "tests/livermark_command.hpp"
 
 namespace livermark {

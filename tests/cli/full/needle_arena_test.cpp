@@ -3,7 +3,7 @@
 #include <string>
 #include <unistd.h>
 
-#include "results/hdf5/files/needle_file.hpp"
+#include "results/records/needle.hpp"
 #include "tests/livermark_command.hpp"
 
 namespace livermark {

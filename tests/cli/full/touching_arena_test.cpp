@@ -4,7 +4,7 @@
 #include <string>
 #include <unistd.h>
 
-#include "results/hdf5/files/arena_file.hpp"
+#include "results/records/arena.hpp"
 #include "tests/livermark_command.hpp"
 
 namespace livermark {

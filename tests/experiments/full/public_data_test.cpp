@@ -8,7 +8,7 @@
 #include "experiments/experiment.hpp"
 #include "experiments/ringing.hpp"
 #include "models/model_table.hpp"
-#include "results/hdf5/files/experiment_file.hpp"
+#include "results/records/experiment.hpp"
 #include "studies/experiments/experiments.hpp"
 #include "support/known_names.hpp"
 #include "support/whole_file.hpp"

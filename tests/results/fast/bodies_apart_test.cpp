@@ -1,4 +1,4 @@
-#include "results/bodies_apart.hpp"
+#include "results/hdf5/result_files.hpp"
 
 #include <gtest/gtest.h>
 #include <memory>

@@ -1,4 +1,4 @@
-#include "results/tables/brief.hpp"
+#include "results/tables/median_errors.hpp"
 
 #include <algorithm>
 #include <gtest/gtest.h>

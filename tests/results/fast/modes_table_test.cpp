@@ -2,7 +2,7 @@
 #include <memory>
 #include <numbers>
 
-#include "results/tables/studies/modes_table.hpp"
+#include "results/tables/table.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {

@@ -8,7 +8,6 @@
 
 #include "core/tool/tool_stiffness.hpp"
 #include "results/records/cohort.hpp"
-#include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
 #include "tests/samples/records/sample_result.hpp"
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <memory>
 
-#include "results/tables/summary.hpp"
+#include "results/tables/table.hpp"
 #include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::results {

@@ -1,4 +1,4 @@
-#include "results/reference_uncertainty.hpp"
+#include "results/records/result.hpp"
 
 #include <gtest/gtest.h>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-#include "results/tables/studies/stability_table.hpp"
+#include "results/records/stability.hpp"
 
 #include <gtest/gtest.h>
 #include <limits>

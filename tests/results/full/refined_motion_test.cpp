@@ -8,7 +8,7 @@
 #include "core/mesh/refinement.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "models/model_table.hpp"
-#include "results/reference_uncertainty.hpp"
+#include "results/records/result.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {

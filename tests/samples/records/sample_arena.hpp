@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "results/hdf5/files/arena_file.hpp"
+#include "results/records/arena.hpp"
 
 namespace livermark::tests {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "results/hdf5/files/calibration_file.hpp"
+#include "results/records/calibration.hpp"
 
 namespace livermark::tests {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "results/records/growing_cut.hpp"
+#include "results/records/cut.hpp"
 
 namespace livermark::tests {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "results/hdf5/files/timings_file.hpp"
+#include "results/records/timings.hpp"
 
 namespace livermark::tests {
 

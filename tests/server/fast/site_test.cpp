@@ -9,7 +9,6 @@
 #include <unistd.h>
 #include <vector>
 
-#include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "server/remembered.hpp"

@@ -7,8 +7,8 @@
 
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
-#include "results/hdf5/files/calibration_file.hpp"
 #include "results/one_reference.hpp"
+#include "results/records/calibration.hpp"
 #include "studies/run/work/run_task.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/records/sample_calibration.hpp"

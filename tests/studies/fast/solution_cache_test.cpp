@@ -11,7 +11,7 @@
 #include <unistd.h>
 #include <vector>
 
-#include "results/hdf5/files/reference_file.hpp"
+#include "results/hdf5/references.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {

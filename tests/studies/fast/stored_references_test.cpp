@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "results/hdf5/files/reference_file.hpp"
+#include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/problem_key.hpp"
 #include "studies/run/solutions/solution_cache.hpp"

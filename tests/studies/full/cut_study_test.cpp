@@ -6,7 +6,7 @@
 
 #include "models/mass_spring_model.hpp"
 #include "models/model_table.hpp"
-#include "results/hdf5/cut_file.hpp"
+#include "results/records/cut.hpp"
 #include "studies/advise/step_cost.hpp"
 #include "studies/cutting/growing_cut.hpp"
 #include "studies/cutting/wound_reference.hpp"

@@ -1,13 +1,12 @@
-#include "results/hdf5/files/arena_file.hpp"
+#include "results/records/arena.hpp"
 
 #include <gtest/gtest.h>
 #include <limits>
 #include <tuple>
 
-#include "results/hdf5/file_kind.hpp"
-#include "results/hdf5/files/tool_reference_file.hpp"
+#include "results/hdf5/references.hpp"
+#include "results/hdf5/result_files.hpp"
 #include "results/provenance.hpp"
-#include "results/tables/studies/arena_table.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_arena.hpp"

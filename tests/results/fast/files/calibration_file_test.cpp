@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "models/model_table.hpp"
-#include "results/hdf5/files/stability_file.hpp"
+#include "results/records/stability.hpp"
 #include "support/input_error.hpp"
 #include "tests/samples/records/sample_calibration.hpp"
 #include "tests/samples/test_meshes.hpp"

@@ -1,10 +1,9 @@
-#include "results/hdf5/cut_file.hpp"
+#include "results/records/cut.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
 
 #include "results/provenance.hpp"
-#include "results/tables/studies/cut_table.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_cut.hpp"

@@ -1,4 +1,5 @@
-// A record that is described once comes back as it was written, and what it does not allow is refused with its place.
+// A record that is described once comes back as it was written, what it does not allow is refused with its place, and
+// its tables have the cells that it says.
 #include "results/hdf5/io/described.hpp"
 
 #include <functional>
@@ -24,8 +25,8 @@ struct Row {
     core::Regime regime = core::Regime::small;
     bool is_large = false;
     int number = 0;
-    std::vector<double> values;
-    std::vector<core::Vector3> places;
+    std::vector<double> values{};
+    std::vector<core::Vector3> places{};
     bool operator==(const Row &) const = default;
 };
 
@@ -193,6 +194,27 @@ TEST_F(Described, RefusesColumnsOfDifferentLengths) {
                               {"/rows attribute statuses has 1 entries instead of 2"});
     tests::expect_input_error([&] { columns.column("number", &Row::number); },
                               {"/rows/number has shape (3) instead of (2)"});
+}
+
+TEST(Cells, AreColumnsOfAllThatHasATitle) {
+    std::vector<Row> rows(2);
+    rows[0] = {.name = "a", .number = 123456};
+    rows[1] = {.name = "b", .status = core::SolutionStatus::diverged, .number = 2};
+    const Cells cells;
+    auto columns = columns_of(cells, rows);
+    columns.texts("names", &Row::name, "name");
+    columns.words("statuses", &Row::status, "status");
+    columns.column("is_large", &Row::is_large);
+    columns.column("number", &Row::number, "m", "number");
+    columns.column("length", &Row::number, "m", {"length [mm]", 1e3, 1});
+    columns.column("both", &Row::number, "m", {"both", [](const Row &row) { return row.name + "!"; }});
+    const auto table = cells.table({"length", "names", "number", "both", "statuses"});
+    EXPECT_EQ(table.rows, (std::vector<std::vector<std::string>>{{"1.2e+08", "a", "123456", "a!", "ok"},
+                                                                 {"2000.0", "b", "2", "b!", "diverged"}}));
+    EXPECT_EQ(table.columns[0].title, "length [mm]");
+    EXPECT_TRUE(table.columns[0].is_number);
+    EXPECT_FALSE(table.columns[4].is_number);
+    EXPECT_THROW(cells.table({"is_large"}), std::out_of_range);
 }
 
 } // namespace

@@ -1,12 +1,9 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "results/hdf5/file_kind.hpp"
-#include "results/hdf5/files/experiment_file.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/result_files.hpp"
-#include "results/tables/studies/experiment_table.hpp"
-#include "results/tables/studies/ring_down_table.hpp"
+#include "results/records/experiment.hpp"
 #include "support/whole_file.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"

@@ -1,14 +1,12 @@
-#include "results/hdf5/files/needle_file.hpp"
+#include "results/records/needle.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
-#include "results/hdf5/file_kind.hpp"
+#include "results/hdf5/result_files.hpp"
 #include "results/provenance.hpp"
-#include "results/tables/studies/needle_table.hpp"
-#include "results/tables/studies/needles/needle_arena_table.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_needles.hpp"

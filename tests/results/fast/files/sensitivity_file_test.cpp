@@ -3,8 +3,8 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/result_files.hpp"
 #include "results/tables/studies/sensitivity_table.hpp"
 #include "support/whole_file.hpp"
 #include "tests/bad_input.hpp"

@@ -1,4 +1,4 @@
-#include "results/hdf5/files/timings_file.hpp"
+#include "results/records/timings.hpp"
 
 #include <filesystem>
 #include <gtest/gtest.h>

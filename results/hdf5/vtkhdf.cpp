@@ -1,8 +1,6 @@
-#include "results/hdf5/io/vtkhdf.hpp"
-
 #include <algorithm>
 
-#include "results/hdf5/io/schema.hpp"
+#include "results/hdf5/solution_group.hpp"
 
 namespace livermark::results {
 
@@ -20,13 +18,13 @@ bool moves_in_time(const Result &result) {
     return result.problem.load_case.release && std::ranges::any_of(result.models, has_frames);
 }
 
-/// Of a motion the steps are its frames, and the path to its start is not shown.
+/// Steps of a motion are its frames, and the path to its start is not shown.
 bool has_path(const ModelResult &model, const Result &result) {
     const auto num_points = result.problem.load_case.num_path_points();
     return !moves_in_time(result) && num_points > 0 && model.solution.path.size() == num_points;
 }
 
-/// What the steps of a file are: the frames of a motion, the times of a slow history, or the points of a path of loads.
+/// Steps of a file: the frames of a motion, the times of a slow history, or the points of a path of loads.
 struct Steps {
     std::vector<double> values;
     std::string units;
@@ -46,7 +44,7 @@ Steps steps_of(const Result &result) {
     return {};
 }
 
-/// Where each step begins in an array: `stride` rows further on, or always at the same place.
+/// Begin of each step in an array: `stride` rows further on, or always at the same place.
 std::vector<std::int64_t> step_offsets(int num_steps, int stride) {
     std::vector<std::int64_t> offsets;
     for (int step = 0; step < num_steps; ++step)

@@ -28,13 +28,9 @@ struct Calibration {
     std::vector<double> error_after;     ///< (L)
 };
 
-/// Writes the "calibration files" of results/schema.md, as write_result() writes results. Those of users are written by
-/// python/livermark/calibration/; its test compares the two.
-/// @throws support::InputError if the place cannot be written to
+/// The "Calibration files" of results/schema.md; errors as of write_result() and read_result(). Those of users are
+/// written by python/livermark/calibration/; its test compares the two.
 void write_calibration(const std::filesystem::path &path, const Calibration &calibration);
-
-/// Reads what write_calibration wrote. Shapes, types and ranges are checked.
-/// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
 Calibration read_calibration(const std::filesystem::path &path);
 
 } // namespace livermark::results

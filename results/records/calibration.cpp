@@ -1,4 +1,4 @@
-#include "results/hdf5/files/calibration_file.hpp"
+#include "results/records/calibration.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,7 @@
 
 namespace livermark::results {
 
-/// How long one benchmark took.
+/// Times of one benchmark.
 struct Timing {
     std::string name;                       ///< its parts behind each other with '/' between, no '.'
     std::vector<double> seconds;            ///< (R) of an iteration in each repetition, at least one [s]
@@ -19,18 +19,14 @@ struct Timing {
     std::map<std::string, double> counters; ///< by name, SI units; the median of the repetitions
 };
 
-/// What one run of a benchmark program measured.
+/// Measurements of one run of a benchmark program.
 struct Timings {
     Provenance provenance;
     std::vector<Timing> timings; ///< names unique, and none the first parts of another
 };
 
-/// Writes the "timing files" of results/schema.md, as write_result() writes results.
-/// @throws support::InputError if the place cannot be written to
+/// The "Timing files" of results/schema.md; errors as of write_result() and read_result().
 void write_timings(const std::filesystem::path &path, const Timings &timings);
-
-/// Reads what write_timings wrote.
-/// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
 Timings read_timings(const std::filesystem::path &path);
 
 } // namespace livermark::results

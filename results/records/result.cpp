@@ -1,4 +1,4 @@
-#include "results/reference_uncertainty.hpp"
+#include "results/records/result.hpp"
 
 #include <cmath>
 #include <limits>

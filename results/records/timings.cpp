@@ -1,4 +1,4 @@
-#include "results/hdf5/files/timings_file.hpp"
+#include "results/records/timings.hpp"
 
 #include <algorithm>
 #include <array>
@@ -24,7 +24,7 @@ void make_groups(hdf5::OutputFile &file, const std::string &path, std::set<std::
     }
 }
 
-/// What schema.md says that a benchmark may count.
+/// Counters of a benchmark, as schema.md has them.
 constexpr std::array counter_names{"springs",
                                    "nodes",
                                    "unknowns",

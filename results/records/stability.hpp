@@ -7,6 +7,7 @@
 
 #include "core/load_case.hpp"
 #include "results/records/result.hpp"
+#include "results/tables/table_layout.hpp"
 
 namespace livermark::results {
 
@@ -17,7 +18,7 @@ struct StepLimit {
 
     /// There is a step to look for.
     bool has_number() const { return predicted > 0.0 && predicted < std::numeric_limits<double>::infinity(); }
-    /// Of the observed step from the predicted one, relative; NaN if nobody looked.
+    /// Difference of the observed step from the predicted one, relative; NaN if nobody looked.
     double difference() const { return observed / predicted - 1.0; }
 };
 
@@ -41,16 +42,23 @@ struct Stability {
     double element_time_step = 0.0;       ///< mean edge over the speed of sound of the first region [s]
     std::vector<IntegratorLimits> limits; ///< in the order asked for
 
-    /// Of a spring law or a model.
+    /// Name of a spring law or a model.
     const std::string &springs() const { return model.empty() ? spring_law : model; }
 };
 
-/// Writes the "stability files" of results/schema.md, as write_result() writes results.
-/// @throws support::InputError if the place cannot be written to
+/// The "Stability files" of results/schema.md; errors as of write_result() and read_result().
 void write_stability(const std::filesystem::path &path, const Stability &stability);
-
-/// Reads what write_stability wrote.
-/// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
 Stability read_stability(const std::filesystem::path &path);
+
+/// One row per integrator: the longest stable step without and with damping, predicted and observed [ms], and the
+/// difference of the observed from the predicted one [%]. "none" where no step is stable, "any" where every one is,
+/// "not observed" where nobody looked or nobody could see.
+Layout stability_table(const Stability &stability);
+
+/// Advice on the step: "box, nodal_neo_hookean: take 0.72 ms, 0.8 of the longest stable step of symplectic_euler; with
+/// this damping 0.31 ms". Of symplectic Euler, or if it is not there, of the first integrator with a longest step;
+/// "take any step" where none has one.
+/// @param part  of the longest stable step that is predicted
+std::string step_advice(const Stability &stability, double part);
 
 } // namespace livermark::results

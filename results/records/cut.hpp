@@ -1,16 +1,18 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/load_case.hpp"
 #include "results/records/result.hpp"
+#include "results/tables/table_layout.hpp"
 
 namespace livermark::results {
 
-/// What one model says while a blade goes on, K records: before the first step and after each.
+/// Records of one model while a blade goes on, K: before the first step and after each.
 struct CutRun {
     std::string model;
     std::vector<double> stored{};  ///< (K) strain energy [J]
@@ -20,11 +22,12 @@ struct CutRun {
     std::vector<double> tool_stiffness{};
     std::vector<double> setup_seconds{}; ///< (K) for all of the model that comes before the loads, set up anew [s]
     std::vector<double> solve_seconds{}; ///< (K) for the equilibrium, with that [s]; both 0 where nothing was parted
-    /// Of springs: critical step of symplectic Euler with nothing damped and nothing constrained [s], before the first
-    /// step of the blade, after the last one, and after the exact cut where there is one. Empty of other models.
+    /// Springs alone: critical step of symplectic Euler with nothing damped and nothing constrained [s], before the
+    /// first step of the blade, after the last one, and after the exact cut where there is one. Empty of other models.
     std::vector<double> critical_time_step{};
 
-    /// What the cut has set free until then: work of the loads less what is stored, each less that before the cut [J].
+    /// Energy that the cut has set free until then: work of the loads less what is stored, each less that before the
+    /// cut [J].
     double released(std::size_t record) const { return (work[record] - work[0]) - (stored[record] - stored[0]); }
 };
 
@@ -66,7 +69,7 @@ struct ErrorBar {
     double value = 0.0, error = 0.0;
 };
 
-/// What models are compared with in the end.
+/// Numbers that models are compared with in the end.
 struct CutJudge {
     ErrorBar opening, tool_stiffness; ///< [m], [N/m]
     bool is_refined = false;          ///< or the reference on the mesh of the models, whose errors are not known (0)
@@ -100,10 +103,45 @@ struct CutFile {
     std::vector<double> ready_seconds(const CutRun &run) const;
     /// The same of the equilibrium that follows [s].
     std::vector<double> equilibrium_seconds(const CutRun &run) const;
-    /// What has to be torn for the cut until then [J].
+    /// Energy of tearing for the cut until then [J].
     double tearing(std::size_t record) const { return toughness * area[record]; }
     /// Energy released over area cut in a step; NaN where nothing was cut [J/m^2].
     double release_rate(const CutRun &run, std::size_t record) const;
 };
+
+/// The "Cut files" of results/schema.md; errors as of write_result() and read_result().
+void write_cut(const std::filesystem::path &path, const CutFile &cut);
+CutFile read_cut_file(const std::filesystem::path &path);
+
+/// A row for each record of the reference: numbers of its CutRun, and the part of tearing that the blade has to do itself
+/// so far.
+Layout cut_table(const CutFile &file);
+
+/// A row for each model: its numbers in the end beside the reference, the median and the longest time from the blade
+/// until the model is set up for the body that it leaves, and the median of the equilibrium that follows. The reference
+/// is CutFile::judge_in_the_end(); a refined one has no released energy, and a row of its own with its error bars.
+Layout cut_models_table(const CutFile &file);
+
+/// A sentence: which reference errors of models and methods are against, and how exact it is.
+std::string cut_judge_note(const CutFile &file);
+
+/// A row for each CutLevel.
+Layout cut_levels_table(const CutFile &file);
+
+/// A sentence for each way to cut with three meshes: opening and stiffness on the finest one, with their errors, and
+/// how far the reference on the coarsest one is from that. Empty if there is none.
+std::string cut_levels_note(const CutFile &file);
+
+/// A row for each model of springs: its critical step before the cut, after it along facets, and after the exact cut
+/// [ms]. No rows where no model has springs.
+Layout cut_steps_table(const CutFile &file);
+
+/// A row for each method that moves within each budget, in the order of budgets, and of the larger one of the errors of
+/// opening and stiffness in one; methods that are too slow for it come last. Of the settings of a method the best in
+/// this order is shown.
+Layout cut_motions_table(const CutFile &file);
+
+/// A sentence: where the reference releases more than tearing takes.
+std::string cut_note(const CutFile &file);
 
 } // namespace livermark::results

@@ -1,4 +1,4 @@
-#include "results/tables/studies/stability_table.hpp"
+#include "results/records/stability.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,15 +7,36 @@
 #include <iterator>
 
 #include "core/units.hpp"
+#include "results/hdf5/file_parts.hpp"
 
 namespace livermark::results {
 
 namespace {
 
 using core::milliseconds;
-using core::percent;
 
-/// Predicted, observed and difference.
+template <class At> void describe_stability(At at, hdf5::Of<At, Stability> &stability) {
+    at.text("body", stability.body);
+    at.text("spring_law", stability.spring_law);
+    if (at.has("model")) // not in files of an older version
+        at.text("model", stability.model);
+    at.text("load_case", stability.load_case);
+    at.number("alpha", stability.damping.alpha);
+    at.number("beta", stability.damping.beta);
+    at.number("lowest_angular_frequency", stability.lowest_frequency);
+    at.number("largest_angular_frequency", stability.largest_frequency);
+    at.number("largest_angular_frequency_bound", stability.largest_frequency_bound);
+    at.number("element_time_step", stability.element_time_step);
+    auto limits = hdf5::columns_of(at.group("critical_time_step"), stability.limits);
+    limits.texts("integrators", &IntegratorLimits::integrator);
+    using Limits = IntegratorLimits;
+    limits.column("undamped_predicted", hdf5::inside(&Limits::undamped, &StepLimit::predicted), "s");
+    limits.column("undamped_observed", hdf5::inside(&Limits::undamped, &StepLimit::observed), "s");
+    limits.column("damped_predicted", hdf5::inside(&Limits::damped, &StepLimit::predicted), "s");
+    limits.column("damped_observed", hdf5::inside(&Limits::damped, &StepLimit::observed), "s");
+}
+
+/// Cells of a predicted step, an observed one and their difference.
 std::array<std::string, 3> cells(const StepLimit &limit) {
     if (!limit.has_number())
         return {limit.predicted > 0.0 ? "any" : "none", "-", "-"};
@@ -23,20 +44,23 @@ std::array<std::string, 3> cells(const StepLimit &limit) {
     if (std::isnan(limit.observed))
         return {in_milliseconds, "not observed", "-"};
     return {in_milliseconds, fmt::format("{:.4f}", milliseconds * limit.observed),
-            fmt::format("{:+.2f}", percent * limit.difference())};
+            fmt::format("{:+.2f}", core::percent * limit.difference())};
 }
 
 } // namespace
 
+void write_stability(const std::filesystem::path &path, const Stability &stability) {
+    hdf5::write_record(path, stability, [](auto root, auto &record) { describe_stability(root, record); });
+}
+
+Stability read_stability(const std::filesystem::path &path) {
+    return hdf5::read_record<Stability>(path, "livermark stability",
+                                        [](auto root, auto &record) { describe_stability(root, record); });
+}
+
 Layout stability_table(const Stability &stability) {
-    Layout layout{.columns = {{"integrator"},
-                              {"undamped, predicted [ms]", true},
-                              {"observed [ms]", true},
-                              {"difference [%]", true},
-                              {"damped, predicted [ms]", true},
-                              {"observed [ms]", true},
-                              {"difference [%]", true}},
-                  .rows = {}};
+    auto layout = headed({"integrator"}, {"undamped, predicted [ms]", "observed [ms]", "difference [%]",
+                                          "damped, predicted [ms]", "observed [ms]", "difference [%]"});
     for (const auto &limits : stability.limits) {
         auto &row = layout.rows.emplace_back(std::vector{limits.integrator});
         for (const auto *limit : {&limits.undamped, &limits.damped})
