@@ -62,7 +62,7 @@ Scale scale_of(const LoadCase &load_case, const Solution &reference) {
     std::vector<std::pair<double, double>> states{{peak_of(reference.displacement), reference.strain_energy}};
     for (const auto &point : reference.path)
         states.emplace_back(peak_of(point.displacement), point.strain_energy);
-    Scale scale{.displacement = load_case.touching ? load_case.touching->press.norm() : 0.0};
+    Scale scale{.displacement = load_case.contact_depth()};
     for (const auto &[peak, energy] : states)
         scale.displacement = std::max(scale.displacement, peak);
     for (const auto &[peak, energy] : states)
@@ -167,10 +167,7 @@ Solution as_far_as(const Solution &solution, std::size_t num_points) {
 /// The load case whose whole load is that at a point of the path.
 LoadCase as_far_as(LoadCase load_case, std::size_t num_points) {
     const double fraction = load_case.path[num_points - 1];
-    const auto ball = load_case.touching;
-    load_case = scaled(std::move(load_case), fraction);
-    if (ball) // which presses before it slides
-        load_case.touching->press = std::min(1.0, fraction / ball->pressed_at()) * ball->press;
+    load_case = cut_short(std::move(load_case), fraction);
     load_case.path.resize(num_points);
     for (double &part : load_case.path)
         part /= fraction;
@@ -215,7 +212,7 @@ Comparison compare(const TetraMesh &mesh, const LoadCase &load_case, const Solut
         throw std::invalid_argument(fmt::format("the reference {} moves farther than numbers go; give the load case a "
                                                 "smaller load, and check the units of its numbers and of the material",
                                                 reference_name));
-    if (!(squared_reference > 0.0) && !load_case.touching)
+    if (!(squared_reference > 0.0) && !load_case.contact())
         throw std::invalid_argument(fmt::format(
             "the reference {} does not move, or so little that squares of it are zero; give the load case a load",
             reference_name));

@@ -70,8 +70,8 @@ struct Model {
     std::optional<Regime> only{};     ///< the regime that it takes part in; both if not set
     bool only_moving = false;         ///< whether it takes part only where something moves in time
     bool only_when_named = false;     ///< whether a run leaves it out unless its user names it
-    bool relaxes = false;       ///< whether it takes part where time passes in the material (LoadCase::slow_history)
-    bool touches = false;       ///< whether it can be touched by a rigid ball; otherwise it takes no part there
+    /// The events that it follows; it takes no part where another one happens.
+    EventSet follows = EventSet::of<Release, ToolMotion>();
     bool is_collective = false; ///< of several MPI ranks all have to call solve, and all get the solution
 
     /// Whether it takes part in a problem that it could; empty if it always does.
@@ -82,8 +82,7 @@ struct Model {
 
     bool takes_part_in(const Problem &problem) const {
         return (!only || *only == problem.load_case.regime) && (!only_moving || problem.load_case.release) &&
-               (relaxes || !problem.load_case.slow_history) && (touches || !problem.load_case.touching) &&
-               (!is_wanted || is_wanted(problem));
+               follows.has_all_of(problem.load_case.kinds()) && (!is_wanted || is_wanted(problem));
     }
 
     /// Prepares, solves one problem and keeps nothing.

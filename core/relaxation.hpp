@@ -1,8 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <iterator>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,24 +61,5 @@ std::vector<BranchStep> branch_steps(const PronySeries &relaxation, double step)
 /// What the elastic stress at the end of a step is multiplied by in the stress there: remaining() and all gains. The
 /// rest of that stress is history: sum over branches of fade h(n) - gain s(n).
 double instant_part(const PronySeries &relaxation, const std::vector<BranchStep> &branches);
-
-/// What drives a body that relaxes, so slowly that masses do not matter: everything that drives it (tractions,
-/// prescribed displacements, depths, accelerations) grows with `factors`, linearly between the times. Solutions of it
-/// have a core::PathPoint for each of the times; their other fields are those of whole_load_record().
-struct SlowHistory {
-    PronySeries relaxation;
-    std::vector<double> times;   ///< (K) at which solutions are found [s], ascending from 0, K > 1
-    std::vector<double> factors; ///< (K) of the loads, 0 at the start and 1 at most, which one of them is
-    /// The record at which the last cycle of the load begins, and it ends with the last record; nothing without cycles.
-    std::optional<int> last_cycle{};
-
-    int num_records() const { return static_cast<int>(times.size()); }
-    /// The last record of the whole load.
-    int whole_load_record() const {
-        const auto largest = std::max_element(factors.rbegin(), factors.rend());
-        return static_cast<int>(std::distance(largest, factors.rend())) - 1;
-    }
-    bool operator==(const SlowHistory &) const = default;
-};
 
 } // namespace livermark::core

@@ -1,5 +1,6 @@
 #include "core/tool/place_stiffness.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -38,7 +39,7 @@ double stiffness_at(const TetraMesh &mesh, const LoadCase &load_case, std::span<
     const auto &tool = places[place];
     if (tool.drive == ToolDrive::depth)
         return solution.reaction[tool.constraint].norm() /
-               (load_case.touching ? load_case.touching->press.norm() : std::abs(load_case.press_depth));
+               std::max(load_case.contact_depth(), std::abs(load_case.press_depth));
     if (tool.drive == ToolDrive::displacement) {
         const Vector3 moved = mean_prescribed(mesh, load_case, tool);
         return moved.isZero(0.0) ? no_number : solution.reaction[tool.constraint].dot(moved) / moved.squaredNorm();

@@ -57,14 +57,11 @@ void measure(const TetraMesh &mesh, const LoadCase &load_case, ToolPlace &place)
     }
 }
 
-/// The place that the ball sinks into, as large as the circle in which Hertz's sphere touches at that depth.
-ToolPlace touched_place(const TetraMesh &mesh, const LoadCase &load_case) {
-    const auto &ball = *load_case.touching;
-    const Vector3 first = ball.first_point();
-    const double radius = std::sqrt(ball.radius * ball.press.norm());
-    ToolPlace place{.name = load_case.constraint_names()[ball.constraint],
-                    .drive = ToolDrive::depth,
-                    .constraint = ball.constraint};
+/// The place that a tool sinks into which touches.
+ToolPlace touched_place(const TetraMesh &mesh, const LoadCase &load_case, const ExpectedContact &contact) {
+    const auto &[constraint, first, radius, press, pressed_at] = contact;
+    ToolPlace place{
+        .name = load_case.constraint_names()[constraint], .drive = ToolDrive::depth, .constraint = constraint};
     int nearest = -1;
     double least = std::numeric_limits<double>::infinity();
     for (int f = 0; f < load_case.num_facets(); ++f) {
@@ -179,8 +176,8 @@ std::vector<ToolPlace> tool_places(const TetraMesh &mesh, const LoadCase &load_c
     std::erase_if(places, [](const ToolPlace &place) { return place.facets.empty(); });
     for (auto &place : places)
         measure(mesh, load_case, place);
-    if (load_case.touching)
-        places.push_back(touched_place(mesh, load_case));
+    if (const auto contact = load_case.contact())
+        places.push_back(touched_place(mesh, load_case, *contact));
     std::erase_if(places, [](const ToolPlace &place) { return place.facets.empty(); });
     return places;
 }
@@ -196,14 +193,14 @@ std::optional<double> radius_in_edges(std::span<const ToolPlace> places) {
 
 std::vector<double> contact_radii_in_edges(const TetraMesh &mesh, const LoadCase &load_case) {
     std::vector<double> radii;
-    if (!load_case.touching)
+    const auto contact = load_case.contact();
+    if (!contact)
         return radii;
-    const auto place = touched_place(mesh, load_case);
+    const auto place = touched_place(mesh, load_case, *contact);
     if (place.facets.empty())
         return radii;
     for (const double part : load_case.path) // Hertz: the radius grows with the root of the depth
-        radii.push_back(place.radius * std::sqrt(std::min(1.0, part / load_case.touching->pressed_at())) /
-                        place.edge_length);
+        radii.push_back(place.radius * std::sqrt(std::min(1.0, part / contact->pressed_at)) / place.edge_length);
     return radii;
 }
 

@@ -62,8 +62,7 @@ int contact_divisions(const Body &body, const LoadCase &load_case) {
             sum += mean_side(corners_of(body.mesh, f));
             ++number;
         }
-    const auto &ball = load_case.touching.value();
-    const double longest = std::sqrt(ball.radius * ball.press.norm());
+    const double longest = load_case.contact().value().radius;
     return number == 0 ? 1 : std::clamp(static_cast<int>(std::ceil(sum / number / longest)), 1, most_divisions);
 }
 

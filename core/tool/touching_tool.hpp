@@ -4,30 +4,6 @@
 
 namespace livermark::core {
 
-/// A rigid ball that touches the surface and does not stick to it: contact without adhesion, with Coulomb friction. The
-/// ball does not turn. It may touch every facet that prescribes no displacement, see LoadCase::may_touch().
-struct TouchingTool {
-    double radius = 0.0;             ///< R [m], > 0
-    Vector3 start = Vector3::Zero(); ///< its centre when it just touches the body at rest [m]
-    Vector3 press = Vector3::Zero(); ///< by which the centre moves inwards [m]
-    Vector3 slide = Vector3::Zero(); ///< by which it moves after that [m]; zero where it only presses
-    double friction = 0.0;           ///< coefficient mu, >= 0
-    int constraint = 0;              ///< what it exerts on the body: index into LoadCase::constraint_names
-
-    /// The part of the load at which it has pressed: all, or half where it slides.
-    double pressed_at() const { return slide.isZero(0.0) ? 1.0 : 0.5; }
-    /// Of the ball at a part of the load [m]: it presses evenly, then slides evenly.
-    Vector3 centre_at(double part) const {
-        const double until = pressed_at();
-        if (part <= until)
-            return start + part / until * press;
-        return start + press + (part - until) / (1.0 - until) * slide;
-    }
-    /// Where the ball touches the body at rest [m].
-    Vector3 first_point() const { return start + radius * press.normalized(); }
-    bool operator==(const TouchingTool &) const = default;
-};
-
 /// How far a point of the body is from the ball.
 struct Gap {
     double size = 0.0;                ///< g = |x - c| - R [m], below 0 inside the ball

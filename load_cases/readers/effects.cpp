@@ -155,20 +155,21 @@ struct EffectReader {
     std::string_view key;
     Effect (*read)(const toml::table &, const Selection &, const core::TetraMesh &);
     bool has_vector = false;
+    bool is_length = false;
 };
 
-std::vector<std::string_view> keys_of(std::span<const EffectReader> readers, bool has_vector) {
+std::vector<std::string_view> keys_where(std::span<const EffectReader> readers, bool EffectReader::*is_wanted) {
     std::vector<std::string_view> keys;
     for (const auto &reader : readers)
-        if (reader.has_vector || !has_vector)
+        if (reader.*is_wanted)
             keys.push_back(reader.key);
     return keys;
 }
 
-constexpr std::array<EffectReader, 11> effect_readers{{{"displacement", read_displacement, true},
-                                                       {"push", read_push},
-                                                       {"press", read_press},
-                                                       {"press_along", read_press_along, true},
+constexpr std::array<EffectReader, 11> effect_readers{{{"displacement", read_displacement, true, true},
+                                                       {"push", read_push, false, true},
+                                                       {"press", read_press, false, true},
+                                                       {"press_along", read_press_along, true, true},
                                                        {"traction", read_traction, true},
                                                        {"tangential_traction", read_tangential_traction, true},
                                                        {"force", read_force, true},
@@ -180,13 +181,19 @@ constexpr std::array<EffectReader, 11> effect_readers{{{"displacement", read_dis
 } // namespace
 
 std::span<const std::string_view> effect_keys() {
-    static const auto keys = keys_of(effect_readers, false);
+    static const auto keys = [] {
+        std::array<std::string_view, effect_readers.size()> all;
+        std::ranges::transform(effect_readers, all.begin(), &EffectReader::key);
+        return all;
+    }();
     return keys;
 }
 
-std::span<const std::string_view> vector_effect_keys() {
-    static const auto keys = keys_of(effect_readers, true);
-    return keys;
+const Quantities &effect_quantities() {
+    static const Quantities quantities{.lengths = keys_where(effect_readers, &EffectReader::is_length),
+                                       .directions = keys_where(effect_readers, &EffectReader::has_vector),
+                                       .has_place = true};
+    return quantities;
 }
 
 Effect read_effect(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {

@@ -8,6 +8,7 @@
 
 #include "core/load_case.hpp"
 #include "load_cases/places/selector.hpp"
+#include "load_cases/readers/event_reader.hpp"
 #include "support/toml_input.hpp"
 
 namespace livermark::load_cases {
@@ -25,8 +26,8 @@ struct Effect {
 /// The keys that say what a condition puts on its place, see load_case_reader.hpp.
 std::span<const std::string_view> effect_keys();
 
-/// Those of them whose value is a vector.
-std::span<const std::string_view> vector_effect_keys();
+/// Those of them whose values are lengths or vectors, and the place that stands beside them.
+const Quantities &effect_quantities();
 
 /// @param table  of the condition; the effect uses the mesh later on
 /// @throws support::InputError unless it has one of the keys, with a value that makes sense

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "load_cases/readers/load_case_reader.hpp"
-#include "load_cases/readers/moving_ball.hpp"
 #include "models/tool_motion/moving_method.hpp"
 #include "results/hdf5/files/arena_file.hpp"
 #include "results/provenance.hpp"
@@ -139,7 +138,7 @@ bool moves_tool(const std::string &load_case) {
         return true;
     std::error_code nobody_cares; // reading says it
     return load_case.ends_with(".toml") && std::filesystem::exists(load_case, nobody_cares) &&
-           load_cases::load_case_kind(load_case).moves_tool;
+           load_cases::load_case_kind(load_case).is_for("arena");
 }
 
 ProblemSet read_arena_problems(const std::vector<std::string> &bodies, const std::string &load_case,

@@ -10,7 +10,8 @@
 #include "core/tool/needle/needle_line.hpp"
 #include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
-#include "load_cases/readers/lengths.hpp"
+#include "load_cases/readers/event_reader.hpp"
+#include "load_cases/readers/load_case_tables.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
@@ -197,5 +198,18 @@ std::vector<core::Needle> read_needles(const std::filesystem::path &toml_file, c
     }
     return needles;
 }
+
+namespace events {
+
+/// Needles that are driven in and drawn out.
+EventReader needle() {
+    return {.name = {},
+            .what = "has a needle",
+            .command = "needle",
+            .folder = "load_cases/needles",
+            .quantities = {.lengths = {"entry", "target", "depth", "diameter", "spread", "step"}}};
+}
+
+} // namespace events
 
 } // namespace livermark::load_cases
