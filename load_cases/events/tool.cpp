@@ -5,7 +5,6 @@
 
 #include "core/tool/tool_motion.hpp"
 #include "load_cases/places/facets.hpp"
-#include "load_cases/places/free_body.hpp"
 #include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "load_cases/readers/load_case_tables.hpp"

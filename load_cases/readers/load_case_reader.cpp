@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "core/mesh/bounding_box.hpp"
-#include "load_cases/places/free_body.hpp"
-#include "load_cases/places/place_apart.hpp"
+#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/effects.hpp"
 #include "load_cases/readers/event_reader.hpp"

@@ -128,7 +128,7 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 /// The facets of a disc do not have its area, so its tractions are multiplied by the ratio of the two areas: the
 /// resultant is the same on every mesh. All places that press are one instrument, such as the jaws of a forceps, with
 /// one depth and one size of their forces. They alone drive the body. With profile = "round" in a disc the tool has a
-/// round end (round_tool.hpp): displacements are largest in its middle and half of that at its rim, pressures and
+/// round end (effects.cpp): displacements are largest in its middle and half of that at its rim, pressures and
 /// tractions vanish at its rim, and the given value is their mean.
 ///
 /// Two places may claim the same facet where a body is narrow. The place that is written first gets it; the later one
