@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -87,5 +88,11 @@ std::optional<Comparison> compare_as_far_as_reached(const TetraMesh &mesh, const
 /// @param reference_name  kept in the comparison
 /// @throws std::invalid_argument if they were recorded at other times, probes or nodes, or at fewer than two times
 HistoryComparison compare(const History &history, const History &reference, const std::string &reference_name);
+
+/// Modal assurance criterion of two shapes (Allemang and Brown 1982), 1 where they differ by a factor only and 0 where
+/// they have nothing in common: (a . b)^2 / (a . a)(b . b) with a . b = sum_i V_i a_i . b_i, V_i barycentric nodal
+/// volume.
+/// @param a, b  shape (N), not zero everywhere
+double modal_assurance(const TetraMesh &mesh, std::span<const Vector3> a, std::span<const Vector3> b);
 
 } // namespace livermark::core

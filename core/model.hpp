@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -10,10 +11,8 @@
 #include <vector>
 
 #include "core/mesh/interior_place.hpp"
-#include "core/modes.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
-#include "core/tool/compliance.hpp"
 
 namespace livermark::core {
 
@@ -91,5 +90,18 @@ struct Model {
 
 /// For a model that has nothing to prepare.
 PrepareModel solves_each(std::function<Solution(const Problem &)> solve);
+
+/// Stiffnesses of springs that were fitted to the solutions of another model, and what they hold for.
+struct CalibratedSprings {
+    std::string origin;                    ///< the file that they come from, for messages
+    std::vector<Material> materials;       ///< (R) that they were fitted for
+    std::vector<std::array<int, 2>> edges; ///< (S) as in the EdgeTable of the mesh
+    std::vector<double> rest_length;       ///< (S) [m]
+    std::vector<double> stiffness;         ///< (S) [N/m], > 0
+};
+
+/// @throws InputError if they were fitted for a mesh with other edges or lengths, or for other elastic constants, than
+///         the body has; the density has no part in them
+void check_fit(const CalibratedSprings &springs, const Body &body);
 
 } // namespace livermark::core

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -113,6 +115,31 @@ struct Solution {
     std::optional<ObservedError> observed_error; ///< of models that refine the mesh
     /// At LoadCase::path, or at the times of LoadCase::slow_history; fewer where the way ended early.
     std::vector<PathPoint> path;
+};
+
+/// Undamped free vibrations of a constrained body, K phi = omega^2 M phi, the lowest first.
+struct Modes {
+    std::vector<double> angular_frequency; ///< (C) omega [rad/s], ascending
+    std::vector<Vector3> shape;            ///< (C, N) phi at the mesh nodes [kg^-1/2], scaled so that phi^T M phi = 1
+    std::int64_t degrees_of_freedom = 0;   ///< unknowns, constrained ones included
+    double seconds = 0.0;                  ///< for all of it, from the mesh to the modes
+
+    int count() const { return static_cast<int>(angular_frequency.size()); }
+
+    /// (N) the shape of one mode
+    std::span<const Vector3> shape_of(int mode) const {
+        const auto num_nodes = shape.size() / angular_frequency.size();
+        return std::span(shape).subspan(mode * num_nodes, num_nodes);
+    }
+};
+
+/// Compliance of a body at rest, inside: C, the displacement of each of K places for one newton on each, linearised.
+/// Component i of place k has number 3 k + i.
+struct Compliance {
+    Eigen::MatrixXd matrix;                  ///< C, shape (3 K, 3 K) [m/N], symmetric but for what solvers leave
+    std::vector<Eigen::MatrixXd> on_coarser; ///< the same of the meshes before, of models that refine; coarsest first
+    std::int64_t degrees_of_freedom = 0;     ///< unknowns, constrained ones included
+    double seconds = 0.0;                    ///< for all of it
 };
 
 } // namespace livermark::core

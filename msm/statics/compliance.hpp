@@ -4,7 +4,7 @@
 
 #include "core/mesh/interior_place.hpp"
 #include "core/problem.hpp"
-#include "core/tool/compliance.hpp"
+#include "core/solution.hpp"
 #include "msm/elastic_body.hpp"
 
 namespace livermark::msm {

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "core/error_norms.hpp"
-#include "core/modes.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "results/reference_uncertainty.hpp"

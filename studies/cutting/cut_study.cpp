@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/tool/place_stiffness.hpp"
+#include "core/tool/tool_stiffness.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "models/cut_motion/body_under_blade.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/problem.hpp"
-#include "core/tool/tool_errors.hpp"
+#include "core/tool/tool_motion.hpp"
 #include "results/records/result.hpp"
 
 namespace livermark::results {

@@ -4,7 +4,7 @@
 #include <set>
 #include <string>
 
-#include "core/tool/tool_errors.hpp"
+#include "core/tool/tool_motion.hpp"
 #include "fem_reference/hyperelastic/motion/tool_motion.hpp"
 #include "models/model_table.hpp"
 #include "models/tool_motion/moving_method.hpp"
