@@ -52,14 +52,14 @@ struct TouchingTool {
 
     /// The part of the load at which it has pressed: all, or half where it slides.
     double pressed_at() const { return slide.isZero(0.0) ? 1.0 : 0.5; }
-    /// Of the ball at a part of the load [m]: it presses evenly, then slides evenly.
+    /// Centre of the ball at a part of the load [m]: it presses evenly, then slides evenly.
     Vector3 centre_at(double part) const {
         const double until = pressed_at();
         if (part <= until)
             return start + part / until * press;
         return start + press + (part - until) / (1.0 - until) * slide;
     }
-    /// Where the ball touches the body at rest [m].
+    /// Point at which the ball touches the body at rest [m].
     Vector3 first_point() const { return start + radius * press.normalized(); }
     bool operator==(const TouchingTool &) const = default;
 

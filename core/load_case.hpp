@@ -13,7 +13,7 @@
 
 namespace livermark::core {
 
-/// What a condition does to the facets of its place.
+/// Effect of a condition on the facets of its place.
 enum class ConditionKind : std::uint8_t {
     displacement, ///< prescribes components of it
     traction,     ///< a given one, which keeps its direction
@@ -23,7 +23,7 @@ enum class ConditionKind : std::uint8_t {
     touch         ///< what LoadCase::touching exerts; it has no facets, because contact finds them
 };
 
-/// What a load case puts on one place. Which facets it has and what each of them prescribes is in LoadCase.
+/// Condition on one place. LoadCase has its facets, and what each of them prescribes.
 struct Condition {
     std::string place; ///< its name
     ConditionKind kind = ConditionKind::displacement;
@@ -38,7 +38,8 @@ struct Condition {
     bool operator==(const Condition &) const = default;
 };
 
-/// How far a load case goes, and so which reference judges it. Results of one are never put beside those of the other.
+/// Regime of a load case: how far it goes, and so which reference judges it. Results of one are never put beside those
+/// of the other.
 enum class Regime : std::uint8_t {
     small, ///< as linear elasticity has it
     large  ///< deformations of surgical size, along a path of loads, judged by hyperelasticity
@@ -74,9 +75,9 @@ struct LoadCase {
     /// that was measured [m]. Free components stay free. Empty where nothing is added.
     std::vector<Vector3> node_shift;
     Vector3 acceleration = Vector3::Zero(); ///< body force per mass [m/s^2]
-    /// How far the places that press move the body: the displacement along their tractions, in the mean weighted with
-    /// these, which all are multiplied by one number for it [m]. 0 where none presses. Nothing else drives the body
-    /// then, and the tractions are written as together they make one newton [Pa/N].
+    /// Depth to which the places that press move the body: the displacement along their tractions, in the mean weighted
+    /// with these, which all are multiplied by one number for it [m]. 0 where none presses. Nothing else drives the
+    /// body then, and the tractions are written as together they make one newton [Pa/N].
     double press_depth = 0.0;
     std::vector<YieldedPlace> yielded; ///< (Y) none where all places are apart by themselves
     /// Events, each kind at most once. Whoever treats all of them alike asks events().
@@ -102,9 +103,9 @@ struct LoadCase {
     /// Number of points of the way of a solution: Solution::path where it ended well.
     std::size_t num_path_points() const { return load_parts().size(); }
 
-    /// What a prescribed displacement is multiplied by at a node of the mesh.
+    /// Factor of a prescribed displacement at a node of the mesh.
     double factor_at(int node) const { return node_factor.empty() ? 1.0 : node_factor[node]; }
-    /// What a facet prescribes at one of its nodes [m]; NaN = component is free.
+    /// Displacement that a facet prescribes at one of its nodes [m]; NaN = component is free.
     Vector3 prescribed_at(int facet, int node) const {
         const Vector3 prescribed = factor_at(node) * value[facet];
         return node_shift.empty() ? prescribed : Vector3(prescribed + node_shift[node]);
@@ -116,7 +117,7 @@ struct LoadCase {
 
     int num_facets() const { return static_cast<int>(condition_on.size()); } ///< T
 
-    /// What is on a facet; nullptr where it is free.
+    /// Condition on a facet; nullptr where it is free.
     const Condition *on(int facet) const {
         return condition_on[facet] < 0 ? nullptr : &conditions[condition_on[facet]];
     }
@@ -131,7 +132,7 @@ struct LoadCase {
     bool presses(int facet) const { return on(facet) && on(facet)->kind == ConditionKind::press; }
     /// Whether the traction on a facet is a pressure that follows the surface.
     bool follows_surface(int facet) const { return on(facet) && on(facet)->kind == ConditionKind::pressure; }
-    /// How the traction on a facet is spread; nothing where it is the same everywhere.
+    /// Spread of the traction on a facet; nothing where it is the same everywhere.
     const RoundLoad *round_load_on(int facet) const {
         return on(facet) && on(facet)->round ? &*on(facet)->round : nullptr;
     }
@@ -172,7 +173,7 @@ LoadCase without_time(LoadCase load_case);
 /// @return shape (P) [1], zero where a place holds
 std::vector<Vector3> press_resultants(const LoadCase &load_case, const TetraMesh &mesh);
 
-/// What follows the surface on a facet, positive inwards [Pa]; 0 where nothing does.
+/// Pressure on a facet that follows the surface, positive inwards [Pa]; 0 where nothing does.
 double follower_pressure(const LoadCase &load_case, const TetraMesh &mesh, int facet);
 
 /// The same without what follows the surface: with the loads that keep their direction.

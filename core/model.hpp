@@ -37,7 +37,7 @@ class PreparedModel {
 using PrepareModel =
     std::function<std::unique_ptr<PreparedModel>(const std::shared_ptr<const Body> &body, const LoadCase *common)>;
 
-/// What a model is to the others.
+/// Role of a model among the others.
 enum class Role : std::uint8_t {
     candidate,            ///< is compared with the reference
     baseline,             ///< one that springs have to beat; scales loads to their targets
@@ -57,7 +57,7 @@ struct Model {
     /// Its lowest modes, as many as asked for, with the constraints of the load case; empty if it cannot tell. Throws
     /// InputError if the body is free to move or has too few.
     std::function<Modes(const Problem &, int)> modes{};
-    /// How the body at rest gives way at some places inside, with the constraints of the load case; empty if it cannot
+    /// Compliance of the body at rest at some places inside, with the constraints of the load case; empty if it cannot
     /// tell. Throws InputError if the body is free to move.
     std::function<Compliance(const Problem &, std::span<const InteriorPlace>)> compliance{};
     /// Whether it can do what its user asked for on a problem; throws InputError if not. Called for every problem

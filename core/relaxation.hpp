@@ -5,7 +5,7 @@
 
 namespace livermark::core {
 
-/// How tissue relaxes: quasi-linear viscoelasticity with a Prony series (Fung, Biomechanics, 1993, ch. 7; Simo and
+/// Relaxation of tissue: quasi-linear viscoelasticity with a Prony series (Fung, Biomechanics, 1993, ch. 7; Simo and
 /// Hughes, Computational Inelasticity, 1998, ch. 10). The deviatoric stress of the elastic law fades as
 ///   G(t) / G(0) = 1 - sum_k g_k (1 - exp(-t / tau_k)),
 /// so the elastic law is what an instant press meets. The volumetric part stays elastic.
@@ -26,7 +26,7 @@ struct PronySeries {
     bool operator==(const PronySeries &) const = default;
 };
 
-/// What one Maxwell branch does in a time step in which the elastic stress s changes linearly. Its stress h obeys
+/// Step in time of one Maxwell branch, in which the elastic stress s changes linearly. Its stress h obeys
 ///   dh/dt + h / tau = g ds/dt,   h(0) = g s(0),
 /// which this integrates exactly, for every length of the step (Taylor, Pister, Goudreau 1970, Int. J. Numer. Methods
 /// Eng. 2(1); Simo and Hughes, Computational Inelasticity, 1998, section 10.3):
@@ -58,7 +58,7 @@ struct BranchStep {
 /// @return shape (B)
 std::vector<BranchStep> branch_steps(const PronySeries &relaxation, double step);
 
-/// What the elastic stress at the end of a step is multiplied by in the stress there: remaining() and all gains. The
+/// Factor of the elastic stress at the end of a step in the stress there: remaining() and all gains. The
 /// rest of that stress is history: sum over branches of fade h(n) - gain s(n).
 double instant_part(const PronySeries &relaxation, const std::vector<BranchStep> &branches);
 

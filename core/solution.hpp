@@ -26,7 +26,7 @@ struct SpringNetwork {
     std::vector<double> rest_length;       ///< (S) [m]
 };
 
-/// How far a motion is from that of ever finer meshes, as a model has observed it itself; see observed_motion_error().
+/// Distance of a motion from that of ever finer meshes, as a model has observed it itself; see observed_motion_error().
 struct ObservedMotionError {
     double order = 0.0;       ///< of convergence, from one refinement to the next
     double difference = 0.0;  ///< HistoryComparison::relative_l2 between the last two meshes
@@ -35,7 +35,7 @@ struct ObservedMotionError {
     bool operator==(const ObservedMotionError &) const = default;
 };
 
-/// What a model finds for a time-dependent load case: the motion of its probes. A record is made at t = 0 and after
+/// Solution of a time-dependent load case: the motion of its probes. A record is made at t = 0 and after
 /// each output interval, K in all.
 struct History {
     std::vector<double> time;           ///< (K) [s]
@@ -58,14 +58,15 @@ struct History {
     std::optional<ObservedMotionError> observed_error{}; ///< of models that refine the mesh, or else their steps alone
 };
 
-/// How far a solution is from that of ever finer meshes, as a model has observed it itself; see observed_error().
+/// Distance of a solution from that of ever finer meshes, as a model has observed it itself; see observed_error().
 struct ObservedError {
     double order = 0.0;       ///< of convergence, from one refinement to the next
     double difference = 0.0;  ///< Comparison::relative_l2 between the last two meshes
     double relative_l2 = 0.0; ///< estimated error of the displacement, in the norm of core::Comparison
     double energy = 0.0;      ///< estimated, of the strain energy, relative, not signed
     double reaction = 0.0;    ///< estimated, of the reactions, as in core::Comparison
-    /// Where it was observed, in parts of the load: below 1 where finer meshes have no solution to the whole of it.
+    /// Point of the path at which it was observed, in parts of the load: below 1 where finer meshes have no solution to
+    /// the whole of it.
     double load_fraction = 1.0;
     /// Estimated, of the stiffness at the tool, as in core::ToolComparison, not signed; nothing without a tool.
     std::optional<double> stiffness{};
@@ -73,7 +74,7 @@ struct ObservedError {
     bool operator==(const ObservedError &) const = default;
 };
 
-/// Where a body is at a part of the load, on the way to the whole; or at a time of a slow history.
+/// State of a body at a part of the load, on the way to the whole; or at a time of a slow history.
 struct PathPoint {
     std::vector<Eigen::Vector3f> displacement; ///< (N) of all nodes [m], for pictures: single precision
     std::vector<Vector3> reaction;             ///< (P) force of each constraint on the body [N]
@@ -84,7 +85,7 @@ struct PathPoint {
     double dissipated_energy = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// What explicit time stepping of a model comes to: symplectic Euler without damping.
+/// Cost of explicit time stepping of a model: symplectic Euler without damping.
 struct ExplicitSteps {
     /// The longest step that is stable [s]; infinity where nothing moves.
     double critical_time_step = std::numeric_limits<double>::infinity();
@@ -92,7 +93,7 @@ struct ExplicitSteps {
     std::string kernel{};          ///< what evaluated the forces
 };
 
-/// What a model finds for a problem, in the numbering of the mesh file. To a time-dependent load case that is the
+/// Solution of a problem, in the numbering of the mesh file. To a time-dependent load case that is the
 /// static start, and the history if the model can move in time.
 struct Solution {
     SolutionStatus status = SolutionStatus::ok;

@@ -14,7 +14,7 @@ namespace livermark::results {
 
 namespace {
 
-/// Of numbers that count with nine digits.
+/// Hash of numbers that count with nine digits.
 class RoundedHash : public support::FnvHash {
   public:
     template <class Value> void add_all(const Value &value) {
@@ -28,7 +28,7 @@ class RoundedHash : public support::FnvHash {
     }
 };
 
-/// Of every bit. The library's hash takes eight bytes at a time, and meshes are large.
+/// Hash of every bit. The library's hash takes eight bytes at a time, and meshes are large.
 class ExactHash : public support::FnvHash {
   public:
     template <class Values> void add_all(const Values &values) {

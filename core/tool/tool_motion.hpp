@@ -11,7 +11,7 @@ namespace livermark::core {
 /// 6 s^5.
 double smooth_step(double time, double from, double until);
 
-/// Where the tool is: parts of its depth and of its slide.
+/// Position of the tool: parts of its depth and of its slide.
 struct ToolPosition {
     double pressed = 0.0, slid = 0.0;
 };
@@ -43,7 +43,7 @@ struct ToolHistory {
     }
 };
 
-/// How far a motion under a tool is from another one.
+/// Distance of a motion under a tool from another one.
 struct ToolErrors {
     /// sqrt(sum_k sum_i V_i |u_ki - r_ki|^2 / sum_k sum_i V_i |r_ki|^2) over the fields k and nodes i, V_i barycentric
     /// nodal volume: as long as the tool has hold, and from then on.

@@ -13,7 +13,8 @@ namespace {
 
 constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
 
-/// Below this part of what its forces could do on the displacements of their nodes, the work of a traction is rounding.
+/// Part of what its forces could do on the displacements of their nodes, below which the work of a traction is
+/// rounding.
 constexpr double smallest_work = 1e-6;
 
 bool is_prescribed_to_move(const LoadCase &load_case, int facet) {
@@ -83,7 +84,7 @@ ToolPlace touched_place(const TetraMesh &mesh, const LoadCase &load_case, const 
     return place;
 }
 
-/// Of a place with a given traction.
+/// Errors at a place with a given traction.
 /// @param ratio  of the corrections of the reference and of the solution
 void compare_works(const TetraMesh &mesh, const LoadCase &load_case, const ToolPlace &place, const Solution &solution,
                    const Solution &reference, double ratio, PlaceErrors &errors) {
@@ -105,7 +106,7 @@ void compare_works(const TetraMesh &mesh, const LoadCase &load_case, const ToolP
                                   : ratio_of(reference.path[k].displacement, solution.path[k].displacement) - 1.0);
 }
 
-/// Of a place whose force is a result.
+/// Errors at a place whose force is a result.
 void compare_forces(int constraint, std::size_t num_points, const Solution &solution, const Solution &reference,
                     double smallest_force, PlaceErrors &errors) {
     const auto along = [](const Vector3 &force, const Vector3 &of_reference) {

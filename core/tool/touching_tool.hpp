@@ -8,7 +8,7 @@
 
 namespace livermark::core {
 
-/// How far a point of the body is from the ball.
+/// Distance of a point of the body from the ball.
 struct Gap {
     double size = 0.0;                ///< g = |x - c| - R [m], below 0 inside the ball
     Vector3 normal = Vector3::Zero(); ///< n = (x - c) / |x - c|, out of the ball and into the body; its derivative is
@@ -32,13 +32,13 @@ struct ContactLaw {
     double friction = 0.0;           ///< mu, >= 0
 };
 
-/// What one point of the surface keeps from one step of the load to the next.
+/// Memory of one point of the surface from one step of the load to the next.
 struct ContactMemory {
     double multiplier = 0.0;          ///< lambda [Pa]: 0 is a pure penalty
     Vector3 anchor = Vector3::Zero(); ///< a [m], from the centre of the ball; at first where the point is at rest
 };
 
-/// What the ball does to one point.
+/// Effect of the ball on one point.
 struct Contact {
     Gap gap;
     double pressure = 0.0;              ///< p [Pa], >= 0
@@ -53,7 +53,7 @@ struct Contact {
 /// @param from_centre  d [m], not zero
 Contact touch(const ContactLaw &law, double radius, const Vector3 &from_centre, const ContactMemory &memory);
 
-/// Of the pressure alone: (p^2 - lambda^2) / (2 eps) [J/m^2]. Its derivative by d is -p n.
+/// Energy of the pressure alone: (p^2 - lambda^2) / (2 eps) [J/m^2]. Its derivative by d is -p n.
 double contact_energy(const ContactLaw &law, const Contact &contact, const ContactMemory &memory);
 
 /// Minus the derivative of the traction by d [Pa/m], in two parts.
@@ -68,7 +68,7 @@ struct ContactStiffness {
 ContactStiffness contact_stiffness(const ContactLaw &law, const Vector3 &from_centre, const ContactMemory &memory,
                                    const Contact &contact);
 
-/// What a point keeps when a step of the load has found its equilibrium: the anchor where it sticks, the dragged one
+/// Memory of a point when a step of the load has found its equilibrium: the anchor where it sticks, the dragged one
 /// where it slips, its own place where it does not touch. The multiplier stays.
 ContactMemory after_step(const ContactLaw &law, const Vector3 &from_centre, const ContactMemory &memory,
                          const Contact &contact);

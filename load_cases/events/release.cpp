@@ -14,7 +14,7 @@ namespace {
 
 /// A history beyond this was asked for by a slip of the unit.
 constexpr double most_steps = 1e6;
-/// Of an output interval, by which the duration may miss a whole number of them.
+/// Part of an output interval by which the duration may miss a whole number of them.
 constexpr double rounding_of_times = 1e-6;
 
 double number_above(const toml::table &table, std::string_view key, double least, bool least_allowed) {

@@ -17,7 +17,7 @@ namespace {
 /// A motion of more frames was asked for by a slip of the unit.
 constexpr double most_frames = 1e4;
 constexpr double usual_frame_rate = 60.0; // [1/s]
-/// Of a frame, by which times may miss whole ones.
+/// Part of a frame by which times may miss whole ones.
 constexpr double rounding_of_frames = 1e-6;
 
 /// @param otherwise  where the key is left out

@@ -20,7 +20,7 @@ namespace {
 using core::Vector3;
 
 constexpr const char *name_of_touch = "touch";
-/// How near the ball comes to the body, over its radius.
+/// Distance at which the ball is said to touch the body, over its radius.
 constexpr double nearly_touching = 1e-9;
 constexpr int most_approaches = 10000;
 

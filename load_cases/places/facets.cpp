@@ -24,8 +24,8 @@ using core::Vector3;
 /// Barycentric coordinates may be this far below zero: a ray through an edge goes through one facet at least.
 constexpr double rounding_of_facets = 1e-9;
 
-/// How far along a ray [lengths of the direction] it goes through a facet from inside; nothing if it does not.
-/// (Moeller and Trumbore 1997)
+/// Distance along a ray [lengths of the direction] at which it goes through a facet from inside; nothing if it does
+/// not. (Moeller and Trumbore 1997)
 std::optional<double> crossing(const core::TetraMesh &mesh, int facet, const Vector3 &origin,
                                const Vector3 &direction) {
     const auto &[a, b, c] = mesh.boundary_triangles[facet];
@@ -176,10 +176,11 @@ using core::Vector3;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-/// Of the largest eigenvalue: what is constrained at one facet of a large patch is far above, rounding far below.
+/// Part of the largest eigenvalue that is nothing: what is constrained at one facet of a large patch is far above,
+/// rounding far below.
 constexpr double rounding_of_balance = 1e-12;
 
-/// Which components of which nodes are constrained.
+/// Components of nodes that are constrained.
 std::vector<std::array<bool, 3>> constrained_components(const core::TetraMesh &mesh, const core::LoadCase &load_case) {
     std::vector<std::array<bool, 3>> constrained(mesh.points.size(), {false, false, false});
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)

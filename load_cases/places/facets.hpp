@@ -54,14 +54,14 @@ SurfacePoint nearest_to_given(const toml::table &table, std::string_view key, co
 /// @throws NotOnBody
 void refuse_beyond_body(const toml::table &table, std::string_view key, double length, const core::TetraMesh &mesh);
 
-/// Of the volume of a region [m].
+/// Centroid of the volume of a region [m].
 /// @param place  where its name stands, for the message
 /// @throws NotOnBody if the body has no such region
 core::Vector3 region_centroid(const std::string &name, const toml::node &place, const core::TetraMesh &mesh);
 
 enum class Exit { first, last };
 
-/// Where a ray leaves the body for the first or the last time.
+/// Point where a ray leaves the body for the first or the last time.
 /// @param direction  not zero
 /// @return nothing if it never does
 std::optional<SurfacePoint> exit_point(const core::TetraMesh &mesh, const core::Vector3 &origin,

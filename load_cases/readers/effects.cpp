@@ -90,7 +90,7 @@ core::Vector3 unit_normal(const core::TetraMesh &mesh, int facet) {
     return area_vector(mesh, facet).normalized();
 }
 
-/// What of a traction goes along the surface, times the share of the load on a facet.
+/// Part of a traction along the surface, times the share of the load on a facet.
 auto along_surface(const Selection &selection, const core::TetraMesh &mesh) {
     return [&mesh, share = load_shares(selection, mesh)](int facet, const core::Vector3 &value) {
         const core::Vector3 normal = unit_normal(mesh, facet);
@@ -263,7 +263,7 @@ using core::Vector3;
 constexpr double most_to_lose = 0.25;
 constexpr double rounding_of_areas = 1e-9;
 
-/// What a place is in the way of.
+/// Obstacle to a place: one above it that has its facets or moves its nodes.
 struct Obstacle {
     std::string name;              ///< of the place above, in quotes
     std::optional<Vector3> node{}; ///< where two displacements meet; none where facets are in both places

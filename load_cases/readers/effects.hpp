@@ -13,7 +13,7 @@
 
 namespace livermark::load_cases {
 
-/// What a condition puts on facets.
+/// Effect of a condition on facets.
 struct Effect {
     core::ConditionKind kind;
     std::function<core::Vector3(int facet)> value;
@@ -26,7 +26,7 @@ struct Effect {
 /// The keys that say what a condition puts on its place, see load_case_reader.hpp.
 std::span<const std::string_view> effect_keys();
 
-/// Those of them whose values are lengths or vectors, and the place that stands beside them.
+/// Keys among them whose values are lengths or vectors, and the place that stands beside them.
 const Quantities &effect_quantities();
 
 /// @param table  of the condition; the effect uses the mesh later on

@@ -168,8 +168,8 @@ void read_target(const toml::table &table, core::LoadCase &load_case) {
                                               support::place_of(*table.get("target_peak_displacement"))));
 }
 
-/// Where nothing says how far a load moves the body: as far as places are moved; or, where forces alone act, a
-/// hundredth of its size, where small deformations end.
+/// Peak displacement where nothing says how far a load moves the body: as far as places are moved; or, where forces
+/// alone act, a hundredth of its size, where small deformations end.
 double expected_peak(const core::TetraMesh &mesh, const core::LoadCase &load_case) {
     double peak = std::max(load_case.contact_depth(), std::abs(load_case.press_depth));
     for (int f = 0; f < load_case.num_facets(); ++f)

@@ -16,7 +16,7 @@ std::string load_case_title(const std::filesystem::path &toml_file);
 /// The command that solves a load case in which nothing happens that has a command of its own.
 inline constexpr std::string_view run_command = "run";
 
-/// What decides whether a load case runs at all.
+/// Properties that decide whether a load case runs at all.
 struct LoadCaseKind {
     core::Regime regime;
     bool depends_on_time = false;             ///< whether time passes after the static start or in the material

@@ -112,7 +112,7 @@ bool names_patch(const toml::node &node, const std::vector<std::string> &patches
     return false;
 }
 
-/// Three numbers, NaN for what is free; nothing for what their reader refuses.
+/// Vector of three numbers, NaN for what is free; nothing for what their reader refuses.
 std::optional<Vector3> vector_in(const toml::array &array) {
     if (array.size() != 3)
         return std::nullopt;
