@@ -62,7 +62,7 @@ Scale scale_of(const LoadCase &load_case, const Solution &reference) {
     std::vector<std::pair<double, double>> states{{peak_of(reference.displacement), reference.strain_energy}};
     for (const auto &point : reference.path)
         states.emplace_back(peak_of(point.displacement), point.strain_energy);
-    Scale scale{.displacement = load_case.touching ? load_case.touching->press.norm() : 0.0};
+    Scale scale{.displacement = load_case.contact_depth()};
     for (const auto &[peak, energy] : states)
         scale.displacement = std::max(scale.displacement, peak);
     for (const auto &[peak, energy] : states)
@@ -167,10 +167,7 @@ Solution as_far_as(const Solution &solution, std::size_t num_points) {
 /// The load case whose whole load is that at a point of the path.
 LoadCase as_far_as(LoadCase load_case, std::size_t num_points) {
     const double fraction = load_case.path[num_points - 1];
-    const auto ball = load_case.touching;
-    load_case = scaled(std::move(load_case), fraction);
-    if (ball) // which presses before it slides
-        load_case.touching->press = std::min(1.0, fraction / ball->pressed_at()) * ball->press;
+    load_case = cut_short(std::move(load_case), fraction);
     load_case.path.resize(num_points);
     for (double &part : load_case.path)
         part /= fraction;
@@ -215,7 +212,7 @@ Comparison compare(const TetraMesh &mesh, const LoadCase &load_case, const Solut
         throw std::invalid_argument(fmt::format("the reference {} moves farther than numbers go; give the load case a "
                                                 "smaller load, and check the units of its numbers and of the material",
                                                 reference_name));
-    if (!(squared_reference > 0.0) && !load_case.touching)
+    if (!(squared_reference > 0.0) && !load_case.contact())
         throw std::invalid_argument(fmt::format(
             "the reference {} does not move, or so little that squares of it are zero; give the load case a load",
             reference_name));
@@ -307,6 +304,17 @@ HistoryComparison compare(const History &history, const History &reference, cons
     const double part = curvature < 0.0 ? std::clamp(0.5 * (left - right) / curvature, -0.5, 0.5) : 0.0;
     result.lag = (best + part) * (reference.time[1] - reference.time[0]);
     return result;
+}
+
+double modal_assurance(const TetraMesh &mesh, std::span<const Vector3> a, std::span<const Vector3> b) {
+    const auto volumes = nodal_volumes(mesh);
+    double aa = 0.0, bb = 0.0, ab = 0.0;
+    for (std::size_t i = 0; i < volumes.size(); ++i) {
+        aa += volumes[i] * a[i].squaredNorm();
+        bb += volumes[i] * b[i].squaredNorm();
+        ab += volumes[i] * a[i].dot(b[i]);
+    }
+    return ab * ab / (aa * bb);
 }
 
 } // namespace livermark::core

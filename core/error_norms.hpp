@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,12 +12,12 @@
 
 namespace livermark::core {
 
-/// How far one motion is from another.
+/// Distance of one motion from another.
 struct HistoryComparison {
     std::string reference;        ///< name of the model that it was compared with
     double relative_l2 = 0.0;     ///< sqrt(sum |u_kq - r_kq|^2 / sum |r_kq|^2) over all records k and probes q
     double amplitude_error = 0.0; ///< a - 1, with a the ratio of the root mean squares of u and r
-    /// By how much the motion is late [s]: the shift of its records in time, the nearest to none, at which sum u_kq .
+    /// Delay of the motion [s]: the shift of its records in time, the nearest to none, at which sum u_kq .
     /// r_kq over the norms of both, of those that still meet, is greatest; between records by a parabola, and not
     /// beyond a quarter of the time.
     double lag = 0.0;
@@ -27,7 +28,7 @@ struct HistoryComparison {
     bool operator==(const HistoryComparison &) const = default;
 };
 
-/// How far one solution of a load case of surgical size is from another, in what a surgeon sees and feels.
+/// Distance of one solution of a load case of surgical size from another, in what a surgeon sees and feels.
 struct PathComparison {
     /// sum_p R_p . R_rp / sum_p |R_rp|^2 - 1 over the constraints at the whole load: how much stronger the reactions
     /// are along those of the reference; NaN where these have no resultant
@@ -41,7 +42,7 @@ struct PathComparison {
     bool operator==(const PathComparison &) const = default;
 };
 
-/// How far a solution is from a reference solution of the same problem. Ratios are NaN where the reference is at rest
+/// Distance of a solution from a reference solution of the same problem. Ratios are NaN where the reference is at rest
 /// at the end of its way, as where a ball has slid off: all that is left there is rounding.
 struct Comparison {
     std::string reference;      ///< name of the reference model
@@ -71,8 +72,8 @@ struct Comparison {
 Comparison compare(const TetraMesh &mesh, const LoadCase &load_case, const Solution &solution,
                    const Solution &reference, const std::string &reference_name);
 
-/// How many points of the path a reference that ended early has come to, and others can be compared at: 0 for one that
-/// has a solution to the whole load or that came to none, and where time passes in the material.
+/// Number of points of the path that a reference that ended early has come to, and others can be compared at: 0 for one
+/// that has a solution to the whole load or that came to none, and where time passes in the material.
 std::size_t num_points_reached(const LoadCase &load_case, const Solution &reference);
 
 /// Compares a solution with a reference that ended early, at the last point of the path which that has reached, as two
@@ -87,5 +88,11 @@ std::optional<Comparison> compare_as_far_as_reached(const TetraMesh &mesh, const
 /// @param reference_name  kept in the comparison
 /// @throws std::invalid_argument if they were recorded at other times, probes or nodes, or at fewer than two times
 HistoryComparison compare(const History &history, const History &reference, const std::string &reference_name);
+
+/// Modal assurance criterion of two shapes (Allemang and Brown 1982), 1 where they differ by a factor only and 0 where
+/// they have nothing in common: (a . b)^2 / (a . a)(b . b) with a . b = sum_i V_i a_i . b_i, V_i barycentric nodal
+/// volume.
+/// @param a, b  shape (N), not zero everywhere
+double modal_assurance(const TetraMesh &mesh, std::span<const Vector3> a, std::span<const Vector3> b);
 
 } // namespace livermark::core

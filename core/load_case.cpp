@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 
 namespace livermark::core {
@@ -26,6 +29,29 @@ int number_among(const LoadCase &load_case, int facet, IsOfKind is_of_kind) {
         return -1;
     return static_cast<int>(std::count_if(load_case.conditions.data(), found,
                                           [=](const Condition &before) { return (before.*is_of_kind)(); }));
+}
+
+/// Whether events that are a part of the static solution are the same in both.
+bool have_same_static_events(const LoadCase &a, const LoadCase &b) {
+    const auto are_same = [&]<class Kind>(const std::optional<Kind> &in_a) {
+        if constexpr (requires { Kind::decides_statics; })
+            return in_a == std::get<const std::optional<Kind> &>(b.events());
+        return true;
+    };
+    return std::apply([&](const auto &...event) { return (are_same(event) && ...); }, a.events());
+}
+
+/// All but the events.
+LoadCase with_scaled_conditions(LoadCase load_case, double factor) {
+    for (int facet = 0; facet < load_case.num_facets(); ++facet)
+        if (!load_case.presses(facet))
+            load_case.value[facet] *= factor; // NaN, a free component, stays NaN
+    for (auto &shift : load_case.node_shift)
+        shift *= factor;
+    load_case.press_depth *= factor;
+    load_case.acceleration *= factor;
+    load_case.load_scale *= factor;
+    return load_case;
 }
 
 /// Whether both do the same to their facets, whatever their places are called.
@@ -71,6 +97,32 @@ int LoadCase::load_on(int facet) const {
     return number_among(*this, facet, &Condition::is_given_load);
 }
 
+EventSet LoadCase::kinds() const {
+    EventSet kinds;
+    for_each_event(*this, [&](const auto &event) { kinds.add<std::decay_t<decltype(event)>>(); });
+    return kinds;
+}
+
+bool LoadCase::in_time() const {
+    bool passes = false;
+    for_each_event(*this, [&](const auto &event) { passes = passes || event.in_time; });
+    return passes;
+}
+
+std::optional<ExpectedContact> LoadCase::contact() const {
+    std::optional<ExpectedContact> contact;
+    for_each_event(*this, [&](const auto &event) {
+        if constexpr (requires { event.contact(); })
+            contact = event.contact();
+    });
+    return contact;
+}
+
+double LoadCase::contact_depth() const {
+    const auto found = contact();
+    return found ? found->press.norm() : 0.0;
+}
+
 void LoadCase::put(Condition condition, std::span<const int> facets, const Vector3 &same_value) {
     for (const int facet : facets) {
         condition_on[facet] = static_cast<int>(conditions.size());
@@ -90,6 +142,15 @@ LoadCase without_tractions(LoadCase load_case) {
         if (load_case.is_loaded(facet))
             load_case.free_facet(facet);
     load_case.press_depth = 0.0;
+    return load_case;
+}
+
+LoadCase without_time(LoadCase load_case) {
+    const auto remove = []<class Kind>(std::optional<Kind> &event) {
+        if (Kind::in_time)
+            event.reset();
+    };
+    std::apply([&](auto &...event) { (remove(event), ...); }, load_case.events());
     return load_case;
 }
 
@@ -123,10 +184,10 @@ bool are_statically_equal(const LoadCase &a, const LoadCase &b) {
                 return false;
         return true;
     };
-    return a.regime == b.regime && a.path == b.path && a.slow_history == b.slow_history &&
+    return a.regime == b.regime && a.path == b.path && have_same_static_events(a, b) &&
            a.node_factor == b.node_factor && a.node_shift == b.node_shift && a.press_depth == b.press_depth &&
-           a.touching == b.touching && a.acceleration == b.acceleration &&
-           std::ranges::equal(a.value, b.value, same_value) && a.num_facets() == b.num_facets() && same_conditions();
+           a.acceleration == b.acceleration && std::ranges::equal(a.value, b.value, same_value) &&
+           a.num_facets() == b.num_facets() && same_conditions();
 }
 
 bool constrain_the_same(const LoadCase &a, const LoadCase &b) {
@@ -147,27 +208,26 @@ bool constrains_all_of(const LoadCase &more, const LoadCase &less) {
 }
 
 LoadCase scaled(LoadCase load_case, double factor) {
-    for (int facet = 0; facet < load_case.num_facets(); ++facet)
-        if (!load_case.presses(facet))
-            load_case.value[facet] *= factor; // NaN, a free component, stays NaN
-    for (auto &shift : load_case.node_shift)
-        shift *= factor;
-    load_case.press_depth *= factor;
-    if (load_case.touching) {
-        load_case.touching->press *= factor;
-        load_case.touching->slide *= factor;
-    }
-    load_case.acceleration *= factor;
-    load_case.load_scale *= factor;
-    return load_case;
+    for_each_event(load_case, [&](auto &event) {
+        if constexpr (requires { event.scale(factor); })
+            event.scale(factor);
+    });
+    return with_scaled_conditions(std::move(load_case), factor);
+}
+
+LoadCase cut_short(LoadCase load_case, double part) {
+    for_each_event(load_case, [&](auto &event) {
+        if constexpr (requires { event.cut_short(part); })
+            event.cut_short(part);
+    });
+    return with_scaled_conditions(std::move(load_case), part);
 }
 
 bool is_driven(const LoadCase &load_case) {
     const auto is_load = [](double component) { return component < 0.0 || component > 0.0; }; // not NaN
     const auto drives = [&](const Vector3 &value) { return std::ranges::any_of(value, is_load); };
-    return is_load(load_case.press_depth) || (load_case.touching && drives(load_case.touching->press)) ||
-           drives(load_case.acceleration) || std::ranges::any_of(load_case.value, drives) ||
-           std::ranges::any_of(load_case.node_shift, drives);
+    return is_load(load_case.press_depth) || is_load(load_case.contact_depth()) || drives(load_case.acceleration) ||
+           std::ranges::any_of(load_case.value, drives) || std::ranges::any_of(load_case.node_shift, drives);
 }
 
 } // namespace livermark::core

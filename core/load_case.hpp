@@ -1,19 +1,45 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
+#include <tuple>
 #include <vector>
 
-#include "core/condition.hpp"
+#include "core/events.hpp"
 #include "core/mesh/tetra_mesh.hpp"
-#include "core/rayleigh_damping.hpp"
-#include "core/relaxation.hpp"
-#include "core/tool/touching_tool.hpp"
+#include "core/tool/round_load.hpp"
 
 namespace livermark::core {
 
-/// How far a load case goes, and so which reference judges it. Results of one are never put beside those of the other.
+/// Effect of a condition on the facets of its place.
+enum class ConditionKind : std::uint8_t {
+    displacement, ///< prescribes components of it
+    traction,     ///< a given one, which keeps its direction
+    pressure,     ///< stays perpendicular to the surface and acts on its area as that moves; its value is the traction
+                  ///< at rest, which linear models take
+    press,        ///< tractions that all are multiplied by one number until the body has moved by LoadCase::press_depth
+    touch         ///< what LoadCase::touching exerts; it has no facets, because contact finds them
+};
+
+/// Condition on one place. LoadCase has its facets, and what each of them prescribes.
+struct Condition {
+    std::string place; ///< its name
+    ConditionKind kind = ConditionKind::displacement;
+    std::optional<RoundLoad> round{}; ///< how a traction is spread, whose values are then means over facets; or evenly
+
+    bool is_traction() const {
+        return kind == ConditionKind::traction || kind == ConditionKind::pressure || kind == ConditionKind::press;
+    }
+    bool is_given_load() const { return kind == ConditionKind::traction || kind == ConditionKind::pressure; }
+    /// Whether the force on the place is a result: it holds, presses or is touched.
+    bool is_constraint() const { return !is_given_load(); }
+    bool operator==(const Condition &) const = default;
+};
+
+/// Regime of a load case: how far it goes, and so which reference judges it. Results of one are never put beside those
+/// of the other.
 enum class Regime : std::uint8_t {
     small, ///< as linear elasticity has it
     large  ///< deformations of surgical size, along a path of loads, judged by hyperelasticity
@@ -21,43 +47,6 @@ enum class Regime : std::uint8_t {
 
 /// The word for a regime in load cases, tables and result files.
 const char *to_string(Regime regime);
-
-/// A node whose motion is recorded.
-struct Probe {
-    std::string name;
-    int node = 0; ///< number in the mesh
-};
-
-/// What happens after the static start: at t = 0 all tractions are let go. Prescribed displacements and the body's
-/// acceleration stay as they were.
-struct Release {
-    int num_steps = 0;            ///< how many intervals are recorded, >= 1
-    double output_interval = 0.0; ///< between two records of the probes [s], > 0
-    RayleighDamping damping;      ///< the same for every model
-    std::vector<Probe> probes;    ///< at least one
-
-    /// Whole fields are kept of every so many records only, so that there are no more than 51 of them.
-    int records_per_frame() const { return (num_steps + 49) / 50; }
-    /// F, the static start included
-    int num_frames() const { return num_steps / records_per_frame() + 1; }
-    bool is_frame(int record) const { return record % records_per_frame() == 0; }
-};
-
-/// What a tool does that has hold of a place from the start: it presses, slides and lets go, on a way that is known
-/// before. All other places are held where they are.
-struct ToolMotion {
-    int constraint = 0;                         ///< what it exerts: index into LoadCase::constraint_names()
-    double press_until = 0.0;                   ///< from t = 0 on, to the displacement of the place [s]
-    Vector3 slide = Vector3::Zero();            ///< of the whole place, beside that [m]
-    double slide_from = 0.0, slide_until = 0.0; ///< [s]
-    double release_at = 0.0;                    ///< when the place is free again [s]
-    int num_frames = 0;                         ///< how many are recorded after the start
-    double frame_interval = 0.0;                ///< [s], > 0
-    double mass_damping = 0.0;                  ///< alpha [1/s], >= 0: forces -alpha M v
-
-    int num_records() const { return num_frames + 1; }                   ///< K, at t = 0 and after each frame
-    double time_of(int record) const { return record * frame_interval; } ///< [s]
-};
 
 /// A place that gave up facets to the places above it in the load case, because the body is narrow there.
 struct YieldedPlace {
@@ -86,25 +75,37 @@ struct LoadCase {
     /// that was measured [m]. Free components stay free. Empty where nothing is added.
     std::vector<Vector3> node_shift;
     Vector3 acceleration = Vector3::Zero(); ///< body force per mass [m/s^2]
-    /// How far the places that press move the body: the displacement along their tractions, in the mean weighted with
-    /// these, which all are multiplied by one number for it [m]. 0 where none presses. Nothing else drives the body
-    /// then, and the tractions are written as together they make one newton [Pa/N].
+    /// Depth to which the places that press move the body: the displacement along their tractions, in the mean weighted
+    /// with these, which all are multiplied by one number for it [m]. 0 where none presses. Nothing else drives the
+    /// body then, and the tractions are written as together they make one newton [Pa/N].
     double press_depth = 0.0;
-    std::vector<YieldedPlace> yielded;       ///< (Y) none where all places are apart by themselves
-    std::optional<Release> release;          ///< only in a time-dependent load case
-    std::optional<ToolMotion> tool;          ///< only in a load case with a moving tool
-    std::optional<SlowHistory> slow_history; ///< only where time passes in the material
-    std::optional<TouchingTool> touching;    ///< only where a rigid ball touches the body
+    std::vector<YieldedPlace> yielded; ///< (Y) none where all places are apart by themselves
+    /// Events, each kind at most once. Whoever treats all of them alike asks events().
+    std::optional<TouchingTool> touching;
+    std::optional<Release> release;
+    std::optional<ToolMotion> tool;
+    std::optional<SlowHistory> slow_history;
     /// (L) parts of the loads at which solutions are kept, ascending to 1; all that drives the body grows with them.
     /// Empty in the small regime, and where slow_history says how all grows.
     std::vector<double> path;
 
-    /// How many points the way of a solution has: Solution::path where it ended well.
-    std::size_t num_path_points() const { return slow_history ? slow_history->times.size() : path.size(); }
+    /// Optional events in the order of EventKind.
+    auto events() { return std::tie(touching, release, tool, slow_history); }
+    auto events() const { return std::tie(touching, release, tool, slow_history); }
+    EventSet kinds() const; ///< of the events that happen
+    /// Whether time passes after the static start or in the material.
+    bool in_time() const;
+    std::optional<ExpectedContact> contact() const; ///< of the event that touches the body
+    double contact_depth() const;                   ///< to which that presses [m]; 0 where none touches
 
-    /// What a prescribed displacement is multiplied by at a node of the mesh.
+    /// Parts of the loads at the points of the way of a solution.
+    const std::vector<double> &load_parts() const { return slow_history ? slow_history->factors : path; }
+    /// Number of points of the way of a solution: Solution::path where it ended well.
+    std::size_t num_path_points() const { return load_parts().size(); }
+
+    /// Factor of a prescribed displacement at a node of the mesh.
     double factor_at(int node) const { return node_factor.empty() ? 1.0 : node_factor[node]; }
-    /// What a facet prescribes at one of its nodes [m]; NaN = component is free.
+    /// Displacement that a facet prescribes at one of its nodes [m]; NaN = component is free.
     Vector3 prescribed_at(int facet, int node) const {
         const Vector3 prescribed = factor_at(node) * value[facet];
         return node_shift.empty() ? prescribed : Vector3(prescribed + node_shift[node]);
@@ -116,7 +117,7 @@ struct LoadCase {
 
     int num_facets() const { return static_cast<int>(condition_on.size()); } ///< T
 
-    /// What is on a facet; nullptr where it is free.
+    /// Condition on a facet; nullptr where it is free.
     const Condition *on(int facet) const {
         return condition_on[facet] < 0 ? nullptr : &conditions[condition_on[facet]];
     }
@@ -131,7 +132,7 @@ struct LoadCase {
     bool presses(int facet) const { return on(facet) && on(facet)->kind == ConditionKind::press; }
     /// Whether the traction on a facet is a pressure that follows the surface.
     bool follows_surface(int facet) const { return on(facet) && on(facet)->kind == ConditionKind::pressure; }
-    /// How the traction on a facet is spread; nothing where it is the same everywhere.
+    /// Spread of the traction on a facet; nothing where it is the same everywhere.
     const RoundLoad *round_load_on(int facet) const {
         return on(facet) && on(facet)->round ? &*on(facet)->round : nullptr;
     }
@@ -150,9 +151,14 @@ struct LoadCase {
     /// Takes from a facet what is on it; its value stays.
     void free_facet(int facet) { condition_on[facet] = -1; }
 
-    /// Whether the ball may touch a facet.
-    bool may_touch(int facet) const { return touching && !is_constrained(facet); }
+    /// Whether a tool that touches may touch a facet.
+    bool may_touch(int facet) const { return contact() && !is_constrained(facet); }
 };
+
+/// Calls a function with every event that happens.
+void for_each_event(auto &load_case, const auto &visit) {
+    std::apply([&](auto &...event) { ((event ? visit(*event) : void()), ...); }, load_case.events());
+}
 
 /// A surface that is free everywhere, as long as nothing is put on it.
 LoadCase with_free_surface(LoadCase load_case, const TetraMesh &mesh);
@@ -160,11 +166,14 @@ LoadCase with_free_surface(LoadCase load_case, const TetraMesh &mesh);
 /// The same with its tractions let go: what holds after a release.
 LoadCase without_tractions(LoadCase load_case);
 
-/// What each place exerts for one newton of all that press together: the resultant of its tractions.
+/// The same without the events in which time passes: its static start.
+LoadCase without_time(LoadCase load_case);
+
+/// The resultant of the tractions of each place, for one newton of all that press together.
 /// @return shape (P) [1], zero where a place holds
 std::vector<Vector3> press_resultants(const LoadCase &load_case, const TetraMesh &mesh);
 
-/// What follows the surface on a facet, positive inwards [Pa]; 0 where nothing does.
+/// Pressure on a facet that follows the surface, positive inwards [Pa]; 0 where nothing does.
 double follower_pressure(const LoadCase &load_case, const TetraMesh &mesh, int facet);
 
 /// The same without what follows the surface: with the loads that keep their direction.
@@ -185,6 +194,9 @@ bool constrains_all_of(const LoadCase &more, const LoadCase &less);
 /// are not zero, or the depth to which it is pressed, or the way of a ball that touches. A linear body then moves by
 /// the factor, but not where a ball touches more of it.
 LoadCase scaled(LoadCase load_case, double factor);
+
+/// The load case whose whole load is a part of this one's: one that presses first has pressed as far as then.
+LoadCase cut_short(LoadCase load_case, double part);
 
 /// Whether anything drives it: if not, every solution is zero and no factor changes that.
 bool is_driven(const LoadCase &load_case);

@@ -1,6 +1,11 @@
 #include "core/model.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
 #include <utility>
+
+#include "support/input_error.hpp"
 
 namespace livermark::core {
 
@@ -33,6 +38,47 @@ PrepareModel solves_each(std::function<Solution(const Problem &)> solve) {
     return [solve = std::move(solve)](const std::shared_ptr<const Body> &body, const LoadCase * /*common*/) {
         return std::make_unique<EachAlone>(body, solve);
     };
+}
+
+namespace {
+
+/// Coordinates that went through a mesh file come back the same; this leaves room for their last digits only.
+constexpr double rounding = 1e-12;
+
+bool has_same_lengths(const CalibratedSprings &springs, const TetraMesh &mesh) {
+    for (std::size_t s = 0; s < springs.edges.size(); ++s) {
+        const double length = (mesh.points[springs.edges[s][1]] - mesh.points[springs.edges[s][0]]).norm();
+        if (!(std::abs(length - springs.rest_length[s]) <= rounding * length))
+            return false;
+    }
+    return true;
+}
+
+bool has_same_constants(const Material &a, const Material &b) {
+    return a.young_modulus == b.young_modulus && a.poisson_ratio == b.poisson_ratio;
+}
+
+std::string constants_of(const std::vector<Material> &materials) {
+    std::string text;
+    for (const auto &material : materials)
+        text += fmt::format("{}{:.6g} Pa and {:.6g}", text.empty() ? "" : ", ", material.young_modulus,
+                            material.poisson_ratio);
+    return text;
+}
+
+} // namespace
+
+void check_fit(const CalibratedSprings &springs, const Body &body) {
+    if (springs.edges != edge_table(body.mesh.tetrahedra).edges || !has_same_lengths(springs, body.mesh))
+        throw support::InputError(
+            fmt::format("{}: was made for another mesh than that of {}; make one for this mesh with "
+                        "`python3 -m livermark.calibration`",
+                        springs.origin, body.name));
+    if (!std::ranges::equal(springs.materials, body.materials, has_same_constants))
+        throw support::InputError(
+            fmt::format("{}: was made for Young's modulus and Poisson's ratio {}, not for {} of {}; make "
+                        "one for these with `python3 -m livermark.calibration`",
+                        springs.origin, constants_of(springs.materials), constants_of(body.materials), body.name));
 }
 
 } // namespace livermark::core

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -10,10 +11,8 @@
 #include <vector>
 
 #include "core/mesh/interior_place.hpp"
-#include "core/modes.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
-#include "core/tool/compliance.hpp"
 
 namespace livermark::core {
 
@@ -38,7 +37,7 @@ class PreparedModel {
 using PrepareModel =
     std::function<std::unique_ptr<PreparedModel>(const std::shared_ptr<const Body> &body, const LoadCase *common)>;
 
-/// What a model is to the others.
+/// Role of a model among the others.
 enum class Role : std::uint8_t {
     candidate,            ///< is compared with the reference
     baseline,             ///< one that springs have to beat; scales loads to their targets
@@ -58,7 +57,7 @@ struct Model {
     /// Its lowest modes, as many as asked for, with the constraints of the load case; empty if it cannot tell. Throws
     /// InputError if the body is free to move or has too few.
     std::function<Modes(const Problem &, int)> modes{};
-    /// How the body at rest gives way at some places inside, with the constraints of the load case; empty if it cannot
+    /// Compliance of the body at rest at some places inside, with the constraints of the load case; empty if it cannot
     /// tell. Throws InputError if the body is free to move.
     std::function<Compliance(const Problem &, std::span<const InteriorPlace>)> compliance{};
     /// Whether it can do what its user asked for on a problem; throws InputError if not. Called for every problem
@@ -70,8 +69,8 @@ struct Model {
     std::optional<Regime> only{};     ///< the regime that it takes part in; both if not set
     bool only_moving = false;         ///< whether it takes part only where something moves in time
     bool only_when_named = false;     ///< whether a run leaves it out unless its user names it
-    bool relaxes = false;       ///< whether it takes part where time passes in the material (LoadCase::slow_history)
-    bool touches = false;       ///< whether it can be touched by a rigid ball; otherwise it takes no part there
+    /// The events that it follows; it takes no part where another one happens.
+    EventSet follows = EventSet::of<Release, ToolMotion>();
     bool is_collective = false; ///< of several MPI ranks all have to call solve, and all get the solution
 
     /// Whether it takes part in a problem that it could; empty if it always does.
@@ -82,8 +81,7 @@ struct Model {
 
     bool takes_part_in(const Problem &problem) const {
         return (!only || *only == problem.load_case.regime) && (!only_moving || problem.load_case.release) &&
-               (relaxes || !problem.load_case.slow_history) && (touches || !problem.load_case.touching) &&
-               (!is_wanted || is_wanted(problem));
+               follows.has_all_of(problem.load_case.kinds()) && (!is_wanted || is_wanted(problem));
     }
 
     /// Prepares, solves one problem and keeps nothing.
@@ -92,5 +90,18 @@ struct Model {
 
 /// For a model that has nothing to prepare.
 PrepareModel solves_each(std::function<Solution(const Problem &)> solve);
+
+/// Stiffnesses of springs that were fitted to the solutions of another model, and what they hold for.
+struct CalibratedSprings {
+    std::string origin;                    ///< the file that they come from, for messages
+    std::vector<Material> materials;       ///< (R) that they were fitted for
+    std::vector<std::array<int, 2>> edges; ///< (S) as in the EdgeTable of the mesh
+    std::vector<double> rest_length;       ///< (S) [m]
+    std::vector<double> stiffness;         ///< (S) [N/m], > 0
+};
+
+/// @throws InputError if they were fitted for a mesh with other edges or lengths, or for other elastic constants, than
+///         the body has; the density has no part in them
+void check_fit(const CalibratedSprings &springs, const Body &body);
 
 } // namespace livermark::core

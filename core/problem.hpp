@@ -6,10 +6,23 @@
 #include <vector>
 
 #include "core/load_case.hpp"
-#include "core/material.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::core {
+
+/// Isotropic linear-elastic material.
+struct Material {
+    double density;       ///< rho [kg/m^3], > 0
+    double young_modulus; ///< E [Pa], > 0
+    double poisson_ratio; ///< nu, in (-1, 0.5)
+
+    /// First Lame parameter, lambda = E nu / ((1 + nu)(1 - 2 nu)) [Pa].
+    double lame_lambda() const {
+        return young_modulus * poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio));
+    }
+    /// Shear modulus, mu = E / (2 (1 + nu)) [Pa].
+    double shear_modulus() const { return young_modulus / (2.0 * (1.0 + poisson_ratio)); }
+};
 
 /// The axes of a patient in the coordinates of a mesh. Load cases of livers have directions in LPS: x to the patient's
 /// left, y posterior, z superior.
@@ -28,12 +41,12 @@ struct Body {
     std::vector<Material> materials; ///< (R) one per mesh.region_names
     /// Sentences on what its files do not say and somebody had to assume: units, materials, patches.
     std::vector<std::string> assumptions{};
-    /// How clear the orientation is in which its patches were found, from 0 to 1; none where its files name them.
+    /// Clearness of the orientation in which its patches were found, from 0 to 1; none where its files name them.
     std::optional<double> patch_confidence{};
     BodyAxes axes{};
 };
 
-/// What every model gets: a body and the load case put on its mesh. The body is shared between load cases.
+/// Problem that every model gets: a body and the load case put on its mesh. The body is shared between load cases.
 struct Problem {
     std::shared_ptr<const Body> body;
     LoadCase load_case;

@@ -1,14 +1,11 @@
 #pragma once
 
-#include <algorithm>
-#include <iterator>
-#include <optional>
 #include <string>
 #include <vector>
 
 namespace livermark::core {
 
-/// How tissue relaxes: quasi-linear viscoelasticity with a Prony series (Fung, Biomechanics, 1993, ch. 7; Simo and
+/// Relaxation of tissue: quasi-linear viscoelasticity with a Prony series (Fung, Biomechanics, 1993, ch. 7; Simo and
 /// Hughes, Computational Inelasticity, 1998, ch. 10). The deviatoric stress of the elastic law fades as
 ///   G(t) / G(0) = 1 - sum_k g_k (1 - exp(-t / tau_k)),
 /// so the elastic law is what an instant press meets. The volumetric part stays elastic.
@@ -29,7 +26,7 @@ struct PronySeries {
     bool operator==(const PronySeries &) const = default;
 };
 
-/// What one Maxwell branch does in a time step in which the elastic stress s changes linearly. Its stress h obeys
+/// Step in time of one Maxwell branch, in which the elastic stress s changes linearly. Its stress h obeys
 ///   dh/dt + h / tau = g ds/dt,   h(0) = g s(0),
 /// which this integrates exactly, for every length of the step (Taylor, Pister, Goudreau 1970, Int. J. Numer. Methods
 /// Eng. 2(1); Simo and Hughes, Computational Inelasticity, 1998, section 10.3):
@@ -61,27 +58,8 @@ struct BranchStep {
 /// @return shape (B)
 std::vector<BranchStep> branch_steps(const PronySeries &relaxation, double step);
 
-/// What the elastic stress at the end of a step is multiplied by in the stress there: remaining() and all gains. The
+/// Factor of the elastic stress at the end of a step in the stress there: remaining() and all gains. The
 /// rest of that stress is history: sum over branches of fade h(n) - gain s(n).
 double instant_part(const PronySeries &relaxation, const std::vector<BranchStep> &branches);
-
-/// What drives a body that relaxes, so slowly that masses do not matter: everything that drives it (tractions,
-/// prescribed displacements, depths, accelerations) grows with `factors`, linearly between the times. Solutions of it
-/// have a core::PathPoint for each of the times; their other fields are those of whole_load_record().
-struct SlowHistory {
-    PronySeries relaxation;
-    std::vector<double> times;   ///< (K) at which solutions are found [s], ascending from 0, K > 1
-    std::vector<double> factors; ///< (K) of the loads, 0 at the start and 1 at most, which one of them is
-    /// The record at which the last cycle of the load begins, and it ends with the last record; nothing without cycles.
-    std::optional<int> last_cycle{};
-
-    int num_records() const { return static_cast<int>(times.size()); }
-    /// The last record of the whole load.
-    int whole_load_record() const {
-        const auto largest = std::max_element(factors.rbegin(), factors.rend());
-        return static_cast<int>(std::distance(largest, factors.rend())) - 1;
-    }
-    bool operator==(const SlowHistory &) const = default;
-};
 
 } // namespace livermark::core

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,7 +26,7 @@ struct SpringNetwork {
     std::vector<double> rest_length;       ///< (S) [m]
 };
 
-/// How far a motion is from that of ever finer meshes, as a model has observed it itself; see observed_motion_error().
+/// Distance of a motion from that of ever finer meshes, as a model has observed it itself; see observed_motion_error().
 struct ObservedMotionError {
     double order = 0.0;       ///< of convergence, from one refinement to the next
     double difference = 0.0;  ///< HistoryComparison::relative_l2 between the last two meshes
@@ -33,7 +35,7 @@ struct ObservedMotionError {
     bool operator==(const ObservedMotionError &) const = default;
 };
 
-/// What a model finds for a time-dependent load case: the motion of its probes. A record is made at t = 0 and after
+/// Solution of a time-dependent load case: the motion of its probes. A record is made at t = 0 and after
 /// each output interval, K in all.
 struct History {
     std::vector<double> time;           ///< (K) [s]
@@ -56,14 +58,15 @@ struct History {
     std::optional<ObservedMotionError> observed_error{}; ///< of models that refine the mesh, or else their steps alone
 };
 
-/// How far a solution is from that of ever finer meshes, as a model has observed it itself; see observed_error().
+/// Distance of a solution from that of ever finer meshes, as a model has observed it itself; see observed_error().
 struct ObservedError {
     double order = 0.0;       ///< of convergence, from one refinement to the next
     double difference = 0.0;  ///< Comparison::relative_l2 between the last two meshes
     double relative_l2 = 0.0; ///< estimated error of the displacement, in the norm of core::Comparison
     double energy = 0.0;      ///< estimated, of the strain energy, relative, not signed
     double reaction = 0.0;    ///< estimated, of the reactions, as in core::Comparison
-    /// Where it was observed, in parts of the load: below 1 where finer meshes have no solution to the whole of it.
+    /// Point of the path at which it was observed, in parts of the load: below 1 where finer meshes have no solution to
+    /// the whole of it.
     double load_fraction = 1.0;
     /// Estimated, of the stiffness at the tool, as in core::ToolComparison, not signed; nothing without a tool.
     std::optional<double> stiffness{};
@@ -71,7 +74,7 @@ struct ObservedError {
     bool operator==(const ObservedError &) const = default;
 };
 
-/// Where a body is at a part of the load, on the way to the whole; or at a time of a slow history.
+/// State of a body at a part of the load, on the way to the whole; or at a time of a slow history.
 struct PathPoint {
     std::vector<Eigen::Vector3f> displacement; ///< (N) of all nodes [m], for pictures: single precision
     std::vector<Vector3> reaction;             ///< (P) force of each constraint on the body [N]
@@ -82,7 +85,7 @@ struct PathPoint {
     double dissipated_energy = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// What explicit time stepping of a model comes to: symplectic Euler without damping.
+/// Cost of explicit time stepping of a model: symplectic Euler without damping.
 struct ExplicitSteps {
     /// The longest step that is stable [s]; infinity where nothing moves.
     double critical_time_step = std::numeric_limits<double>::infinity();
@@ -90,7 +93,7 @@ struct ExplicitSteps {
     std::string kernel{};          ///< what evaluated the forces
 };
 
-/// What a model finds for a problem, in the numbering of the mesh file. To a time-dependent load case that is the
+/// Solution of a problem, in the numbering of the mesh file. To a time-dependent load case that is the
 /// static start, and the history if the model can move in time.
 struct Solution {
     SolutionStatus status = SolutionStatus::ok;
@@ -113,6 +116,31 @@ struct Solution {
     std::optional<ObservedError> observed_error; ///< of models that refine the mesh
     /// At LoadCase::path, or at the times of LoadCase::slow_history; fewer where the way ended early.
     std::vector<PathPoint> path;
+};
+
+/// Undamped free vibrations of a constrained body, K phi = omega^2 M phi, the lowest first.
+struct Modes {
+    std::vector<double> angular_frequency; ///< (C) omega [rad/s], ascending
+    std::vector<Vector3> shape;            ///< (C, N) phi at the mesh nodes [kg^-1/2], scaled so that phi^T M phi = 1
+    std::int64_t degrees_of_freedom = 0;   ///< unknowns, constrained ones included
+    double seconds = 0.0;                  ///< for all of it, from the mesh to the modes
+
+    int count() const { return static_cast<int>(angular_frequency.size()); }
+
+    /// (N) the shape of one mode
+    std::span<const Vector3> shape_of(int mode) const {
+        const auto num_nodes = shape.size() / angular_frequency.size();
+        return std::span(shape).subspan(mode * num_nodes, num_nodes);
+    }
+};
+
+/// Compliance of a body at rest, inside: C, the displacement of each of K places for one newton on each, linearised.
+/// Component i of place k has number 3 k + i.
+struct Compliance {
+    Eigen::MatrixXd matrix;                  ///< C, shape (3 K, 3 K) [m/N], symmetric but for what solvers leave
+    std::vector<Eigen::MatrixXd> on_coarser; ///< the same of the meshes before, of models that refine; coarsest first
+    std::int64_t degrees_of_freedom = 0;     ///< unknowns, constrained ones included
+    double seconds = 0.0;                    ///< for all of it
 };
 
 } // namespace livermark::core

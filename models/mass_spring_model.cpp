@@ -296,10 +296,11 @@ core::Model mass_spring_model(std::string name, std::string summary, std::string
         .compliance = [=](const core::Problem &problem,
                           std::span<const core::InteriorPlace> places) { return compliance(problem, make, places); },
         .check = [=](const core::Problem &problem) { check(problem, make, options); },
-        .relaxes = options.equilibrium == EquilibriumMethod::newton,
         // Time stepping knows the loads before it begins, and the force of what touches or presses to a depth is a
         // result.
-        .touches = options.equilibrium == EquilibriumMethod::newton,
+        .follows = options.equilibrium == EquilibriumMethod::newton
+                       ? core::EventSet::all()
+                       : core::EventSet::of<core::Release, core::ToolMotion>(),
         .is_wanted = [relaxes = options.equilibrium == EquilibriumMethod::relaxation](
                          const core::Problem &problem) { return !relaxes || problem.load_case.press_depth == 0.0; },
     };

@@ -8,7 +8,6 @@
 #include <string_view>
 #include <vector>
 
-#include "core/calibrated_springs.hpp"
 #include "core/model.hpp"
 #include "fem_reference/linear/solver_choice.hpp"
 #include "msm/dynamics/release.hpp"

@@ -55,8 +55,8 @@ std::vector<core::Vector3> constraint_forces(const core::Problem &problem, const
         for (std::size_t c = 0; c < 3; ++c)
             if (const int owner = conditions.constraint[i][c]; owner >= 0)
                 total[owner][static_cast<Eigen::Index>(c)] += force[i][static_cast<Eigen::Index>(c)];
-    if (problem.load_case.touching)
-        total[problem.load_case.touching->constraint] += touch;
+    if (const auto contact = problem.load_case.contact())
+        total[contact->constraint] += touch;
     return total;
 }
 

@@ -124,7 +124,8 @@ FacetArrays facet_arrays(const core::LoadCase &load_case) {
 }
 
 std::optional<std::string> set_conditions(const FacetArrays &facets, core::LoadCase &load_case) {
-    const auto seen = seen_places(facets, load_case.touching ? load_case.touching->constraint : -1);
+    const auto contact = load_case.contact();
+    const auto seen = seen_places(facets, contact ? contact->constraint : -1);
     if (seen.contradiction)
         return seen.contradiction;
     std::vector<int> constraint_at, load_at;

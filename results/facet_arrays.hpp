@@ -27,7 +27,7 @@ struct FacetArrays {
 FacetArrays facet_arrays(const core::LoadCase &load_case);
 
 /// Gives a load case the conditions that the rows came from.
-/// @param load_case  with its ball, if one touches
+/// @param load_case  with its events
 /// @return what contradicts itself, in words; nothing if all is well
 std::optional<std::string> set_conditions(const FacetArrays &facets, core::LoadCase &load_case);
 

@@ -14,7 +14,7 @@ namespace livermark::results {
 
 namespace {
 
-/// Of numbers that count with nine digits.
+/// Hash of numbers that count with nine digits.
 class RoundedHash : public support::FnvHash {
   public:
     template <class Value> void add_all(const Value &value) {
@@ -28,7 +28,7 @@ class RoundedHash : public support::FnvHash {
     }
 };
 
-/// Of every bit. The library's hash takes eight bytes at a time, and meshes are large.
+/// Hash of every bit. The library's hash takes eight bytes at a time, and meshes are large.
 class ExactHash : public support::FnvHash {
   public:
     template <class Values> void add_all(const Values &values) {
@@ -37,6 +37,13 @@ class ExactHash : public support::FnvHash {
         add(fmt::format("{:x}", std::hash<std::string_view>()(letters)));
     }
 };
+
+template <class Hash> void add_events(Hash &hash, const core::LoadCase &load_case, bool in_time) {
+    core::for_each_event(load_case, [&](const auto &event) {
+        if (event.in_time == in_time)
+            event.add_to(hash);
+    });
+}
 
 /// The one list of what a solution depends on beside the model. Its order is in the names of stored references.
 template <class Hash> void add_problem(Hash &hash, const core::Problem &problem) {
@@ -63,31 +70,12 @@ template <class Hash> void add_problem(Hash &hash, const core::Problem &problem)
     }
     if (load_case.press_depth != 0.0) // others keep the name that they had before there was one
         hash.add_all(std::array{load_case.press_depth});
-    if (const auto &ball = load_case.touching) {
-        hash.add_all(std::array{ball->constraint});
-        hash.add_all(std::array{ball->start, ball->press, ball->slide});
-        hash.add_all(std::array{ball->radius, ball->friction});
-    }
+    add_events(hash, load_case, false);
     hash.add_all(std::array{load_case.acceleration});
     hash.add_all(load_case.path);
     for (const auto &name : facets.constraint_names)
         hash.add(name);
-    if (const auto &release = load_case.release) {
-        hash.add_all(std::array{release->num_steps});
-        hash.add_all(std::array{release->output_interval, release->damping.alpha, release->damping.beta});
-        for (const auto &probe : release->probes)
-            hash.add_all(std::array{probe.node});
-    }
-    if (const auto &tool = load_case.tool) {
-        hash.add_all(std::array{tool->constraint, tool->num_frames});
-        hash.add_all(std::array{tool->press_until, tool->slide_from, tool->slide_until, tool->release_at,
-                                tool->frame_interval, tool->mass_damping});
-        hash.add_all(std::array{tool->slide});
-    }
-    if (const auto &history = load_case.slow_history)
-        for (const auto *numbers :
-             {&history->relaxation.moduli, &history->relaxation.times, &history->times, &history->factors})
-            hash.add_all(*numbers);
+    add_events(hash, load_case, true);
 }
 
 std::string digits_of(const support::FnvHash &hash) {

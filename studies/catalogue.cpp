@@ -1,12 +1,14 @@
 #include "studies/catalogue.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <fmt/format.h>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
+#include "load_cases/readers/event_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
@@ -18,26 +20,27 @@ namespace livermark::studies {
 namespace {
 
 /// Load cases that ship in one folder, and who takes them.
-struct LoadCaseKindByFolder {
-    const char *folder;
-    const char *what;
-    const char *command;
+struct ShippedLoadCases {
+    std::string_view folder, what, command;
 };
 
-constexpr std::array<LoadCaseKindByFolder, 5> kinds_of_load_case{
-    {{load_cases_folder, "has neither a moving tool nor a needle", "livermark run --load-case"},
-     {moving_load_cases_folder, "has a tool that moves", "livermark arena --load-case"},
-     {needle_load_cases_folder, "has a needle", "livermark needle --load-case"},
-     {slow_load_cases_folder, "is of tissue that relaxes", "livermark run --load-case"},
-     {touching_load_cases_folder, "has a ball that touches", "livermark run --load-case"}}};
+std::vector<ShippedLoadCases> shipped_load_cases() {
+    std::vector<ShippedLoadCases> kinds{
+        {load_cases_folder, "has neither a moving tool nor a needle", load_cases::run_command}};
+    for (const auto &event : load_cases::all_events())
+        if (event.folder)
+            kinds.push_back({event.folder, event.what, event.command});
+    return kinds;
+}
 
 /// The command that takes a load case which ships, and is of another kind than those of a folder; empty if none is.
 std::string other_command(const std::string &name, std::string_view folder) {
-    for (const auto &kind : kinds_of_load_case) {
+    for (const auto &kind : shipped_load_cases()) {
         const auto path = support::root_folder() / kind.folder;
         std::error_code nobody_cares; // a tree of somebody's own has fewer
         if (kind.folder != folder && std::filesystem::exists(path / (name + ".toml"), nobody_cares))
-            return fmt::format("load case {} {}; give it to '{} {}'", name, kind.what, kind.command, name);
+            return fmt::format("load case {} {}; give it to 'livermark {} --load-case {}'", name, kind.what,
+                               kind.command, name);
     }
     return {};
 }

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/load_case.hpp"
-#include "core/material.hpp"
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/problem.hpp"
 
 /// Whether what somebody gives as a liver, a tissue or a load can be one. Every way in asks here: label images,
 /// surfaces, meshes, Python.

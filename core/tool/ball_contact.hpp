@@ -7,7 +7,7 @@
 
 #include "core/load_case.hpp"
 #include "core/mesh/facet_points.hpp"
-#include "core/tool/touched_facets.hpp"
+#include "core/tool/touching_tool.hpp"
 
 /// A rigid ball that moves and touches facets between point masses: contact without adhesion, with Coulomb friction,
 /// for all methods that take steps of time.

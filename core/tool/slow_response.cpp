@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/tool/place_stiffness.hpp"
+#include "core/tool/tool_stiffness.hpp"
 
 namespace livermark::core {
 

@@ -7,15 +7,14 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/tool/place_stiffness.hpp"
-
 namespace livermark::core {
 
 namespace {
 
 constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
 
-/// Below this part of what its forces could do on the displacements of their nodes, the work of a traction is rounding.
+/// Part of what its forces could do on the displacements of their nodes, below which the work of a traction is
+/// rounding.
 constexpr double smallest_work = 1e-6;
 
 bool is_prescribed_to_move(const LoadCase &load_case, int facet) {
@@ -57,14 +56,11 @@ void measure(const TetraMesh &mesh, const LoadCase &load_case, ToolPlace &place)
     }
 }
 
-/// The place that the ball sinks into, as large as the circle in which Hertz's sphere touches at that depth.
-ToolPlace touched_place(const TetraMesh &mesh, const LoadCase &load_case) {
-    const auto &ball = *load_case.touching;
-    const Vector3 first = ball.first_point();
-    const double radius = std::sqrt(ball.radius * ball.press.norm());
-    ToolPlace place{.name = load_case.constraint_names()[ball.constraint],
-                    .drive = ToolDrive::depth,
-                    .constraint = ball.constraint};
+/// The place that a tool sinks into which touches.
+ToolPlace touched_place(const TetraMesh &mesh, const LoadCase &load_case, const ExpectedContact &contact) {
+    const auto &[constraint, first, radius, press, pressed_at] = contact;
+    ToolPlace place{
+        .name = load_case.constraint_names()[constraint], .drive = ToolDrive::depth, .constraint = constraint};
     int nearest = -1;
     double least = std::numeric_limits<double>::infinity();
     for (int f = 0; f < load_case.num_facets(); ++f) {
@@ -88,7 +84,7 @@ ToolPlace touched_place(const TetraMesh &mesh, const LoadCase &load_case) {
     return place;
 }
 
-/// Of a place with a given traction.
+/// Errors at a place with a given traction.
 /// @param ratio  of the corrections of the reference and of the solution
 void compare_works(const TetraMesh &mesh, const LoadCase &load_case, const ToolPlace &place, const Solution &solution,
                    const Solution &reference, double ratio, PlaceErrors &errors) {
@@ -110,7 +106,7 @@ void compare_works(const TetraMesh &mesh, const LoadCase &load_case, const ToolP
                                   : ratio_of(reference.path[k].displacement, solution.path[k].displacement) - 1.0);
 }
 
-/// Of a place whose force is a result.
+/// Errors at a place whose force is a result.
 void compare_forces(int constraint, std::size_t num_points, const Solution &solution, const Solution &reference,
                     double smallest_force, PlaceErrors &errors) {
     const auto along = [](const Vector3 &force, const Vector3 &of_reference) {
@@ -179,8 +175,8 @@ std::vector<ToolPlace> tool_places(const TetraMesh &mesh, const LoadCase &load_c
     std::erase_if(places, [](const ToolPlace &place) { return place.facets.empty(); });
     for (auto &place : places)
         measure(mesh, load_case, place);
-    if (load_case.touching)
-        places.push_back(touched_place(mesh, load_case));
+    if (const auto contact = load_case.contact())
+        places.push_back(touched_place(mesh, load_case, *contact));
     std::erase_if(places, [](const ToolPlace &place) { return place.facets.empty(); });
     return places;
 }
@@ -196,14 +192,14 @@ std::optional<double> radius_in_edges(std::span<const ToolPlace> places) {
 
 std::vector<double> contact_radii_in_edges(const TetraMesh &mesh, const LoadCase &load_case) {
     std::vector<double> radii;
-    if (!load_case.touching)
+    const auto contact = load_case.contact();
+    if (!contact)
         return radii;
-    const auto place = touched_place(mesh, load_case);
+    const auto place = touched_place(mesh, load_case, *contact);
     if (place.facets.empty())
         return radii;
     for (const double part : load_case.path) // Hertz: the radius grows with the root of the depth
-        radii.push_back(place.radius * std::sqrt(std::min(1.0, part / load_case.touching->pressed_at())) /
-                        place.edge_length);
+        radii.push_back(place.radius * std::sqrt(std::min(1.0, part / contact->pressed_at)) / place.edge_length);
     return radii;
 }
 
@@ -253,6 +249,55 @@ std::optional<ToolComparison> compare_at_tool(const TetraMesh &mesh, const LoadC
             compare_forces(place.constraint, num_points, solution, reference, smallest_force, errors);
     }
     return result;
+}
+
+namespace {
+
+Vector3 mean_prescribed(const TetraMesh &mesh, const LoadCase &load_case, const ToolPlace &place) {
+    Vector3 sum = Vector3::Zero();
+    double area = 0.0;
+    for (const int facet : place.facets) {
+        const double part = area_vector(mesh, facet).norm();
+        area += part;
+        for (const int node : mesh.boundary_triangles[facet]) {
+            const Vector3 prescribed = load_case.prescribed_at(facet, node);
+            sum += part / 3.0 * prescribed.array().isNaN().select(0.0, prescribed.array()).matrix();
+        }
+    }
+    return sum / area;
+}
+
+} // namespace
+
+double work_correction(const TetraMesh &mesh, const LoadCase &load_case, std::span<const ToolPlace> places,
+                       const Solution &solution) {
+    double at_nodes = 0.0;
+    for (const auto &place : places)
+        if (place.drive == ToolDrive::traction)
+            at_nodes += work_of(nodal_forces(mesh, load_case, place), solution.displacement);
+    return std::isnan(solution.load_work) || at_nodes == 0.0 ? 1.0 : solution.load_work / at_nodes;
+}
+
+double stiffness_at(const TetraMesh &mesh, const LoadCase &load_case, std::span<const ToolPlace> places,
+                    std::size_t place, const Solution &solution) {
+    const auto &tool = places[place];
+    if (tool.drive == ToolDrive::depth)
+        return solution.reaction[tool.constraint].norm() /
+               std::max(load_case.contact_depth(), std::abs(load_case.press_depth));
+    if (tool.drive == ToolDrive::displacement) {
+        const Vector3 moved = mean_prescribed(mesh, load_case, tool);
+        return moved.isZero(0.0) ? no_number : solution.reaction[tool.constraint].dot(moved) / moved.squaredNorm();
+    }
+    Vector3 resultant = Vector3::Zero();
+    double possible = 0.0;
+    const auto forces = nodal_forces(mesh, load_case, tool);
+    for (const auto &[node, force] : forces) {
+        resultant += force;
+        possible += force.norm();
+    }
+    const double work = work_correction(mesh, load_case, places, solution) * work_of(forces, solution.displacement);
+    constexpr double least_resultant = 1e-6; // below this part of what it could be it is rounding, as under torsion
+    return resultant.norm() > least_resultant * possible && work != 0.0 ? resultant.squaredNorm() / work : no_number;
 }
 
 } // namespace livermark::core

@@ -13,7 +13,7 @@
 
 namespace livermark::core {
 
-/// How a place is moved, and so what its stiffness is compared by. The values are those of the result file.
+/// Drive of a place, and so what its stiffness is compared by. The values are those of the result file.
 enum class ToolDrive : std::uint8_t {
     traction = 0,    ///< by a given force: its displacement, in the mean weighted with the traction
     depth = 1,       ///< by LoadCase::press_depth, or the way of LoadCase::touching: its force
@@ -27,8 +27,8 @@ struct ToolPlace {
     int constraint = -1;              ///< index into LoadCase::constraint_names(); -1 of a given traction
     std::vector<int> facets{};        ///< indices into mesh.boundary_triangles, ascending
     Vector3 middle = Vector3::Zero(); ///< of a round tool, otherwise the area centroid of the facets [m]
-    /// Of a round tool, or where a ball sinks in that of Hertz's circle of contact, otherwise of the disc of the area
-    /// of the facets [m].
+    /// Radius of a round tool, or where a ball sinks in that of Hertz's circle of contact, otherwise of the disc of the
+    /// area of the facets [m].
     double radius = 0.0;
     double edge_length = 0.0; ///< mean over the edges of the facets [m]
 };
@@ -40,7 +40,7 @@ std::vector<ToolPlace> tool_places(const TetraMesh &mesh, const LoadCase &load_c
 /// The smallest radius of a tool over the edge length under it; nothing without a tool.
 std::optional<double> radius_in_edges(std::span<const ToolPlace> places);
 
-/// Of a ball that touches: the radius of its contact by Hertz, sqrt(R d) at a depth d, over the mean edge below it, at
+/// Radius of contact of a ball that touches, by Hertz, sqrt(R d) at a depth d, over the mean edge below it, at
 /// each point of the path. Below smallest_contact the error of its force has the sign that the mesh gives it.
 /// @return shape (L); empty without a ball
 std::vector<double> contact_radii_in_edges(const TetraMesh &mesh, const LoadCase &load_case);
@@ -52,7 +52,7 @@ inline constexpr double smallest_contact = 1.0;
 std::vector<std::pair<int, Vector3>> nodal_forces(const TetraMesh &mesh, const LoadCase &load_case,
                                                   const ToolPlace &place);
 
-/// How wrong a solution is at one tool.
+/// Errors of a solution at one tool.
 struct PlaceErrors {
     std::string name;
     /// Force over displacement of the model over that of the reference, minus one; positive is too stiff. With a given
@@ -69,7 +69,7 @@ struct PlaceErrors {
     bool operator==(const PlaceErrors &) const = default;
 };
 
-/// How wrong a solution is where it is touched.
+/// Errors of a solution where it is touched.
 struct ToolComparison {
     std::vector<PlaceErrors> places; ///< (G) as in tool_places(), at least one
 
@@ -95,5 +95,33 @@ inline constexpr double smallest_felt_difference = 0.07;
 std::optional<ToolComparison> compare_at_tool(const TetraMesh &mesh, const LoadCase &load_case,
                                               const Solution &solution, const Solution &reference,
                                               double smallest_force);
+
+/// Work of nodal forces on displacements [J].
+/// @param forces         as from nodal_forces()
+/// @param displacements  shape (N), of either precision [m]
+template <class Displacements>
+double work_of(std::span<const std::pair<int, Vector3>> forces, const Displacements &displacements) {
+    double sum = 0.0;
+    for (const auto &[node, force] : forces)
+        sum += force.dot(displacements[node].template cast<double>());
+    return sum;
+}
+
+/// Factor that sums of nodal forces times displacements need so that they are the work of the tractions
+/// with the model's own shape functions: Solution::load_work over the sum at the nodes, over all places with a given
+/// traction; 1 where the model does not say it. Displacements below a round tool are a dome between the corners of
+/// facets, so sums there miss 5 to 7 % of the work on quadratic elements.
+double work_correction(const TetraMesh &mesh, const LoadCase &load_case, std::span<const ToolPlace> places,
+                       const Solution &solution);
+
+/// Force over displacement where a body is touched [N/m]; errors of it are PlaceErrors::stiffness.
+///   given traction t:      |F|^2 / W, with F the resultant of t and W the integral of t . u over the place
+///   pressed to a depth d:  |R| / d, with R the reaction
+///   displaced by d:        R . d / |d|^2, with d the area mean of what is prescribed; free components count as 0
+/// @param places    of the load case
+/// @param solution  status ok
+/// @return NaN where the traction has no resultant or does no work
+double stiffness_at(const TetraMesh &mesh, const LoadCase &load_case, std::span<const ToolPlace> places,
+                    std::size_t place, const Solution &solution);
 
 } // namespace livermark::core

@@ -1,34 +1,14 @@
 #pragma once
 
+#include <array>
+#include <vector>
+
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/problem.hpp"
 
 namespace livermark::core {
 
-/// A rigid ball that touches the surface and does not stick to it: contact without adhesion, with Coulomb friction. The
-/// ball does not turn. It may touch every facet that prescribes no displacement, see LoadCase::may_touch().
-struct TouchingTool {
-    double radius = 0.0;             ///< R [m], > 0
-    Vector3 start = Vector3::Zero(); ///< its centre when it just touches the body at rest [m]
-    Vector3 press = Vector3::Zero(); ///< by which the centre moves inwards [m]
-    Vector3 slide = Vector3::Zero(); ///< by which it moves after that [m]; zero where it only presses
-    double friction = 0.0;           ///< coefficient mu, >= 0
-    int constraint = 0;              ///< what it exerts on the body: index into LoadCase::constraint_names
-
-    /// The part of the load at which it has pressed: all, or half where it slides.
-    double pressed_at() const { return slide.isZero(0.0) ? 1.0 : 0.5; }
-    /// Of the ball at a part of the load [m]: it presses evenly, then slides evenly.
-    Vector3 centre_at(double part) const {
-        const double until = pressed_at();
-        if (part <= until)
-            return start + part / until * press;
-        return start + press + (part - until) / (1.0 - until) * slide;
-    }
-    /// Where the ball touches the body at rest [m].
-    Vector3 first_point() const { return start + radius * press.normalized(); }
-    bool operator==(const TouchingTool &) const = default;
-};
-
-/// How far a point of the body is from the ball.
+/// Distance of a point of the body from the ball.
 struct Gap {
     double size = 0.0;                ///< g = |x - c| - R [m], below 0 inside the ball
     Vector3 normal = Vector3::Zero(); ///< n = (x - c) / |x - c|, out of the ball and into the body; its derivative is
@@ -52,13 +32,13 @@ struct ContactLaw {
     double friction = 0.0;           ///< mu, >= 0
 };
 
-/// What one point of the surface keeps from one step of the load to the next.
+/// Memory of one point of the surface from one step of the load to the next.
 struct ContactMemory {
     double multiplier = 0.0;          ///< lambda [Pa]: 0 is a pure penalty
     Vector3 anchor = Vector3::Zero(); ///< a [m], from the centre of the ball; at first where the point is at rest
 };
 
-/// What the ball does to one point.
+/// Effect of the ball on one point.
 struct Contact {
     Gap gap;
     double pressure = 0.0;              ///< p [Pa], >= 0
@@ -73,7 +53,7 @@ struct Contact {
 /// @param from_centre  d [m], not zero
 Contact touch(const ContactLaw &law, double radius, const Vector3 &from_centre, const ContactMemory &memory);
 
-/// Of the pressure alone: (p^2 - lambda^2) / (2 eps) [J/m^2]. Its derivative by d is -p n.
+/// Energy of the pressure alone: (p^2 - lambda^2) / (2 eps) [J/m^2]. Its derivative by d is -p n.
 double contact_energy(const ContactLaw &law, const Contact &contact, const ContactMemory &memory);
 
 /// Minus the derivative of the traction by d [Pa/m], in two parts.
@@ -88,9 +68,34 @@ struct ContactStiffness {
 ContactStiffness contact_stiffness(const ContactLaw &law, const Vector3 &from_centre, const ContactMemory &memory,
                                    const Contact &contact);
 
-/// What a point keeps when a step of the load has found its equilibrium: the anchor where it sticks, the dragged one
+/// Memory of a point when a step of the load has found its equilibrium: the anchor where it sticks, the dragged one
 /// where it slips, its own place where it does not touch. The multiplier stays.
 ContactMemory after_step(const ContactLaw &law, const Vector3 &from_centre, const ContactMemory &memory,
                          const Contact &contact);
+
+/// A flat facet that a ball may touch.
+struct TouchedFacet {
+    std::array<int, 3> nodes{};
+    double area = 0.0; ///< at rest [m^2]
+    double penalty =
+        0.0; ///< eps = gamma E / ((1 - nu^2) h) [Pa/m], h the mean of its sides and E, nu of what is behind it
+};
+
+/// gamma, for linear functions on facets: that with the least error against a closed form on coarse meshes, see
+/// docs/studies/contact.md.
+inline constexpr double usual_contact_stiffness = 10.0;
+
+/// The facets of LoadCase::may_touch(), in the order of the mesh.
+///
+/// Facets are flat, and a body of linear functions cannot follow a ball within them. A penalty in 1 / h stands for
+/// that: it goes with the mesh as the error of the functions does, so that the whole converges to contact without
+/// penetration (F. Chouly, P. Hild 2013, On convergence of the penalty method for unilateral contact problems, Appl.
+/// Numer. Math. 65), where facets without penetration are too stiff on coarse meshes.
+std::vector<TouchedFacet> touched_facets(const Body &body, const LoadCase &load_case,
+                                         double stiffness = usual_contact_stiffness);
+
+/// Parts of a side that facet_points() divides these facets into: their sides are at most sqrt(R d), the radius of
+/// contact by Hertz, with the radius R of the ball and its depth d.
+int contact_divisions(const Body &body, const LoadCase &load_case);
 
 } // namespace livermark::core

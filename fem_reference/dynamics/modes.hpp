@@ -1,7 +1,7 @@
 #pragma once
 
-#include "core/modes.hpp"
 #include "core/problem.hpp"
+#include "core/solution.hpp"
 
 namespace livermark::fem_reference {
 

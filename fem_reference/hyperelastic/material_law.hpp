@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "core/material.hpp"
+#include "core/problem.hpp"
 
 namespace livermark::hyperelastic {
 

@@ -7,7 +7,6 @@
 #include "core/mesh/interior_place.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
-#include "core/tool/compliance.hpp"
 #include "fem_reference/linear/formulation.hpp"
 #include "fem_reference/linear/solver_choice.hpp"
 

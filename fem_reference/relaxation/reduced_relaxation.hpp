@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/relaxation.hpp"
+#include "core/events.hpp"
 
 namespace livermark::fem_reference {
 

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/load_case.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "support/toml_input.hpp"
 
@@ -53,17 +54,28 @@ SurfacePoint nearest_to_given(const toml::table &table, std::string_view key, co
 /// @throws NotOnBody
 void refuse_beyond_body(const toml::table &table, std::string_view key, double length, const core::TetraMesh &mesh);
 
-/// Of the volume of a region [m].
+/// Centroid of the volume of a region [m].
 /// @param place  where its name stands, for the message
 /// @throws NotOnBody if the body has no such region
 core::Vector3 region_centroid(const std::string &name, const toml::node &place, const core::TetraMesh &mesh);
 
 enum class Exit { first, last };
 
-/// Where a ray leaves the body for the first or the last time.
+/// Point where a ray leaves the body for the first or the last time.
 /// @param direction  not zero
 /// @return nothing if it never does
 std::optional<SurfacePoint> exit_point(const core::TetraMesh &mesh, const core::Vector3 &origin,
                                        const core::Vector3 &direction, Exit which);
+
+/// Refuses a body that can move as a whole without any prescribed displacement being in the way: it has no static
+/// solution. A rigid motion u(x) = t + w x (x - c) leaves all constrained components alone if it is in the null space
+/// of
+///   sum over the constrained components i of the nodes x of  a a^T,   a = (e_i, (x - c) x e_i / r)
+/// with c the centroid of the constrained nodes and r their root mean square distance from it.
+/// @param mesh       num_boundary_triangles facets
+/// @param load_case  at least one facet with a prescribed displacement
+/// @param file       for the message
+/// @throws NotOnBody that says along or about which axis the body can move
+void refuse_free_body(const core::TetraMesh &mesh, const core::LoadCase &load_case, const std::string &file);
 
 } // namespace livermark::load_cases

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/load_case.hpp"
-#include "load_cases/places/round_tool.hpp"
+#include "core/tool/round_load.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
 

@@ -1,9 +1,13 @@
 #include "load_cases/readers/effects.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fmt/format.h>
+#include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -13,6 +17,47 @@
 namespace livermark::load_cases {
 
 namespace {
+
+/// The depth to which a tool with a round end pushes a place. Its pressure vanishes at the rim, and the force on a tool
+/// that is pushed in hardly changes when the rim moves, so that it matters little where the facets of a mesh end. A
+/// flat tool has a pressure without bound at its rim, which every mesh resolves in another way. (Hertz's contact; K. L.
+/// Johnson, Contact Mechanics, 1985, equations 3.39 and 3.41)
+///
+/// (N) parts of the depth of the middle to which the nodes of a place are pushed: the function that is linear on its
+/// facets and nearest to 1 - (r/a)^2 / 2, and not below 0, in the mean square over their area. Values at the nodes
+/// alone would make the place too shallow between them, the more so the coarser the mesh is. 1 at all other nodes.
+std::vector<double> sinking(const core::RoundLoad &tool, const core::TetraMesh &mesh, const std::vector<int> &facets) {
+    std::vector<int> nodes;
+    for (const int f : facets)
+        nodes.insert(nodes.end(), mesh.boundary_triangles[f].begin(), mesh.boundary_triangles[f].end());
+    std::ranges::sort(nodes);
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    const auto num_nodes = std::ssize(nodes);
+    Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(num_nodes, num_nodes);
+    Eigen::VectorXd moment = Eigen::VectorXd::Zero(num_nodes);
+    for (const int f : facets) {
+        std::array<Eigen::Index, 3> place{};
+        std::ranges::transform(mesh.boundary_triangles[f], place.begin(),
+                               [&](int node) { return std::ranges::lower_bound(nodes, node) - nodes.begin(); });
+        const double area = area_vector(mesh, f).norm();
+        for (std::size_t k = 0; k < 3; ++k)
+            for (std::size_t l = 0; l < 3; ++l)
+                mass(place[k], place[l]) += area / (k == l ? 6.0 : 12.0);
+        const auto corners = core::corners_of(mesh, f);
+        core::visit_triangle_parts([&](const core::Vector3 &at) {
+            const core::Vector3 point = core::point_at(corners, at);
+            const double ratio = (point - tool.middle).norm() / tool.radius;
+            const double depth = std::max(0.0, 1.0 - 0.5 * ratio * ratio);
+            for (std::size_t k = 0; k < 3; ++k)
+                moment[place[k]] += area / core::num_triangle_parts * depth * at[static_cast<Eigen::Index>(k)];
+        });
+    }
+    const Eigen::VectorXd nearest = mass.llt().solve(moment);
+    std::vector<double> factor(mesh.points.size(), 1.0);
+    for (Eigen::Index k = 0; k < num_nodes; ++k)
+        factor[nodes[k]] = std::max(0.0, nearest[k]);
+    return factor;
+}
 
 /// The same on every facet, or what a round tool makes of it.
 Effect prescribed(const core::Vector3 &value, const Selection &selection, const core::TetraMesh &mesh) {
@@ -45,7 +90,7 @@ core::Vector3 unit_normal(const core::TetraMesh &mesh, int facet) {
     return area_vector(mesh, facet).normalized();
 }
 
-/// What of a traction goes along the surface, times the share of the load on a facet.
+/// Part of a traction along the surface, times the share of the load on a facet.
 auto along_surface(const Selection &selection, const core::TetraMesh &mesh) {
     return [&mesh, share = load_shares(selection, mesh)](int facet, const core::Vector3 &value) {
         const core::Vector3 normal = unit_normal(mesh, facet);
@@ -155,20 +200,21 @@ struct EffectReader {
     std::string_view key;
     Effect (*read)(const toml::table &, const Selection &, const core::TetraMesh &);
     bool has_vector = false;
+    bool is_length = false;
 };
 
-std::vector<std::string_view> keys_of(std::span<const EffectReader> readers, bool has_vector) {
+std::vector<std::string_view> keys_where(std::span<const EffectReader> readers, bool EffectReader::*is_wanted) {
     std::vector<std::string_view> keys;
     for (const auto &reader : readers)
-        if (reader.has_vector || !has_vector)
+        if (reader.*is_wanted)
             keys.push_back(reader.key);
     return keys;
 }
 
-constexpr std::array<EffectReader, 11> effect_readers{{{"displacement", read_displacement, true},
-                                                       {"push", read_push},
-                                                       {"press", read_press},
-                                                       {"press_along", read_press_along, true},
+constexpr std::array<EffectReader, 11> effect_readers{{{"displacement", read_displacement, true, true},
+                                                       {"push", read_push, false, true},
+                                                       {"press", read_press, false, true},
+                                                       {"press_along", read_press_along, true, true},
                                                        {"traction", read_traction, true},
                                                        {"tangential_traction", read_tangential_traction, true},
                                                        {"force", read_force, true},
@@ -180,13 +226,19 @@ constexpr std::array<EffectReader, 11> effect_readers{{{"displacement", read_dis
 } // namespace
 
 std::span<const std::string_view> effect_keys() {
-    static const auto keys = keys_of(effect_readers, false);
+    static const auto keys = [] {
+        std::array<std::string_view, effect_readers.size()> all;
+        std::ranges::transform(effect_readers, all.begin(), &EffectReader::key);
+        return all;
+    }();
     return keys;
 }
 
-std::span<const std::string_view> vector_effect_keys() {
-    static const auto keys = keys_of(effect_readers, true);
-    return keys;
+const Quantities &effect_quantities() {
+    static const Quantities quantities{.lengths = keys_where(effect_readers, &EffectReader::is_length),
+                                       .directions = keys_where(effect_readers, &EffectReader::has_vector),
+                                       .has_place = true};
+    return quantities;
 }
 
 Effect read_effect(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
@@ -201,6 +253,122 @@ Effect read_effect(const toml::table &table, const Selection &selection, const c
     if (effect.kind != core::ConditionKind::displacement)
         effect.round = selection.tool;
     return effect;
+}
+
+namespace {
+
+using core::Vector3;
+
+/// Part of its area that a place may give up and still be that place.
+constexpr double most_to_lose = 0.25;
+constexpr double rounding_of_areas = 1e-9;
+
+/// Obstacle to a place: one above it that has its facets or moves its nodes.
+struct Obstacle {
+    std::string name;              ///< of the place above, in quotes
+    std::optional<Vector3> node{}; ///< where two displacements meet; none where facets are in both places
+};
+
+/// The place above that prescribes the displacement of each node, and what it prescribes.
+struct PrescribedNodes {
+    std::vector<Vector3> value;  ///< (N) NaN where nothing is prescribed
+    std::vector<int> constraint; ///< (N) -1 where nothing is prescribed
+};
+
+PrescribedNodes prescribed_nodes(const core::TetraMesh &mesh, const core::LoadCase &load_case) {
+    PrescribedNodes nodes{
+        std::vector<Vector3>(mesh.points.size(), Vector3::Constant(std::numeric_limits<double>::quiet_NaN())),
+        std::vector<int>(mesh.points.size(), -1)};
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (load_case.is_constrained(f))
+            for (const int node : mesh.boundary_triangles[f]) {
+                nodes.constraint[node] = load_case.constraint_on(f);
+                for (int c = 0; c < 3; ++c)
+                    if (!std::isnan(load_case.value[f][c]))
+                        nodes.value[node][c] = load_case.value[f][c];
+            }
+    return nodes;
+}
+
+/// Whether a node cannot have both. It has one factor for all its components.
+bool is_contradicted(const Vector3 &prescribed, double prescribed_factor, const Vector3 &wanted, double wanted_factor) {
+    const auto moves = [](double component) { return component < 0.0 || component > 0.0; };
+    if (prescribed_factor != wanted_factor && std::ranges::any_of(prescribed, moves))
+        return true;
+    for (int c = 0; c < 3; ++c)
+        if (!std::isnan(prescribed[c]) && !std::isnan(wanted[c]) && prescribed[c] != wanted[c])
+            return true;
+    return false;
+}
+
+/// Takes the facets that have a condition already from a place.
+void yield_taken(Selection &selection, const core::LoadCase &above, std::optional<Obstacle> &first) {
+    std::erase_if(selection.facets, [&](int f) {
+        if (above.is_free(f))
+            return false;
+        if (!first)
+            first = Obstacle{fmt::format("'{}'", above.on(f)->place)};
+        return true;
+    });
+}
+
+/// Takes the facets with a node that moves otherwise from a place.
+/// @return whether there were any
+bool yield_contradicted(Selection &selection, const Effect &effect, const core::TetraMesh &mesh,
+                        const PrescribedNodes &nodes, const core::LoadCase &above, std::optional<Obstacle> &first) {
+    if (effect.kind != core::ConditionKind::displacement)
+        return false;
+    return std::erase_if(selection.facets, [&](int f) {
+               const Vector3 wanted = effect.value(f);
+               const auto &corners = mesh.boundary_triangles[f];
+               const auto node = std::ranges::find_if(corners, [&](int corner) {
+                   const double factor = effect.node_factor.empty() ? 1.0 : effect.node_factor[corner];
+                   return is_contradicted(nodes.value[corner], above.factor_at(corner), wanted, factor);
+               });
+               if (node == corners.end())
+                   return false;
+               if (!first)
+                   first = Obstacle{fmt::format("'{}'", above.constraint_names()[nodes.constraint[*node]]),
+                                    mesh.points[*node]};
+               return true;
+           }) > 0;
+}
+
+std::string reason_of(const std::string &name, const Obstacle &obstacle, double part_left) {
+    const auto kept = fmt::format("it keeps {:.0f} % of its area and needs {:.0f} %", 100.0 * part_left,
+                                  100.0 * (1.0 - most_to_lose));
+    if (!obstacle.node)
+        return fmt::format("'{}' overlaps {}, and without the facets that are in both {}", name, obstacle.name, kept);
+    return fmt::format("'{}' moves nodes that {} moves differently, such as the node at ({:g}, {:g}, {:g}) m, and "
+                       "without the facets there {}",
+                       name, obstacle.name, obstacle.node->x(), obstacle.node->y(), obstacle.node->z(), kept);
+}
+
+} // namespace
+
+PlacedCondition place_apart(const toml::table &table, Selection selection, const core::TetraMesh &mesh,
+                            const core::LoadCase &above) {
+    const auto nodes = prescribed_nodes(mesh, above);
+    const auto num_facets = selection.facets.size();
+    const double area = area_of(selection.facets, mesh);
+    std::optional<Obstacle> obstacle;
+    const auto lost_area = [&] {
+        if (selection.facets.size() == num_facets)
+            return 0.0;
+        const double left = area_of(selection.facets, mesh) / area;
+        if (1.0 - left > most_to_lose + rounding_of_areas)
+            throw NotOnBody(support::place_of(table), reason_of(selection.name, *obstacle, left),
+                            "choose places that neither overlap nor touch");
+        return 1.0 - left;
+    };
+    yield_taken(selection, above, obstacle);
+    double lost = lost_area();
+    auto effect = read_effect(table, selection, mesh);
+    while (yield_contradicted(selection, effect, mesh, nodes, above, obstacle)) {
+        lost = lost_area();
+        effect = read_effect(table, selection, mesh); // what is left may face another way
+    }
+    return {std::move(selection), std::move(effect), lost};
 }
 
 } // namespace livermark::load_cases

@@ -8,11 +8,12 @@
 
 #include "core/load_case.hpp"
 #include "load_cases/places/selector.hpp"
+#include "load_cases/readers/event_reader.hpp"
 #include "support/toml_input.hpp"
 
 namespace livermark::load_cases {
 
-/// What a condition puts on facets.
+/// Effect of a condition on facets.
 struct Effect {
     core::ConditionKind kind;
     std::function<core::Vector3(int facet)> value;
@@ -25,11 +26,28 @@ struct Effect {
 /// The keys that say what a condition puts on its place, see load_case_reader.hpp.
 std::span<const std::string_view> effect_keys();
 
-/// Those of them whose value is a vector.
-std::span<const std::string_view> vector_effect_keys();
+/// Keys among them whose values are lengths or vectors, and the place that stands beside them.
+const Quantities &effect_quantities();
 
 /// @param table  of the condition; the effect uses the mesh later on
 /// @throws support::InputError unless it has one of the keys, with a value that makes sense
 Effect read_effect(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh);
+
+/// A place that stands apart from the places above it, with what is put on it.
+struct PlacedCondition {
+    Selection selection;
+    Effect effect;
+    double lost_area = 0.0; ///< part of the area of the selection that was given up, 0 to 1/4
+};
+
+/// Lets a new place yield to the conditions above it: it gives up the facets that have a condition already, and, where
+/// it prescribes a displacement, those with a node to which a condition above prescribes another one. The effect is
+/// that on what is left: a disc keeps its resultant.
+/// @param table      the [[condition]]
+/// @param selection  at least one facet
+/// @param above      the load case with the conditions above this one
+/// @throws NotOnBody if less than three quarters of the area are left; what read_effect() throws
+PlacedCondition place_apart(const toml::table &table, Selection selection, const core::TetraMesh &mesh,
+                            const core::LoadCase &above);
 
 } // namespace livermark::load_cases

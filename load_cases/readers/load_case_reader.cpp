@@ -3,24 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <iterator>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "core/mesh/bounding_box.hpp"
-#include "core/tool/tool_motion.hpp"
-#include "load_cases/places/free_body.hpp"
-#include "load_cases/places/place_apart.hpp"
+#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
-#include "load_cases/readers/directions.hpp"
 #include "load_cases/readers/effects.hpp"
-#include "load_cases/readers/history_reader.hpp"
-#include "load_cases/readers/lengths.hpp"
-#include "load_cases/readers/load_case_table.hpp"
-#include "load_cases/readers/missing_parts.hpp"
-#include "load_cases/readers/regime_reader.hpp"
-#include "load_cases/readers/release_reader.hpp"
-#include "load_cases/readers/tool_reader.hpp"
-#include "load_cases/readers/touch_reader.hpp"
+#include "load_cases/readers/event_reader.hpp"
+#include "load_cases/readers/load_case_tables.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
@@ -93,9 +87,57 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
 }
 
 void refuse_unknown_keys_of_load_case(const toml::table &table) {
-    support::refuse_unknown_keys(table, {"title", "regime", "path", "target_peak_displacement", "scale_to_target",
-                                         "unit", "acceleration", "condition", "release", "probe", "tool", "touch",
-                                         "needle", "cut", "history"});
+    std::vector<std::string_view> known{
+        "title",        "regime",    "path", "target_peak_displacement", "scale_to_target", "unit",
+        "acceleration", "condition", "cut"};
+    for (const auto &event : all_events()) {
+        known.push_back(event.name);
+        std::ranges::copy(event.beside, std::back_inserter(known));
+    }
+    support::refuse_unknown_keys(table, known);
+}
+
+/// Whether the file has a table of an event, or one that belongs to it.
+bool speaks_of(const toml::table &table, const EventReader &event) {
+    return event.is_in(table) ||
+           std::ranges::any_of(event.beside, [&](std::string_view key) { return table.contains(key); });
+}
+
+/// More would be frames of a motion, and fill disks.
+constexpr std::size_t most_path_points = 50;
+
+core::Regime regime_of(const toml::table &table) {
+    if (!table.contains("regime"))
+        return core::Regime::small;
+    const auto word = support::required_string(table, "regime");
+    for (const auto regime : {core::Regime::small, core::Regime::large})
+        if (word == core::to_string(regime))
+            return regime;
+    throw support::InputError(fmt::format("{}: there is no regime '{}'; write \"small\" or \"large\"",
+                                          support::place_of(*table.get("regime")), word));
+}
+
+/// The parts of the loads at which solutions are kept.
+std::vector<double> read_path(const toml::table &table, core::Regime regime) {
+    if (!table.contains("path"))
+        return regime == core::Regime::large ? std::vector{0.2, 0.4, 0.6, 0.8, 1.0} : std::vector<double>{};
+    const auto place = support::place_of(*table.get("path"));
+    if (regime == core::Regime::small)
+        throw support::InputError(fmt::format("{}: small deformations are proportional to the load and need no path; "
+                                              "leave it out, or write regime = \"large\"",
+                                              place));
+    auto path = support::required_numbers(table, "path");
+    const bool ascends = std::ranges::adjacent_find(path, std::greater_equal<>()) == path.end();
+    if (path.size() < 2 || path.size() > most_path_points || !ascends || !(path.front() > 0.0) || path.back() != 1.0)
+        throw support::InputError(fmt::format("{}: a path has 2 to {} parts of the load that ascend from above 0 to 1, "
+                                              "such as [0.25, 0.5, 0.75, 1.0]",
+                                              place, most_path_points));
+    return path;
+}
+
+void read_regime(const toml::table &table, core::LoadCase &load_case) {
+    load_case.regime = regime_of(table);
+    load_case.path = read_path(table, load_case.regime);
 }
 
 toml::table read_table(const std::string &text, const std::filesystem::path &file) {
@@ -126,12 +168,10 @@ void read_target(const toml::table &table, core::LoadCase &load_case) {
                                               support::place_of(*table.get("target_peak_displacement"))));
 }
 
-/// Where nothing says how far a load moves the body: as far as places are moved; or, where forces alone act, a
-/// hundredth of its size, where small deformations end.
+/// Peak displacement where nothing says how far a load moves the body: as far as places are moved; or, where forces
+/// alone act, a hundredth of its size, where small deformations end.
 double expected_peak(const core::TetraMesh &mesh, const core::LoadCase &load_case) {
-    double peak = std::abs(load_case.press_depth);
-    if (load_case.touching)
-        peak = load_case.touching->press.norm();
+    double peak = std::max(load_case.contact_depth(), std::abs(load_case.press_depth));
     for (int f = 0; f < load_case.num_facets(); ++f)
         if (load_case.is_constrained(f))
             peak = std::max(peak,
@@ -146,12 +186,26 @@ std::string load_case_title(const std::filesystem::path &toml_file) {
     return title_of(read_table(support::read_text(toml_file), toml_file), toml_file);
 }
 
+bool LoadCaseKind::is_for(std::string_view command) const {
+    return std::ranges::find(commands, command) != commands.end();
+}
+
 LoadCaseKind load_case_kind(const std::filesystem::path &toml_file) {
     const auto table = read_table(support::read_text(toml_file), toml_file);
     core::LoadCase load_case;
     read_regime(table, load_case);
-    return {load_case.regime, table.contains("release") || table.contains("history"), table.contains("tool"),
-            table.contains("needle")};
+    LoadCaseKind kind{.regime = load_case.regime};
+    for (const auto &event : all_events())
+        if (event.is_in(table)) {
+            kind.depends_on_time = kind.depends_on_time || event.in_time;
+            if (event.command != run_command) {
+                kind.commands.emplace_back(event.command);
+                kind.what = kind.what.empty() ? event.what : kind.what;
+            }
+        }
+    if (kind.commands.empty())
+        kind.commands.emplace_back(run_command);
+    return kind;
 }
 
 core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::TetraMesh &mesh) {
@@ -192,10 +246,6 @@ core::LoadCase load_case_of_table(toml::table &table, const std::filesystem::pat
     refuse_missing_parts(table);
     load_case.title = title_of(table, file);
     read_regime(table, load_case);
-    if (table.contains("history")) {
-        load_case.slow_history = read_history(table, file);
-        load_case.path.clear();
-    }
     load_case.scale_to_target = support::optional_flag(table, "scale_to_target");
     read_target(table, load_case);
     if (table.contains("acceleration"))
@@ -207,8 +257,14 @@ core::LoadCase load_case_of_table(toml::table &table, const std::filesystem::pat
     if (!load_case.has(core::ConditionKind::displacement))
         throw support::InputError(
             fmt::format("{}: nothing constrains the body; add a [[condition]] with a displacement", file.string()));
-    if (table.contains("touch"))
-        load_case.touching = read_touch(table, mesh, load_case);
+    const Reading reading{table, file, mesh, load_case};
+    const auto for_each_named = [&](auto hook) {
+        for (const auto &event : all_events())
+            if (event.*hook && speaks_of(table, event))
+                (event.*hook)(reading);
+    };
+    for_each_named(&EventReader::refuse_company);
+    for_each_named(&EventReader::read);
     if (load_case.scale_to_target && !core::is_driven(load_case))
         throw support::InputError(
             fmt::format("{}: nothing moves the body, so no factor reaches the target; add a load, a "
@@ -216,22 +272,8 @@ core::LoadCase load_case_of_table(toml::table &table, const std::filesystem::pat
                         support::place_of(*table.get("scale_to_target"))));
     if (!table.contains("target_peak_displacement"))
         load_case.target_peak_displacement = expected_peak(mesh, load_case);
-    if (table.contains("release"))
-        load_case.release = read_release(table, mesh, load_case);
-    else if (table.contains("probe"))
-        throw support::InputError(fmt::format("{}: a [[probe]] records motion, and nothing moves without a [release]; "
-                                              "add one or remove the probe",
-                                              support::place_of(*table.get("probe"))));
     refuse_free_body(mesh, load_case, file.string());
-    if (load_case.slow_history && !core::is_driven(load_case))
-        throw support::InputError(
-            fmt::format("{}: nothing moves the body, so its [history] is one of rest; add a load, "
-                        "a displacement or an acceleration",
-                        support::place_of(*table.get("history"))));
-    if (table.contains("tool")) {
-        load_case.tool = read_tool(table, load_case);
-        refuse_free_body(mesh, core::let_go(load_case), file.string());
-    }
+    for_each_named(&EventReader::check);
     return load_case;
 }
 

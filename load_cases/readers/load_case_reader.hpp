@@ -2,6 +2,8 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "core/problem.hpp"
 
@@ -11,12 +13,17 @@ namespace livermark::load_cases {
 /// @throws support::InputError
 std::string load_case_title(const std::filesystem::path &toml_file);
 
-/// What decides whether a load case runs at all.
+/// The command that solves a load case in which nothing happens that has a command of its own.
+inline constexpr std::string_view run_command = "run";
+
+/// Properties that decide whether a load case runs at all.
 struct LoadCaseKind {
     core::Regime regime;
-    bool depends_on_time; ///< has a release or a slow history
-    bool moves_tool = false;
-    bool has_needle = false; ///< see read_needles()
+    bool depends_on_time = false;             ///< whether time passes after the static start or in the material
+    std::vector<std::string_view> commands{}; ///< of the program, that solve it; the first one is named in messages
+    std::string_view what{};                  ///< why, such as "has a needle"; empty for run_command
+
+    bool is_for(std::string_view command) const;
 };
 
 /// @throws support::InputError
@@ -121,7 +128,7 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 /// The facets of a disc do not have its area, so its tractions are multiplied by the ratio of the two areas: the
 /// resultant is the same on every mesh. All places that press are one instrument, such as the jaws of a forceps, with
 /// one depth and one size of their forces. They alone drive the body. With profile = "round" in a disc the tool has a
-/// round end (round_tool.hpp): displacements are largest in its middle and half of that at its rim, pressures and
+/// round end (effects.cpp): displacements are largest in its middle and half of that at its rim, pressures and
 /// tractions vanish at its rim, and the given value is their mean.
 ///
 /// Two places may claim the same facet where a body is narrow. The place that is written first gets it; the later one
@@ -139,5 +146,23 @@ core::LoadCase parse_load_case(const std::string &text, const std::filesystem::p
 /// Both on a body: directions are turned with it first (turn_directions()).
 core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::Body &body);
 core::LoadCase parse_load_case(const std::string &text, const std::filesystem::path &file, const core::Body &body);
+
+/// Reads a Prony series:
+///
+///     title = "what relaxes"
+///     moduli = [0.3, 0.3]   # g_k, parts of the shear modulus of the elastic law that fade; their sum is below 1
+///     times = [1.86, 51.3]  # tau_k [s], as many
+///     source = "where the numbers come from"
+///
+/// @throws support::InputError with file, line and remedy
+core::PronySeries read_prony_series(const std::filesystem::path &toml_file);
+
+/// A load case in which a ball moves as its tool does: it touches the place that the tool has hold of otherwise, and
+/// that is free. The ball has the radius that the [tool] says, comes the way that the place is pushed, through the
+/// centroid of the place (weighted with how far it is pushed), and begins where it just touches the body at rest.
+/// @param load_case  with a tool, as it was read on the mesh
+/// @param friction   Coulomb's coefficient, >= 0
+/// @throws support::InputError if the [tool] has no radius, or if the place is pushed nowhere
+core::LoadCase with_touching_ball(core::LoadCase load_case, const core::TetraMesh &mesh, double friction);
 
 } // namespace livermark::load_cases

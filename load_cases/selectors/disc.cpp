@@ -13,7 +13,7 @@ namespace {
 
 using core::Vector3;
 
-/// Where a disc lies: around which facet, of which it may have.
+/// Position of a disc: around which facet, of which it may have.
 struct Place {
     std::string name;
     std::vector<int> facets;

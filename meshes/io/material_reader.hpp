@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "core/material.hpp"
+#include "core/problem.hpp"
 #include "support/toml_input.hpp"
 
 namespace livermark::meshes {

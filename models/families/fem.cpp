@@ -319,7 +319,7 @@ core::Model displacement_elements(std::string_view name, const char *summary, in
             return std::make_unique<PreparedElements>(body, solver, choice,
                                                       [solver](auto load_cases) { return solver->solve(load_cases); });
         });
-    model.relaxes = true;
+    model.follows.add<core::SlowHistory>();
     model.modes = [degree](const core::Problem &problem, int count) {
         return fem_reference::lowest_modes(problem, degree, count);
     };
@@ -346,7 +346,7 @@ std::vector<core::Model> models(const ModelOptions &options) {
         return model;
     };
     const auto relaxes_and_knows_compliance = [](core::Model model, auto compliance) {
-        model.relaxes = true;
+        model.follows.add<core::SlowHistory>();
         model.compliance = compliance;
         return model;
     };

@@ -54,7 +54,7 @@ core::Solution solve(const core::Problem &problem, const std::string &law, const
     const auto &material = hyperelastic::material_law(law);
     if (problem.load_case.slow_history)
         return hyperelastic::solve_history(dead, material, discretisation, tolerance, follower_pressures(problem));
-    auto found = is_collective(discretisation) && !problem.load_case.touching
+    auto found = is_collective(discretisation) && !problem.load_case.contact()
                      ? hyperelastic::solve_distributed(dead, material, path, follower_pressures(problem))
                      : hyperelastic::solve(dead, material, discretisation, path, follower_pressures(problem));
     auto solution = std::move(found.solution);
@@ -74,15 +74,15 @@ core::Solution solve(const core::Problem &problem, const std::string &law, const
 /// One percent, where four meshes give it.
 constexpr Refinement refinement{.goal = 0.01, .finest_level = 3};
 
-/// How far around the circle that a ball touches meshes are refined, over its radius.
+/// Distance from the middle of what is touched up to which meshes are refined, over its radius.
 constexpr double around_touch = 1.5;
 
-/// At rims and below tools, or below a ball that touches.
+/// At rims and below tools, or below a tool that touches.
 core::BisectedProblem refine(const core::Problem &coarse) {
-    const auto &ball = coarse.load_case.touching;
-    if (!ball)
+    const auto contact = coarse.load_case.contact();
+    if (!contact)
         return core::refine_at_rims_and_tools(coarse);
-    const core::InteriorPlace place{ball->first_point(), std::sqrt(ball->radius * ball->press.norm())};
+    const core::InteriorPlace place{contact->middle, contact->radius};
     return core::refine_near_places(coarse, std::span(&place, 1), around_touch);
 }
 
@@ -131,8 +131,7 @@ core::Model elements(const std::string &name, const std::string &summary, const 
             .in_motion = roles.in_motion,
             .judges = core::Regime::large,
             .only = core::Regime::large,
-            .relaxes = true,
-            .touches = true,
+            .follows = core::EventSet::all(),
             .is_collective = is_collective(discretisation)};
 }
 

@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "core/modes.hpp"
 #include "core/solution.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/elastic_body.hpp"

@@ -12,7 +12,7 @@
 
 #include "core/mesh/interior_place.hpp"
 #include "core/problem.hpp"
-#include "core/tool/compliance.hpp"
+#include "core/solution.hpp"
 #include "core/tool/needle/pushed_body.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"

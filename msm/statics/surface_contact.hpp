@@ -6,7 +6,6 @@
 
 #include "core/mesh/facet_points.hpp"
 #include "core/problem.hpp"
-#include "core/tool/touched_facets.hpp"
 #include "core/tool/touching_tool.hpp"
 #include "msm/elastic_body.hpp"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/material.hpp"
+#include "core/problem.hpp"
 #include "results/hdf5/io/columns.hpp"
 #include "results/hdf5/io/hdf5_checks.hpp"
 #include "results/records/result.hpp"

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <functional>
 #include <limits>
+#include <tuple>
+#include <type_traits>
 
 #include "results/facet_arrays.hpp"
 #include "results/hdf5/io/columns.hpp"
@@ -17,7 +19,12 @@ bool is_from_zero(double value) {
     return value >= 0.0 && std::isfinite(value);
 }
 
-template <class At> void describe_release(At at, Of<At, core::Release> &release, std::size_t num_nodes) {
+/// Sizes of what events number.
+struct EventBounds {
+    std::size_t num_nodes, num_constraints;
+};
+
+template <class At> void describe_event(At at, Of<At, core::Release> &release, const EventBounds &bounds) {
     constexpr int most_steps = std::numeric_limits<int>::max() - 50;
     at.integer("num_steps", release.num_steps, 1, most_steps);
     at.number("output_interval", release.output_interval);
@@ -33,7 +40,7 @@ template <class At> void describe_release(At at, Of<At, core::Release> &release,
     std::vector<std::array<int, 1>> nodes;
     for (const auto &probe : release.probes)
         nodes.push_back({probe.node});
-    at.node_numbers("probe", nodes, num_nodes);
+    at.node_numbers("probe", nodes, bounds.num_nodes);
     at.check(!nodes.empty(), "probe", "is empty");
     auto probes = columns_of(at.on("probe"), release.probes, nodes.size());
     probes.texts("names", &core::Probe::name);
@@ -42,7 +49,7 @@ template <class At> void describe_release(At at, Of<At, core::Release> &release,
             release.probes[q].node = nodes[q][0];
 }
 
-template <class At> void describe_slow_history(At at, Of<At, core::SlowHistory> &history) {
+template <class At> void describe_event(At at, Of<At, core::SlowHistory> &history, const EventBounds & /*bounds*/) {
     auto &relaxation = history.relaxation;
     at.text("relaxation", relaxation.name);
     at.rows("modulus", relaxation.moduli);
@@ -64,8 +71,8 @@ template <class At> void describe_slow_history(At at, Of<At, core::SlowHistory> 
                 [&](auto &record) { at.integer("last_cycle", record, 0, history.num_records() - 1); });
 }
 
-template <class At> void describe_touch(At at, Of<At, core::TouchingTool> &ball, std::size_t num_constraints) {
-    at.integer("constraint", ball.constraint, 0, static_cast<std::int64_t>(num_constraints) - 1);
+template <class At> void describe_event(At at, Of<At, core::TouchingTool> &ball, const EventBounds &bounds) {
+    at.integer("constraint", ball.constraint, 0, static_cast<std::int64_t>(bounds.num_constraints) - 1);
     at.number("radius", ball.radius);
     at.number("friction", ball.friction);
     at.check(ball.radius > 0.0 && std::isfinite(ball.radius) && is_from_zero(ball.friction),
@@ -114,6 +121,18 @@ void check_places(const GroupReader &at, const FacetArrays &facets, bool presses
         if (!facets.load.empty() && (is_traction && !is_named) != (facets.load[f] >= 0))
             at.check(false, "load", fault());
     }
+}
+
+/// The motion of a tool is in files of its own, see tool_scene_file.hpp.
+template <class At>
+void describe_events(At at, Of<At, core::LoadCase> &load_case, bool in_time, const EventBounds &bounds) {
+    const auto describe = [&](auto &event) {
+        using Kind = std::decay_t<decltype(*event)>;
+        if constexpr (!std::is_same_v<Kind, core::ToolMotion>)
+            if (Kind::in_time == in_time)
+                at.optional(Kind::key, event, [&](auto &found) { describe_event(at.group(Kind::key), found, bounds); });
+    };
+    std::apply([&](auto &...event) { (describe(event), ...); }, load_case.events());
 }
 
 /// @param facets  what is on each, of a load case that is written
@@ -169,16 +188,13 @@ void describe_load_case(At at, Of<At, core::LoadCase> &load_case, FacetArrays fa
             at.check(load_case.yielded[y].lost_area > 0.0 && load_case.yielded[y].lost_area < 1.0, "yielded",
                      fmt::format("row {} is no part of an area", y));
     }
-    at.optional("touch", load_case.touching,
-                [&](auto &ball) { describe_touch(at.group("touch"), ball, facets.constraint_names.size()); });
+    const EventBounds bounds{num_nodes, facets.constraint_names.size()};
+    describe_events(at, load_case, false, bounds);
     if constexpr (At::reads) {
         const auto contradiction = set_conditions(facets, load_case);
         at.check(!contradiction, contradiction.value_or(""));
     }
-    at.optional("release", load_case.release,
-                [&](auto &release) { describe_release(at.group("release"), release, num_nodes); });
-    at.optional("slow_history", load_case.slow_history,
-                [&](auto &history) { describe_slow_history(at.group("slow_history"), history); });
+    describe_events(at, load_case, true, bounds);
 }
 
 } // namespace

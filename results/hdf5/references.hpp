@@ -7,7 +7,6 @@
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
-#include "core/tool/tool_errors.hpp"
 #include "core/tool/tool_motion.hpp"
 #include "results/records/result.hpp"
 

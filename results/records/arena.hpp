@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/tool/tool_errors.hpp"
+#include "core/tool/tool_motion.hpp"
 #include "results/records/result.hpp"
 #include "results/tables/table_layout.hpp"
 

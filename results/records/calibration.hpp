@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/calibrated_springs.hpp"
+#include "core/model.hpp"
 #include "results/records/result.hpp"
 
 namespace livermark::results {

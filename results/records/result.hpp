@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/error_norms.hpp"
-#include "core/modes.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 
@@ -122,7 +121,7 @@ inline bool is_within_uncertainty(const ModelResult &model, const Result &result
 /// multiple of the loads, whose name has an '@'.
 inline bool is_plain_static(const Result &result) {
     const auto &load_case = result.problem.load_case;
-    return !load_case.release && !load_case.slow_history && load_case.name.find('@') == std::string::npos;
+    return !load_case.in_time() && load_case.name.find('@') == std::string::npos;
 }
 
 /// Poisson's ratio of the first region; runs over several Poisson's ratios give every region the same.

@@ -78,8 +78,8 @@ std::vector<std::string> large_row(const ModelResult &model, const Result &resul
 /// The displacement that a constraint prescribes, mean over its facets, or to which a place or a ball presses; nothing
 /// if it does not move, or not in one direction.
 std::optional<core::Vector3> way_of(const core::LoadCase &load_case, const core::TetraMesh &mesh, int constraint) {
-    if (const auto &ball = load_case.touching; ball && ball->constraint == constraint)
-        return ball->slide.isZero(0.0) ? std::optional(ball->press) : std::nullopt;
+    if (const auto contact = load_case.contact(); contact && contact->constraint == constraint)
+        return contact->pressed_at == 1.0 ? std::optional(contact->press) : std::nullopt;
     if (const core::Vector3 pressed = core::press_resultants(load_case, mesh)[constraint]; !pressed.isZero(0.0))
         return load_case.press_depth * pressed.normalized();
     core::Vector3 way = core::Vector3::Zero();
@@ -191,7 +191,7 @@ std::string large_legend() {
 
 std::vector<ForceCurve> force_curves(const Result &result) {
     const auto &load_case = result.problem.load_case;
-    const auto &parts = load_case.slow_history ? load_case.slow_history->factors : load_case.path;
+    const auto &parts = load_case.load_parts();
     std::vector<ForceCurve> curves;
     for (int p = 0; p < load_case.num_constraints(); ++p)
         if (const auto way = way_of(load_case, result.problem.body->mesh, p))

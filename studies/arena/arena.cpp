@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "load_cases/readers/moving_ball.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "models/motion/moving_method.hpp"
 #include "results/provenance.hpp"
 #include "results/records/arena.hpp"

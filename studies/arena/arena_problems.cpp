@@ -56,7 +56,7 @@ bool moves_tool(const std::string &load_case) {
         return true;
     std::error_code nobody_cares; // reading says it
     return load_case.ends_with(".toml") && std::filesystem::exists(load_case, nobody_cares) &&
-           load_cases::load_case_kind(load_case).moves_tool;
+           load_cases::load_case_kind(load_case).is_for("arena");
 }
 
 ProblemSet read_arena_problems(const std::vector<std::string> &bodies, const std::string &load_case,

@@ -7,7 +7,10 @@
 
 #include "core/mesh/deformation.hpp"
 #include "core/mesh/triangle.hpp"
-#include "core/tool/tool_errors.hpp"
+#include "core/processor_time.hpp"
+#include "core/tool/ball_contact.hpp"
+#include "core/tool/tool_motion.hpp"
+#include "results/quantile.hpp"
 
 namespace livermark::studies {
 

@@ -5,7 +5,6 @@
 
 #include "core/problem.hpp"
 #include "models/motion/moving_method.hpp"
-#include "results/records/arena.hpp"
 #include "results/records/needle.hpp"
 
 namespace livermark::studies {

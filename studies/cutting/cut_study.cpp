@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/tool/place_stiffness.hpp"
+#include "core/tool/tool_stiffness.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "models/motion/frame_body.hpp"
@@ -57,8 +57,7 @@ void refuse_other_loads(const core::LoadCase &load_case) {
         throw support::InputError(fmt::format("load case {} has an acceleration, whose work not all models compute; "
                                               "choose one with tractions, forces or prescribed displacements",
                                               load_case.name));
-    if (load_case.has(core::ConditionKind::pressure) || load_case.press_depth != 0.0 || load_case.release ||
-        load_case.touching || load_case.slow_history)
+    if (load_case.has(core::ConditionKind::pressure) || load_case.press_depth != 0.0 || !load_case.kinds().empty())
         throw support::InputError(fmt::format("load case {} has loads that change while the blade goes in; choose one "
                                               "with tractions, forces or prescribed displacements",
                                               load_case.name));

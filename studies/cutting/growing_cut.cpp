@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/processor_time.hpp"
-#include "core/tool/place_stiffness.hpp"
+#include "core/tool/tool_stiffness.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "meshes/io/mesh_figures.hpp"
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sstream>
+#include <type_traits>
 
 #include "results/hdf5/result_file.hpp"
 #include "results/provenance.hpp"
@@ -17,10 +18,13 @@ namespace livermark::studies {
 ExportedProblem export_problem(const ExportOptions &options, const std::string &command_line) {
     auto [problems, notes, left_out] = read_scaled_problems({options.body}, options.load_case, {});
     const auto &problem = problems.front();
-    if (problem.load_case.touching)
-        throw support::InputError(fmt::format("load case {} has a ball that touches, which the exported files cannot "
-                                              "describe; choose one without a [touch]",
-                                              problem.load_case.name));
+    core::for_each_event(problem.load_case, [&](const auto &event) {
+        using Kind = std::decay_t<decltype(event)>;
+        if constexpr (!Kind::in_time)
+            throw support::InputError(fmt::format("load case {} has {}, which the exported files cannot describe; "
+                                                  "choose one without a [{}]",
+                                                  problem.load_case.name, Kind::noun, Kind::key));
+    });
     const OutputFolder folder(options.output, problem.body->name);
     ExportedProblem exported{{}, std::move(notes)};
     const auto file = [&](const char *extension) {

@@ -31,8 +31,7 @@ core::Problem scaled_to_target(core::Problem problem, const core::Model &baselin
         return problem;
     load_case.scale_to_target = false;
     auto at_rest = problem;
-    at_rest.load_case.release.reset(); // only the static solution is wanted
-    at_rest.load_case.slow_history.reset();
+    at_rest.load_case = core::without_time(std::move(at_rest.load_case)); // only the static solution is wanted
     const auto solution = prepared.solve(baseline, at_rest);
     double peak = 0.0;
     for (const auto &displacement : solution.displacement)

@@ -170,31 +170,28 @@ ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vect
                          const meshes::MaterialOverride &material, bool may_leave_out) {
     for (const auto &file : load_case_files_of(load_cases)) {
         const auto kind = load_cases::load_case_kind(file);
-        if (kind.has_needle || kind.moves_tool)
-            throw support::InputError(fmt::format("load case {} has a {}; give it to 'livermark {} --load-case'",
-                                                  file.stem().string(), kind.has_needle ? "needle" : "tool that moves",
-                                                  kind.has_needle ? "needle" : "arena"));
+        if (!kind.is_for(load_cases::run_command))
+            throw support::InputError(fmt::format("load case {} {}; give it to 'livermark {} --load-case'",
+                                                  file.stem().string(), kind.what, kind.commands.front()));
     }
     return read_all(bodies, load_cases, material, may_leave_out);
 }
 
 ProblemSet read_moving_problems(const std::vector<std::string> &bodies, const std::string &load_case,
                                 const meshes::MaterialOverride &material) {
-    if (const auto kind = load_cases::load_case_kind(load_case); !kind.moves_tool)
+    if (const auto kind = load_cases::load_case_kind(load_case); !kind.is_for("arena"))
         throw support::InputError(fmt::format("load case {} has no [tool] that moves; give it to 'livermark {} "
                                               "--load-case', or choose one with a [tool]",
-                                              std::filesystem::path(load_case).stem().string(),
-                                              kind.has_needle ? "needle" : "run"));
+                                              std::filesystem::path(load_case).stem().string(), kind.commands.front()));
     return read_all(bodies, {load_case}, material, false);
 }
 
 ProblemSet read_needle_problems(const std::vector<std::string> &bodies, const std::string &load_case,
                                 const meshes::MaterialOverride &material) {
-    if (const auto kind = load_cases::load_case_kind(load_case); !kind.has_needle)
+    if (const auto kind = load_cases::load_case_kind(load_case); !kind.is_for("needle"))
         throw support::InputError(fmt::format("load case {} has no [[needle]]; give it to 'livermark {} --load-case', "
                                               "or choose one with a [[needle]]",
-                                              std::filesystem::path(load_case).stem().string(),
-                                              kind.moves_tool ? "arena" : "run"));
+                                              std::filesystem::path(load_case).stem().string(), kind.commands.front()));
     auto set = read_all(bodies, {load_case}, material, true);
     std::ranges::move(sentences(set.left_out), std::back_inserter(set.notes));
     return set;

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "core/mesh/deformation.hpp"
-#include "core/tool/place_stiffness.hpp"
+#include "core/tool/tool_stiffness.hpp"
 #include "studies/sensitivity/patient.hpp"
 
 namespace livermark::studies {

@@ -7,9 +7,7 @@
 
 #include "core/tool/tool_stiffness.hpp"
 #include "load_cases/places/facets.hpp"
-#include "load_cases/readers/directions.hpp"
-#include "load_cases/readers/lengths.hpp"
-#include "load_cases/readers/load_case_table.hpp"
+#include "load_cases/readers/load_case_tables.hpp"
 #include "studies/sensitivity/soft_support.hpp"
 #include "support/toml_input.hpp"
 

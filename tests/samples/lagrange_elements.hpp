@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/material.hpp"
+#include "core/problem.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 
 /// Lagrange elements on straight tetrahedra, written a second time: loads that vary from point to point, errors against

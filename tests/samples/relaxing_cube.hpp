@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/material.hpp"
+#include "core/problem.hpp"
 
 namespace livermark::tests {
 

@@ -63,7 +63,7 @@ std::vector<std::string> without_part_in_slow_histories(const RunTask &task) {
                                                   problem.load_case.name));
         std::vector<std::string> names;
         for (const auto &model : task.models)
-            if (!model.relaxes && !model.only_moving &&
+            if (!model.follows.has<core::SlowHistory>() && !model.only_moving &&
                 model.only.value_or(problem.load_case.regime) == problem.load_case.regime)
                 names.push_back(model.name);
         auto sentence = fmt::format("{}: these models have no material that relaxes, and are left out: {}",
@@ -141,7 +141,7 @@ RunTask read_task(const RunOptions &options) {
                (!options.load_cases.empty() || std::ranges::find(options.regimes, regime) != options.regimes.end());
     };
     std::erase_if(task.problems, [&](const core::Problem &problem) {
-        return !is_asked_for(problem.load_case.regime, problem.load_case.release || problem.load_case.slow_history);
+        return !is_asked_for(problem.load_case.regime, problem.load_case.in_time());
     });
     std::erase_if(task.left_out, [&](const LeftOut &left_out) {
         return !is_asked_for(left_out.kind.regime, left_out.kind.depends_on_time);

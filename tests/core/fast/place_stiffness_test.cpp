@@ -1,4 +1,4 @@
-#include "core/tool/place_stiffness.hpp"
+#include "core/tool/tool_stiffness.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

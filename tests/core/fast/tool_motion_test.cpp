@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 #include <stdexcept>
 
-#include "core/tool/tool_errors.hpp"
 #include "core/tool/tool_motion.hpp"
 #include "tests/samples/tool_block.hpp"
 

@@ -1,5 +1,3 @@
-#include "load_cases/readers/history_reader.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>

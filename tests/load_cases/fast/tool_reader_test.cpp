@@ -2,7 +2,6 @@
 #include <string>
 
 #include "load_cases/readers/load_case_reader.hpp"
-#include "load_cases/readers/moving_ball.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <string>
 
-#include "core/tool/tool_errors.hpp"
+#include "core/tool/tool_motion.hpp"
 #include "fem_reference/hyperelastic/motion/tool_motion.hpp"
 #include "models/model_table.hpp"
 #include "models/motion/moving_method.hpp"

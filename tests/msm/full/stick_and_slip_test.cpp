@@ -2,7 +2,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "core/tool/touched_facets.hpp"
+#include "core/tool/touching_tool.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/statics/load_path.hpp"
 #include "tests/samples/touch/sheared_column.hpp"

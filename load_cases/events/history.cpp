@@ -1,5 +1,3 @@
-#include "load_cases/readers/history_reader.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -7,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "load_cases/readers/event_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 #include "support/root_folder.hpp"
@@ -133,17 +133,10 @@ void refuse_what_ends_before_a_release(const toml::table &table, const toml::tab
                         support::place_of(*table.get("regime"))));
 }
 
-} // namespace
-
-core::PronySeries read_prony_series(const std::filesystem::path &toml_file) {
-    const auto table = support::parse_toml(support::read_text(toml_file), toml_file);
-    support::refuse_unknown_keys(table, {"title", "moduli", "times", "source"});
-    return series_of(table, toml_file.stem().string());
-}
-
-core::SlowHistory read_history(const toml::table &table, const std::filesystem::path &file) {
-    const auto &read = support::required_table(table, "history");
-    support::refuse_unknown_keys(read, {"relaxation", "press", "hold", "release", "rest", "frequency", "cycles"});
+void refuse_company_of_history(const Reading &reading) {
+    const auto &[table, file, mesh, load_case] = reading;
+    const auto &history = support::required_table(table, "history");
+    support::refuse_unknown_keys(history, {"relaxation", "press", "hold", "release", "rest", "frequency", "cycles"});
     for (const auto *key : {"tool", "needle", "path"})
         if (table.contains(key))
             throw support::InputError(fmt::format(
@@ -151,7 +144,10 @@ core::SlowHistory read_history(const toml::table &table, const std::filesystem::
                 "alone; remove '{}' or the [history]",
                 support::place_of(*table.get(key)), key));
     if (table.contains("release"))
-        refuse_what_ends_before_a_release(table, read);
+        refuse_what_ends_before_a_release(table, history);
+}
+
+core::SlowHistory slow_history_of(const toml::table &read, const std::filesystem::path &file) {
     core::SlowHistory history{.relaxation = read_relaxation(read, file), .times = {0.0}, .factors = {0.0}};
     const bool has_cycles = read.contains("cycles") || read.contains("frequency");
     const bool has_phases =
@@ -193,5 +189,41 @@ core::SlowHistory read_history(const toml::table &table, const std::filesystem::
     }
     return history;
 }
+
+void read_history(const Reading &reading) {
+    reading.load_case.slow_history = slow_history_of(support::required_table(reading.table, "history"), reading.file);
+    reading.load_case.path.clear();
+}
+
+void refuse_history_of_rest(const Reading &reading) {
+    if (!core::is_driven(reading.load_case))
+        throw support::InputError(
+            fmt::format("{}: nothing moves the body, so its [history] is one of rest; add a load, "
+                        "a displacement or an acceleration",
+                        support::place_of(*reading.table.get("history"))));
+}
+
+} // namespace
+
+core::PronySeries read_prony_series(const std::filesystem::path &toml_file) {
+    const auto table = support::parse_toml(support::read_text(toml_file), toml_file);
+    support::refuse_unknown_keys(table, {"title", "moduli", "times", "source"});
+    return series_of(table, toml_file.stem().string());
+}
+
+namespace events {
+
+/// Loads that grow with time in tissue that relaxes.
+EventReader history() {
+    return {.name = {},
+            .what = "is of tissue that relaxes",
+            .folder = "load_cases/slow",
+            .in_time = true,
+            .refuse_company = refuse_company_of_history,
+            .read = read_history,
+            .check = refuse_history_of_rest};
+}
+
+} // namespace events
 
 } // namespace livermark::load_cases

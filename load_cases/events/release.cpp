@@ -1,5 +1,3 @@
-#include "load_cases/readers/release_reader.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <numbers>
 
 #include "load_cases/places/selector.hpp"
+#include "load_cases/readers/event_reader.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::load_cases {
@@ -15,7 +14,7 @@ namespace {
 
 /// A history beyond this was asked for by a slip of the unit.
 constexpr double most_steps = 1e6;
-/// Of an output interval, by which the duration may miss a whole number of them.
+/// Part of an output interval by which the duration may miss a whole number of them.
 constexpr double rounding_of_times = 1e-6;
 
 double number_above(const toml::table &table, std::string_view key, double least, bool least_allowed) {
@@ -90,9 +89,7 @@ std::vector<core::Probe> read_probes(const toml::table &table, const core::Tetra
     return probes;
 }
 
-} // namespace
-
-core::Release read_release(const toml::table &table, const core::TetraMesh &mesh, const core::LoadCase &load_case) {
+core::Release release_of(const toml::table &table, const core::TetraMesh &mesh, const core::LoadCase &load_case) {
     const auto &release = support::required_table(table, "release");
     support::refuse_unknown_keys(
         release, {"duration", "output_interval", "damping_ratio", "damping_frequencies", "alpha", "beta"});
@@ -109,5 +106,42 @@ core::Release read_release(const toml::table &table, const core::TetraMesh &mesh
                                               support::place_of(release), duration, most_steps, interval));
     return {static_cast<int>(num_steps), interval, read_damping(release), read_probes(table, mesh, load_case)};
 }
+
+void read_release(const Reading &reading) {
+    const auto &[table, file, mesh, load_case] = reading;
+    if (table.contains("release"))
+        load_case.release = release_of(table, mesh, load_case);
+    else
+        throw support::InputError(fmt::format("{}: a [[probe]] records motion, and nothing moves without a [release]; "
+                                              "add one or remove the probe",
+                                              support::place_of(*table.get("probe"))));
+}
+
+void look_for_damping_and_probe(const toml::table &load_case, std::vector<std::string> &missing) {
+    const auto &release = *load_case["release"].as_table();
+    if (!release.contains("damping_ratio") && !release.contains("damping_frequencies") && !release.contains("alpha") &&
+        !release.contains("beta"))
+        missing.emplace_back("'damping_ratio' and 'damping_frequencies' in the [release]");
+    if (!load_case.contains("probe"))
+        missing.emplace_back("a [[probe]] with a name and a patch");
+}
+
+} // namespace
+
+namespace events {
+
+/// Tractions that are let go, and probes of the motion.
+EventReader release() {
+    return {.name = {},
+            .what = "has a release",
+            .folder = nullptr,
+            .in_time = true,
+            .beside = {"probe"},
+            .required = {"duration", "output_interval"},
+            .look_for_missing = look_for_damping_and_probe,
+            .read = read_release};
+}
+
+} // namespace events
 
 } // namespace livermark::load_cases

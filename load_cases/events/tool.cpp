@@ -1,9 +1,13 @@
-#include "load_cases/readers/tool_reader.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
+#include "core/tool/tool_motion.hpp"
+#include "load_cases/places/facets.hpp"
+#include "load_cases/readers/event_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
+#include "load_cases/readers/load_case_tables.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::load_cases {
@@ -13,7 +17,7 @@ namespace {
 /// A motion of more frames was asked for by a slip of the unit.
 constexpr double most_frames = 1e4;
 constexpr double usual_frame_rate = 60.0; // [1/s]
-/// Of a frame, by which times may miss whole ones.
+/// Part of a frame by which times may miss whole ones.
 constexpr double rounding_of_frames = 1e-6;
 
 /// @param otherwise  where the key is left out
@@ -49,9 +53,7 @@ core::ToolMotion read_times(const toml::table &tool) {
     return motion;
 }
 
-} // namespace
-
-core::ToolMotion read_tool(const toml::table &table, const core::LoadCase &load_case) {
+core::ToolMotion tool_of(const toml::table &table, const core::LoadCase &load_case) {
     const auto &tool = support::required_table(table, "tool");
     support::refuse_unknown_keys(tool, {"place", "press_until", "slide", "slide_from", "slide_until", "release_at",
                                         "duration", "frame_rate", "mass_damping", "radius"});
@@ -88,5 +90,83 @@ core::ToolMotion read_tool(const toml::table &table, const core::LoadCase &load_
     }
     return motion;
 }
+
+void read_tool(const Reading &reading) {
+    reading.load_case.tool = tool_of(reading.table, reading.load_case);
+}
+
+void refuse_body_that_is_free_of_the_tool(const Reading &reading) {
+    refuse_free_body(reading.mesh, core::let_go(reading.load_case), reading.file.string());
+}
+
+/// The middle of what is pushed, and how far that is at most.
+struct PushedPlace {
+    core::Vector3 middle = core::Vector3::Zero(), press = core::Vector3::Zero(); ///< [m]
+};
+
+PushedPlace pushed_place(const core::LoadCase &load_case, const core::TetraMesh &mesh) {
+    PushedPlace place;
+    double weight = 0.0;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        if (load_case.constraint_on(f) != load_case.tool->constraint)
+            continue;
+        const auto &value = load_case.value[f];
+        double factor = 0.0;
+        for (const int node : mesh.boundary_triangles[f])
+            factor += load_case.factor_at(node) / 3.0;
+        const double here = factor * area_vector(mesh, f).norm();
+        place.middle += here * facet_centroid(mesh, f);
+        weight += here;
+        if (value.norm() > place.press.norm())
+            place.press = value;
+    }
+    if (!(weight > 0.0) || place.press.isZero(0.0))
+        throw support::InputError(
+            fmt::format("load case {}: the place of the tool is not pushed, so no ball can press there; give it a "
+                        "'push' or another displacement",
+                        load_case.name));
+    place.middle /= weight;
+    return place;
+}
+
+} // namespace
+
+core::LoadCase with_touching_ball(core::LoadCase load_case, const core::TetraMesh &mesh, double friction) {
+    auto table = support::parse_toml(load_case.definition, load_case.name + ".toml");
+    bring_to_metres(table);
+    const auto &tool = support::required_table(table, "tool");
+    if (!tool.contains("radius"))
+        throw support::InputError(fmt::format("load case {}: the [tool] has no radius, so it is not a ball that can "
+                                              "touch; give it a 'radius' [m], or take --tool glued",
+                                              load_case.name));
+    const double radius = support::required_number(tool, "radius");
+    const auto place = pushed_place(load_case, mesh);
+    const core::TouchingTool ball{.radius = radius,
+                                  .start = first_touch(mesh, place.middle, place.press.normalized(), radius).centre,
+                                  .press = place.press,
+                                  .friction = friction,
+                                  .constraint = load_case.tool->constraint};
+    auto touched = core::let_go(std::move(load_case));
+    touched.node_factor.clear();
+    touched.touching = ball;
+    return touched;
+}
+
+namespace events {
+
+/// A tool that presses, slides and lets go.
+EventReader tool() {
+    return {.name = {},
+            .what = "has a tool that moves",
+            .command = "arena",
+            .folder = "load_cases/moving",
+            .in_time = true,
+            .quantities = {.lengths = {"radius", "slide"}, .directions = {"slide"}},
+            .required = {"place", "press_until", "release_at", "duration", "mass_damping"},
+            .read = read_tool,
+            .check = refuse_body_that_is_free_of_the_tool};
+}
+
+} // namespace events
 
 } // namespace livermark::load_cases

@@ -10,7 +10,8 @@
 #include "core/tool/needle/needle_line.hpp"
 #include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
-#include "load_cases/readers/lengths.hpp"
+#include "load_cases/readers/event_reader.hpp"
+#include "load_cases/readers/load_case_tables.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
@@ -24,9 +25,9 @@ using core::Vector3;
 constexpr double default_step = 0.0005, usual_spread = 0.006; // [m]
 /// A step of a micrometre was asked for by a slip of the unit.
 constexpr double most_steps_in = 1e4;
-/// Of a point that is given as one of the surface, over the depth of the needle.
+/// Largest distance of a point that is given as one of the surface, over the depth of the needle.
 constexpr double farthest_entry = 0.2;
-/// Of two ways, over their length.
+/// Distance between two ways that are one, over their length.
 constexpr double same_way = 1e-6;
 
 double number_within(const toml::table &needle, std::string_view key, double low, double high) {
@@ -42,7 +43,7 @@ struct Way {
     Vector3 target;
 };
 
-/// Below the middle of a patch.
+/// Way of a needle below the middle of a patch.
 Way way_below(const toml::table &needle, const core::TetraMesh &mesh) {
     const auto patch = support::required_string(needle, "entry");
     const auto facets = facets_of_patch(patch, *needle.get("entry"), mesh);
@@ -190,12 +191,25 @@ std::vector<core::Needle> read_needles(const std::filesystem::path &toml_file, c
                         toml_file.string()));
     std::vector<core::Needle> needles;
     for (const auto &node : *array->as_array()) {
-        const auto &of_one = *node.as_table();
-        auto needle = read_needle(of_one, body.mesh, load_case);
-        refuse_same(needles, needle, support::place_of(of_one));
+        const auto &one = *node.as_table();
+        auto needle = read_needle(one, body.mesh, load_case);
+        refuse_same(needles, needle, support::place_of(one));
         needles.push_back(std::move(needle));
     }
     return needles;
 }
+
+namespace events {
+
+/// Needles that are driven in and drawn out.
+EventReader needle() {
+    return {.name = {},
+            .what = "has a needle",
+            .command = "needle",
+            .folder = "load_cases/needles",
+            .quantities = {.lengths = {"entry", "target", "depth", "diameter", "spread", "step"}}};
+}
+
+} // namespace events
 
 } // namespace livermark::load_cases

@@ -1,5 +1,3 @@
-#include "load_cases/readers/touch_reader.hpp"
-
 #include <algorithm>
 #include <fmt/format.h>
 #include <iterator>
@@ -11,6 +9,8 @@
 #include "core/mesh/triangle.hpp"
 #include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
+#include "load_cases/readers/event_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::load_cases {
@@ -20,7 +20,7 @@ namespace {
 using core::Vector3;
 
 constexpr const char *name_of_touch = "touch";
-/// How near the ball comes to the body, over its radius.
+/// Distance at which the ball is said to touch the body, over its radius.
 constexpr double nearly_touching = 1e-9;
 constexpr int most_approaches = 10000;
 
@@ -33,7 +33,13 @@ double number_of_touch(const toml::table &touch, std::string_view key, bool may_
     return value;
 }
 
-void refuse_company(const toml::table &touch, const toml::table &table, const core::LoadCase &load_case) {
+void refuse_company_of_touch(const Reading &reading) {
+    const auto &[table, file, mesh, load_case] = reading;
+    const auto &touch = support::required_table(table, "touch");
+    std::vector<std::string_view> known{"radius", "depth", "friction", "slide"};
+    std::ranges::transform(all_selectors(), std::back_inserter(known),
+                           [](const Selector &selector) { return std::string_view(selector.name); });
+    support::refuse_unknown_keys(touch, known);
     if (load_case.regime != core::Regime::large)
         throw support::InputError(fmt::format(
             "{}: contact grows as a ball sinks in, which small deformations neglect; write regime = \"large\"",
@@ -45,35 +51,9 @@ void refuse_company(const toml::table &touch, const toml::table &table, const co
                         support::place_of(touch)));
 }
 
-} // namespace
-
-FirstTouch first_touch(const core::TetraMesh &mesh, const Vector3 &onto, const Vector3 &direction, double radius) {
-    FirstTouch ball{onto - (core::extent(mesh.points) + radius) * direction, -1};
-    for (int approach = 0; approach < most_approaches; ++approach) {
-        double distance = std::numeric_limits<double>::infinity();
-        for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-            const double to_facet =
-                (core::nearest_of_triangle(core::corners_of(mesh, f), ball.centre) - ball.centre).norm();
-            if (to_facet < distance) {
-                distance = to_facet;
-                ball.facet = f;
-            }
-        }
-        const double gap = distance - radius;
-        if (gap < nearly_touching * radius)
-            break;
-        ball.centre += gap * direction;
-    }
-    return ball;
-}
-
-core::TouchingTool read_touch(const toml::table &table, const core::TetraMesh &mesh, core::LoadCase &load_case) {
+void read_touch(const Reading &reading) {
+    const auto &[table, file, mesh, load_case] = reading;
     const auto &touch = support::required_table(table, "touch");
-    std::vector<std::string_view> known{"radius", "depth", "friction", "slide"};
-    std::ranges::transform(all_selectors(), std::back_inserter(known),
-                           [](const Selector &selector) { return std::string_view(selector.name); });
-    support::refuse_unknown_keys(touch, known);
-    refuse_company(touch, table, load_case);
     const auto place = select_facets(touch, mesh, load_case);
     const Vector3 direction = -pressed_normal(place, mesh);
     if (!direction.allFinite())
@@ -98,7 +78,44 @@ core::TouchingTool read_touch(const toml::table &table, const core::TetraMesh &m
     tool.start = found.centre;
     tool.constraint = load_case.num_constraints();
     load_case.conditions.push_back({name_of_touch, core::ConditionKind::touch});
-    return tool;
+    load_case.touching = tool;
 }
+
+} // namespace
+
+FirstTouch first_touch(const core::TetraMesh &mesh, const Vector3 &onto, const Vector3 &direction, double radius) {
+    FirstTouch ball{onto - (core::extent(mesh.points) + radius) * direction, -1};
+    for (int approach = 0; approach < most_approaches; ++approach) {
+        double distance = std::numeric_limits<double>::infinity();
+        for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+            const double to_facet =
+                (core::nearest_of_triangle(core::corners_of(mesh, f), ball.centre) - ball.centre).norm();
+            if (to_facet < distance) {
+                distance = to_facet;
+                ball.facet = f;
+            }
+        }
+        const double gap = distance - radius;
+        if (gap < nearly_touching * radius)
+            break;
+        ball.centre += gap * direction;
+    }
+    return ball;
+}
+
+namespace events {
+
+/// A rigid ball that touches.
+EventReader touch() {
+    return {.name = {},
+            .what = "has a ball that touches",
+            .folder = "load_cases/touching",
+            .quantities = {.lengths = {"radius", "depth", "slide"}, .directions = {"slide"}, .has_place = true},
+            .required = {"radius", "depth"},
+            .refuse_company = refuse_company_of_touch,
+            .read = read_touch};
+}
+
+} // namespace events
 
 } // namespace livermark::load_cases

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/load_case.hpp"
+#include "support/toml_input.hpp"
+
+namespace livermark::load_cases {
+
+/// A load case that is being read.
+struct Reading {
+    const toml::table &table; ///< the whole file, lengths in metres
+    const std::filesystem::path &file;
+    const core::TetraMesh &mesh;
+    core::LoadCase &load_case; ///< with its conditions
+};
+
+/// Keys of a table that are more than numbers in SI units along the axes of the mesh.
+struct Quantities {
+    std::vector<std::string_view> lengths{};    ///< in the 'unit' of the file
+    std::vector<std::string_view> directions{}; ///< vectors that turn with the patient
+    bool has_place = false;                     ///< whether a selector stands in it
+};
+
+/// All that is said of an event in the file of a load case. One file each in events/, named as the key of its table,
+/// [key] or [[key]].
+struct EventReader {
+    std::string name;            ///< the key, which is the file stem; set by the table
+    const char *what;            ///< in messages on load cases that have it: "has a needle"
+    const char *command = "run"; ///< of the program, that solves these load cases
+    const char *folder;          ///< in which load cases with it ship, below the root
+    bool in_time = false;        ///< whether time passes, and `run --static` leaves it out
+    Quantities quantities{};
+    std::vector<std::string_view> beside{};   ///< keys of the file that belong to it
+    std::vector<std::string_view> required{}; ///< keys whose lack is said together with all else that is missing
+    /// Adds what else is missing. Empty if nothing is.
+    void (*look_for_missing)(const toml::table &load_case, std::vector<std::string> &missing) = nullptr;
+    /// Refuses what it does not go together with, before any event is read. Empty if it goes with all.
+    void (*refuse_company)(const Reading &) = nullptr;
+    /// Reads it. Empty where the command of these load cases does so.
+    void (*read)(const Reading &) = nullptr;
+    /// Refuses what makes no sense once all is read. Empty if nothing is left to refuse.
+    void (*check)(const Reading &) = nullptr;
+
+    bool is_in(const toml::table &load_case) const { return load_case.contains(name); }
+};
+
+/// Every event of events/, in alphabetical order.
+std::span<const EventReader> all_events();
+
+/// A ball that just touches a body, and the facet that it touches.
+struct FirstTouch {
+    core::Vector3 centre; ///< [m]
+    int facet;
+};
+
+/// The place where a ball that comes from far away along a line first touches the body at rest. It always moves by the
+/// gap that is left, which never leads into the body.
+/// @param onto       a point of the line [m]
+/// @param direction  along which it comes, of length 1
+FirstTouch first_touch(const core::TetraMesh &mesh, const core::Vector3 &onto, const core::Vector3 &direction,
+                       double radius);
+
+} // namespace livermark::load_cases
