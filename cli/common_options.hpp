@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "meshes/io/body_reader.hpp"
-#include "studies/run/run_options.hpp"
+#include "studies/run/run.hpp"
 
 /// Options that several commands have, with the same words.
 namespace livermark::cli {

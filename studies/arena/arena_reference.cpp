@@ -7,7 +7,7 @@
 #include "models/tool_motion/reference_motion.hpp"
 #include "results/hdf5/files/reference_file.hpp"
 #include "results/provenance.hpp"
-#include "studies/run/solutions/stored_references.hpp"
+#include "studies/run/solutions.hpp"
 #include "support/input_error.hpp"
 #include "support/whole_file.hpp"
 

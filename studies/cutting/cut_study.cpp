@@ -20,8 +20,8 @@
 #include "studies/catalogue.hpp"
 #include "studies/cutting/growing_cut.hpp"
 #include "studies/cutting/wound_reference.hpp"
+#include "studies/output_folder.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

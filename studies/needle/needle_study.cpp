@@ -16,8 +16,8 @@
 #include "studies/catalogue.hpp"
 #include "studies/needle/insertion.hpp"
 #include "studies/needle/needle_problems.hpp"
+#include "studies/output_folder.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

@@ -8,7 +8,7 @@
 #include "studies/catalogue.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/solutions/stored_references.hpp"
+#include "studies/run/solutions.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

@@ -15,7 +15,7 @@
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
-#include "studies/run/solutions/stored_references.hpp"
+#include "studies/run/solutions.hpp"
 
 namespace livermark {
 namespace {

@@ -1,4 +1,4 @@
-#include "studies/run/solutions/solution_cache.hpp"
+#include "studies/run/solutions.hpp"
 
 #include <algorithm>
 #include <array>

@@ -11,8 +11,7 @@
 #include "results/hdf5/files/reference_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/problem_key.hpp"
-#include "studies/run/solutions/solution_cache.hpp"
-#include "studies/run/solutions/stored_references.hpp"
+#include "studies/run/solutions.hpp"
 #include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
 

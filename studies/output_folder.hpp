@@ -10,12 +10,12 @@
 
 namespace livermark::studies {
 
-/// The folder for the result files of a body, <output>/<body>, made where it is missing. If nothing has come into a
-/// folder that was made, it is removed again, so that refused input leaves none.
+/// A folder for result files, made where it is missing. If nothing has come into a folder that was made, it is removed
+/// again, so that refused input leaves none.
 class OutputFolder {
   public:
     /// @throws support::InputError if it cannot be made
-    OutputFolder(const std::filesystem::path &output, const std::string &name);
+    explicit OutputFolder(std::filesystem::path path);
     ~OutputFolder();
     OutputFolder(const OutputFolder &) = delete;
     OutputFolder &operator=(const OutputFolder &) = delete;
@@ -27,14 +27,15 @@ class OutputFolder {
     std::vector<std::filesystem::path> made_; ///< the inner ones first
 };
 
-/// A file in the folder of a body that this process alone writes as long as this lives.
+/// A file in such a folder that this process alone writes as long as this lives.
 class OutputFile {
   public:
     /// @throws support::InputError if the folder cannot be made, the file cannot be written, or another process is
-    /// about
-    ///         to write it
-    OutputFile(const std::filesystem::path &output, const core::Problem &problem, const std::string &name);
-    OutputFile(const std::filesystem::path &output, const std::string &body, const std::string &name);
+    ///   about to write it
+    OutputFile(const std::filesystem::path &folder, const std::string &name);
+    /// The same in the folder of a body, <output>/<body>.
+    OutputFile(const std::filesystem::path &output, const core::Problem &problem, const std::string &name)
+        : OutputFile(output / problem.body->name, name) {}
 
     const std::filesystem::path &path() const { return path_; }
 

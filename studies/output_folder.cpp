@@ -1,15 +1,15 @@
-#include "studies/run/solutions/output_folder.hpp"
+#include "studies/output_folder.hpp"
 
 #include <fmt/format.h>
 #include <system_error>
+#include <utility>
 
 #include "support/input_error.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::studies {
 
-OutputFolder::OutputFolder(const std::filesystem::path &output, const std::string &name)
-    : path_(name.empty() ? output : output / name) {
+OutputFolder::OutputFolder(std::filesystem::path path) : path_(std::move(path)) {
     std::error_code error;
     for (auto folder = path_; !folder.empty() && !std::filesystem::exists(folder, error);
          folder = folder.parent_path()) {
@@ -29,11 +29,8 @@ OutputFolder::~OutputFolder() {
             break;
 }
 
-OutputFile::OutputFile(const std::filesystem::path &output, const core::Problem &problem, const std::string &name)
-    : OutputFile(output, problem.body->name, name) {}
-
-OutputFile::OutputFile(const std::filesystem::path &output, const std::string &body, const std::string &name)
-    : folder_(std::make_unique<OutputFolder>(output, body)), path_(folder_->path() / name) {
+OutputFile::OutputFile(const std::filesystem::path &folder, const std::string &name)
+    : folder_(std::make_unique<OutputFolder>(folder)), path_(folder_->path() / name) {
     support::check_place(path_);
     claim_ = std::make_unique<support::FileClaim>(path_);
 }
