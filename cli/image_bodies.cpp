@@ -5,11 +5,9 @@
 #include <filesystem>
 #include <fmt/format.h>
 
-#include "cli/body_sources.hpp"
 #include "cli/segment.hpp"
 #include "meshes/io/surface_formats.hpp"
-#include "studies/catalogue.hpp"
-#include "studies/output_folder.hpp"
+#include "studies/files.hpp"
 #include "support/file_ending.hpp"
 #include "support/fnv_hash.hpp"
 #include "support/input_error.hpp"

@@ -9,7 +9,6 @@
 #include "cli/common_options.hpp"
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
-#include "cli/usage.hpp"
 #include "results/tables/studies/arena_table.hpp"
 #include "results/tables/studies/needles/needle_arena_table.hpp"
 #include "studies/arena/arena.hpp"

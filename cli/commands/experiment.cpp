@@ -7,7 +7,6 @@
 #include "cli/commands/commands.hpp"
 #include "cli/common_options.hpp"
 #include "cli/progress.hpp"
-#include "cli/usage.hpp"
 #include "experiments/experiment.hpp"
 #include "results/tables/studies/experiment_table.hpp"
 #include "results/tables/studies/ring_down_table.hpp"

@@ -12,7 +12,6 @@
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "cli/run_tables.hpp"
-#include "cli/usage.hpp"
 #include "models/model_table.hpp"
 #include "results/tables/table_layout.hpp"
 #include "results/tables/tool_cells.hpp"

@@ -12,10 +12,9 @@
 #include "fem_reference/distributed/distributed_hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/relaxation/slow_path.hpp"
-#include "models/limits_of_history.hpp"
+#include "models/refined_solution.hpp"
 #include "models/model_table.hpp"
 #include "models/needle_motion/pushed_model.hpp"
-#include "models/refined_solution.hpp"
 #include "support/processes/mpi_session.hpp"
 
 namespace livermark::models::families {

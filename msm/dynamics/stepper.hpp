@@ -1,24 +1,14 @@
 #pragma once
 
 #include <functional>
-#include <string>
 
 #include "core/load_case.hpp"
+#include "msm/dynamics/time_stepping.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
 #include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {
-
-/// What evaluates the forces of steps in time. All give the same motion, to the digits that they have.
-enum class StepKernel {
-    scalar,      ///< the slow, obvious one, which knows every body and integrator
-    simd_double, ///< vector units, double precision
-    simd_float   ///< vector units, forces in single precision; see FastSteps
-};
-
-/// The word for a kernel in options and result files.
-const char *to_string(StepKernel kernel);
 
 /// What takes steps of one length.
 struct Stepper {

@@ -13,7 +13,7 @@
 #include "results/provenance.hpp"
 #include "results/records/cohort.hpp"
 #include "studies/cohort/cohort_body.hpp"
-#include "studies/output_folder.hpp"
+#include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/run.hpp"
 #include "support/input_error.hpp"

@@ -7,7 +7,7 @@
 #include "results/provenance.hpp"
 #include "studies/exchange/formats/calculix_input.hpp"
 #include "studies/exchange/formats/vtu_output.hpp"
-#include "studies/output_folder.hpp"
+#include "studies/files.hpp"
 #include "studies/run/problems.hpp"
 #include "support/input_error.hpp"
 #include "support/whole_file.hpp"

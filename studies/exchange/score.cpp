@@ -13,7 +13,7 @@
 #include "results/hdf5/result_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/exchange/formats/outside_solution.hpp"
-#include "studies/output_folder.hpp"
+#include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions.hpp"

@@ -19,7 +19,7 @@
 #include "models/tool_motion/moving_method.hpp"
 #include "results/hdf5/files/experiment_file.hpp"
 #include "results/provenance.hpp"
-#include "studies/output_folder.hpp"
+#include "studies/files.hpp"
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"

@@ -15,7 +15,7 @@
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut_reader.hpp"
 #include "models/model_table.hpp"
-#include "studies/catalogue.hpp"
+#include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/solutions.hpp"
 #include "support/input_error.hpp"

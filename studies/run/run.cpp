@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "results/hdf5/files/calibration_file.hpp"
-#include "studies/output_folder.hpp"
+#include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/mpi_session.hpp"

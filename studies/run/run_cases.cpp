@@ -13,7 +13,7 @@
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/resumable_result.hpp"
 #include "results/provenance.hpp"
-#include "studies/output_folder.hpp"
+#include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/run.hpp"
 #include "studies/run/work_plan.hpp"

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "models/model_table.hpp"
-#include "studies/catalogue.hpp"
+#include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions.hpp"

@@ -13,7 +13,7 @@
 #include "results/problem_key.hpp"
 #include "results/provenance.hpp"
 #include "results/quantile.hpp"
-#include "studies/output_folder.hpp"
+#include "studies/files.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/sensitivity/error_budget.hpp"
 #include "studies/sensitivity/ranges.hpp"

@@ -20,7 +20,7 @@
 #include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "results/provenance.hpp"
-#include "studies/output_folder.hpp"
+#include "studies/files.hpp"
 #include "studies/run/problems.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"

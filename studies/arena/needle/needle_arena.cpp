@@ -15,7 +15,7 @@
 #include "studies/arena/whole_nodes.hpp"
 #include "studies/needle/insertion.hpp"
 #include "studies/needle/needle_problems.hpp"
-#include "studies/output_folder.hpp"
+#include "studies/files.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 
