@@ -71,9 +71,9 @@ std::vector<WorkItem> plan_of(const std::vector<Case> &cases, const std::vector<
                      [&](std::size_t number) { return !cases[number].is_kept; });
 }
 
-/// The same run with models that keep what they solve for a run that goes on after this one was killed: one of the same
-/// command and no other, since numbers depend a little on what is solved together. On several MPI ranks, which solve
-/// together, nothing is kept.
+/// The same run, which keeps its solutions for a run that goes on after this one was killed: one of the same command
+/// and no other, since numbers depend a little on what is solved together. On several MPI ranks, which solve together,
+/// nothing is kept.
 Run with_cache(Run run, const results::Provenance &provenance) {
     if (support::mpi_num_ranks() == 1) {
         run.solutions.keep_in(
@@ -82,9 +82,6 @@ Run with_cache(Run run, const results::Provenance &provenance) {
         if (!run.options.resume)
             run.solutions.clear();
     }
-    run.baseline = cached(run.baseline, run.solutions);
-    for (auto &model : run.models)
-        model = cached(model, run.solutions);
     return run;
 }
 
@@ -256,7 +253,7 @@ class Worker {
         }
     }
 
-    const Run &run_; ///< its models have the cache
+    const Run &run_;
     const std::string &command_line_;
     bool solves_first_ = support::mpi_num_ranks() == 1;
     PreparedModels prepared_;
@@ -300,7 +297,7 @@ RunOutcome run_cases(const Run &task, const std::string &command_line, const Pro
     outcome.spent.begin(other_work);
     const auto provenance = results::current_provenance(command_line);
     const auto run = with_cache(task, provenance);
-    PreparedModels prepared(most_shared(run.problems));
+    PreparedModels prepared(run.solutions, most_shared(run.problems));
     std::map<std::size_t, std::vector<std::string>> failures; // by the number of the problem
     auto cases = load_cases_of(run, prepared, failures);
     if (run.options.resume)
@@ -367,9 +364,9 @@ RunOutcome run_cases(const Run &task, const std::string &command_line, const Pro
 }
 
 void help_first_rank(const Run &task, const std::string &command_line) {
-    PreparedModels prepared;
     const auto provenance = results::current_provenance(command_line);
     const auto run = with_cache(task, provenance);
+    PreparedModels prepared(run.solutions);
     std::map<std::size_t, std::vector<std::string>> failures; // rank 0 has the same
     const auto cases = load_cases_of(run, prepared, failures);
     const auto solve = [&](const core::Model &model, const core::Problem &problem) {

@@ -29,60 +29,6 @@ bool is_file(const std::filesystem::path &path) {
     return std::filesystem::is_regular_file(path, nobody_cares);
 }
 
-class PreparedWithCache : public core::PreparedModel {
-  public:
-    PreparedWithCache(core::Model model, SolutionCache cache, std::shared_ptr<const core::Body> body,
-                      const core::LoadCase *common)
-        : model_(std::move(model)), cache_(std::move(cache)), body_(std::move(body)) {
-        if (common)
-            common_ = *common;
-    }
-
-    std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
-        std::vector<std::optional<core::Solution>> found;
-        for (const auto &load_case : load_cases)
-            found.push_back(cache_.find(model_, {body_, load_case}));
-        // The last digits depend on what is solved together, so that it is solved together again; what is stored was
-        // solved alone.
-        if (model_.most_together > 1 && !std::ranges::all_of(found, &std::optional<core::Solution>::has_value))
-            for (std::size_t i = 0; i < found.size(); ++i)
-                if (cache_.where(model_, {body_, load_cases[i]}) != "stored")
-                    found[i].reset();
-        std::vector<core::LoadCase> missing;
-        for (std::size_t i = 0; i < found.size(); ++i)
-            if (!found[i])
-                missing.push_back(load_cases[i]);
-        auto solved = solve_and_keep(missing);
-        auto next = solved.begin();
-        std::vector<core::Solution> solutions;
-        for (auto &solution : found)
-            solutions.push_back(solution ? *std::move(solution) : std::move(*next++));
-        return solutions;
-    }
-
-  private:
-    std::vector<core::Solution> solve_and_keep(std::span<const core::LoadCase> load_cases) {
-        if (load_cases.empty())
-            return {};
-        if (!prepared_)
-            prepared_ = model_.prepare(body_, common_ ? &*common_ : nullptr);
-        auto solutions = prepared_->solve(load_cases);
-        try {
-            for (std::size_t i = 0; i < load_cases.size(); ++i)
-                cache_.keep(model_, {body_, load_cases[i]}, solutions[i]);
-        } catch (const support::InputError &) {
-            // Such as a full disk: who asked has the solutions all the same.
-        }
-        return solutions;
-    }
-
-    core::Model model_;
-    SolutionCache cache_;
-    std::shared_ptr<const core::Body> body_;
-    std::optional<core::LoadCase> common_;
-    std::unique_ptr<core::PreparedModel> prepared_;
-};
-
 /// What judges at rest, but for linear elasticity on the mesh itself, which takes a second.
 bool judges_at_rest(const core::Model &model, core::Regime regime) {
     const auto role = model.role_at_rest(regime);
@@ -163,15 +109,6 @@ void SolutionCache::clear() const {
     std::filesystem::remove(folder_.parent_path(), nobody_cares); // that of all runs, if there is no other
 }
 
-core::Model cached(const core::Model &model, const SolutionCache &cache) {
-    auto found_or_solved = model;
-    found_or_solved.prepare = [model, cache](const std::shared_ptr<const core::Body> &body,
-                                             const core::LoadCase *common) {
-        return std::make_unique<PreparedWithCache>(model, cache, body, common);
-    };
-    return found_or_solved;
-}
-
 std::filesystem::path folder_of_solutions(const std::filesystem::path &output, const std::string &settings) {
     support::FnvHash hash;
     hash.add(settings);
@@ -198,13 +135,6 @@ void leave_out_unsolved_motions(std::vector<core::Model> &models, const std::fil
             model.is_wanted = [solved = SolutionCache(folder), model](const core::Problem &problem) {
                 return !solved.where(model, problem).empty();
             };
-}
-
-void use_stored_references(std::vector<core::Model> &models, const std::filesystem::path &folder) {
-    leave_out_unsolved_motions(models, folder);
-    for (auto &model : models)
-        if (can_be_kept(model))
-            model = cached(model, SolutionCache(folder));
 }
 
 StoredSolution solve_and_store(const core::Model &model, const core::Problem &problem,
@@ -240,10 +170,40 @@ core::Solution PreparedModels::solve(const core::Model &model, const core::Probl
 }
 
 std::vector<core::Solution> PreparedModels::solve(const core::Model &model, std::span<const core::Problem> problems) {
-    std::vector<core::LoadCase> load_cases;
+    if (body_ != problems.front().body)
+        clear();
+    body_ = problems.front().body;
+    std::vector<std::optional<core::Solution>> found;
     for (const auto &problem : problems)
-        load_cases.push_back(problem.load_case);
-    return on(model, problems.front().body).solve(load_cases);
+        found.push_back(cache_.find(model, problem));
+    // The last digits depend on what is solved together, so that it is solved together again; what is stored was
+    // solved alone.
+    if (model.most_together > 1 && !std::ranges::all_of(found, &std::optional<core::Solution>::has_value))
+        for (std::size_t i = 0; i < found.size(); ++i)
+            if (cache_.where(model, problems[i]) != "stored")
+                found[i].reset();
+    std::vector<core::LoadCase> missing;
+    for (std::size_t i = 0; i < found.size(); ++i)
+        if (!found[i])
+            missing.push_back(problems[i].load_case);
+    auto solved = missing.empty() ? std::vector<core::Solution>() : prepared(model).solve(missing);
+    auto next = solved.begin();
+    std::vector<core::Solution> solutions;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        if (!found[i])
+            keep(model, problems[i], *next);
+        solutions.push_back(found[i] ? *std::move(found[i]) : std::move(*next++));
+    }
+    return solutions;
+}
+
+void PreparedModels::keep(const core::Model &model, const core::Problem &problem,
+                          const core::Solution &solution) const {
+    try {
+        cache_.keep(model, problem, solution);
+    } catch (const support::InputError &) {
+        // Such as a full disk: the solution is there all the same.
+    }
 }
 
 void PreparedModels::clear() {
@@ -254,15 +214,11 @@ void PreparedModels::clear() {
     support::return_freed_memory();
 }
 
-core::PreparedModel &PreparedModels::on(const core::Model &model, const std::shared_ptr<const core::Body> &body) {
-    if (body_ != body) {
-        clear();
-        body_ = body;
-    }
+core::PreparedModel &PreparedModels::prepared(const core::Model &model) {
     auto &prepared = prepared_[model.name];
     if (!prepared) {
-        const auto common = std::ranges::find(common_, body, &core::Problem::body);
-        prepared = model.prepare(body, common != common_.end() ? &common->load_case : nullptr);
+        const auto common = std::ranges::find(common_, body_, &core::Problem::body);
+        prepared = model.prepare(body_, common != common_.end() ? &common->load_case : nullptr);
     }
     return *prepared;
 }

@@ -13,8 +13,8 @@
 namespace livermark::studies {
 
 /// Solutions that need not be solved again. There are two folders of them: that of the references that ship, which is
-/// only read, and that of a run, where its workers leave what they have solved, for each other and for a run that goes
-/// on after this one was killed. A solution is found by model, load case, mesh, materials and conditions; a folder of a
+/// only read, and that of a run, where its workers leave their solutions for each other, and for a run that goes on
+/// after this one was killed. A solution is found by model, load case, mesh, materials and conditions; a folder of a
 /// run is for one choice of settings.
 class SolutionCache {
   public:
@@ -53,14 +53,11 @@ class SolutionCache {
     std::filesystem::path references_, folder_;
 };
 
-/// The same model, which prepares and solves only what the cache does not have, and leaves there what it has solved.
-core::Model cached(const core::Model &model, const SolutionCache &cache);
-
-/// Where the solutions of a run are kept: below its output folder, by all that they depend on beside the problem.
+/// The folder of the solutions of a run: below its output folder, by all that they depend on beside the problem.
 /// @param settings  such as the command and the version of the program
 std::filesystem::path folder_of_solutions(const std::filesystem::path &output, const std::string &settings);
 
-/// Where references that were solved before are stored, below the root.
+/// The folder of references that were solved before, below the root.
 std::filesystem::path stored_references_folder();
 
 /// Whether the solution of a model to a problem is solved once and stored: those on finer meshes, those that judge
@@ -68,15 +65,11 @@ std::filesystem::path stored_references_folder();
 /// the motion is that judges.
 bool is_stored(const core::Model &model, const core::Problem &problem);
 
-/// Lets those that tell how good the motion is that judges take part only where their solution is stored.
+/// Lets models that tell how good the motion is that judges take part only where their solution is stored.
 /// @param folder  of reference files, see results::reference_path()
 void leave_out_unsolved_motions(std::vector<core::Model> &models, const std::filesystem::path &folder);
 
-/// The same, and reads the solutions that are stored where a file fits model, mesh, materials, conditions and path; all
-/// others are solved as ever.
-void use_stored_references(std::vector<core::Model> &models, const std::filesystem::path &folder);
-
-/// What `livermark reference` does with each model and problem.
+/// Outcome of `livermark reference` for a model and a problem.
 struct StoredSolution {
     std::filesystem::path file;
     core::SolutionStatus status;
@@ -94,14 +87,16 @@ StoredSolution solve_and_store(const core::Model &model, const core::Problem &pr
 /// The models whose solutions are stored, of some problems at least: see is_stored().
 std::vector<core::Model> models_to_keep();
 
-/// What models have prepared for the body that is being worked on, by their names, so that load cases share it. That of
-/// the body before goes first, so that there is room. For one thread.
+/// Models on the body that is being worked on. A model solves what a cache does not have, and leaves it there; what it
+/// prepares for that stays for other load cases, by its name. That of the body before goes first, so that there is
+/// room. For one thread.
 class PreparedModels {
   public:
     PreparedModels() = default;
 
     /// @param common  of bodies, see core::PrepareModel: those of most_shared()
-    explicit PreparedModels(std::vector<core::Problem> common) : common_(std::move(common)) {}
+    explicit PreparedModels(SolutionCache cache, std::vector<core::Problem> common = {})
+        : cache_(std::move(cache)), common_(std::move(common)) {}
 
     core::Solution solve(const core::Model &model, const core::Problem &problem);
 
@@ -112,8 +107,10 @@ class PreparedModels {
     void clear();
 
   private:
-    core::PreparedModel &on(const core::Model &model, const std::shared_ptr<const core::Body> &body);
+    core::PreparedModel &prepared(const core::Model &model);
+    void keep(const core::Model &model, const core::Problem &problem, const core::Solution &solution) const;
 
+    SolutionCache cache_;
     std::vector<core::Problem> common_;
     std::shared_ptr<const core::Body> body_;
     std::map<std::string, std::unique_ptr<core::PreparedModel>> prepared_;
