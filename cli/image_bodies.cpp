@@ -5,11 +5,9 @@
 #include <filesystem>
 #include <fmt/format.h>
 
-#include "cli/body_sources.hpp"
 #include "cli/segment.hpp"
 #include "meshes/io/surface_formats.hpp"
-#include "studies/catalogue.hpp"
-#include "studies/run/solutions/output_folder.hpp"
+#include "studies/files.hpp"
 #include "support/file_ending.hpp"
 #include "support/fnv_hash.hpp"
 #include "support/input_error.hpp"
@@ -60,7 +58,7 @@ class Mesher {
             throw support::InputError(fmt::format("{}: only one process can mesh a segmentation; mesh it first with "
                                                   "`livermark mesh {}`, and give the body file",
                                                   source, option));
-        const studies::OutputFolder output(output_, "");
+        const studies::OutputFolder output(output_);
         const auto &folder = output.path();
         const auto sources = sources_of(command);
         const auto body_file = place_of(folder, stem, sources);

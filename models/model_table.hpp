@@ -10,7 +10,7 @@
 
 #include "core/model.hpp"
 #include "fem_reference/linear/solver_choice.hpp"
-#include "msm/dynamics/release.hpp"
+#include "msm/dynamics/time_stepping.hpp"
 
 namespace livermark::models {
 

@@ -1,8 +1,10 @@
 #pragma once
 
-#include <algorithm>
+#include <chrono>
 #include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace livermark::studies {
 
@@ -16,16 +18,40 @@ class Steps {
     Steps(int num_steps, const ProgressReport &report) : num_steps_(num_steps), report_(report) {}
 
     /// Begins the next step.
-    void next(const std::string &about) {
-        ++step_;
-        if (report_)
-            report_(std::min(step_, num_steps_), num_steps_, about); // what is solved again is no step more
-    }
+    void next(const std::string &about);
 
   private:
     int num_steps_;
     int step_ = 0;
     const ProgressReport &report_;
+};
+
+/// A clock that is in one of several stages of the work, or stands still.
+class TimeSpent {
+  public:
+    /// Ends the stage that it was in, if any. A stage that comes again goes on where it was.
+    void begin(const std::string &stage);
+
+    /// Ends the stage that it is in, if any, and begins no other.
+    void stop();
+
+    /// Adds what another clock measured [s].
+    void add(const std::string &stage, double seconds);
+    void add(const TimeSpent &other);
+
+    /// In the order in which they began; with what they took [s], each when it has ended.
+    const std::vector<std::pair<std::string, double>> &stages() const { return stages_; }
+
+    /// A sentence, then a line for each stage that took a hundredth of the time or more, the longest first.
+    std::string text() const;
+
+  private:
+    using Clock = std::chrono::steady_clock;
+
+    std::vector<std::pair<std::string, double>> stages_; ///< [s]
+    std::string current_;
+    bool is_running_ = false;
+    Clock::time_point start_;
 };
 
 } // namespace livermark::studies

@@ -9,11 +9,11 @@
 #include "cli/common_options.hpp"
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
-#include "cli/usage.hpp"
 #include "results/records/arena.hpp"
 #include "results/records/needle.hpp"
 #include "studies/arena/arena.hpp"
 #include "studies/arena/needle_arena.hpp"
+#include "studies/files.hpp"
 #include "support/input_error.hpp"
 #include "support/root_folder.hpp"
 

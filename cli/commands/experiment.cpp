@@ -7,7 +7,6 @@
 #include "cli/commands/commands.hpp"
 #include "cli/common_options.hpp"
 #include "cli/progress.hpp"
-#include "cli/usage.hpp"
 #include "experiments/experiment.hpp"
 #include "results/records/experiment.hpp"
 #include "studies/experiments/experiments.hpp"

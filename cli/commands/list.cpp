@@ -4,14 +4,14 @@
 #include <vector>
 
 #include "cli/commands/commands.hpp"
-#include "cli/usage.hpp"
+#include "cli/common_options.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
 #include "models/motion/moving_method.hpp"
 #include "msm/implicit_integrators.hpp"
 #include "msm/spring_law.hpp"
-#include "studies/catalogue.hpp"
+#include "studies/files.hpp"
 #include "support/known_names.hpp"
 
 namespace livermark::cli {

@@ -11,9 +11,8 @@
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "results/tables/table_layout.hpp"
-#include "studies/run/load_scaling.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/solutions/stored_references.hpp"
+#include "studies/run/solutions.hpp"
 #include "support/known_names.hpp"
 
 namespace livermark::cli {

@@ -9,7 +9,6 @@
 
 #include "cli/commands/commands.hpp"
 #include "studies/report/report_data.hpp"
-#include "studies/report/report_tables.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/python_program.hpp"
 #include "support/root_folder.hpp"

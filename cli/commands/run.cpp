@@ -1,7 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fmt/format.h>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <regex>
@@ -13,16 +12,12 @@
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "cli/run_tables.hpp"
-#include "cli/usage.hpp"
 #include "models/model_table.hpp"
 #include "results/tables/table_layout.hpp"
 #include "results/tables/tool_cells.hpp"
-#include "studies/run/amplitudes.hpp"
+#include "studies/progress.hpp"
 #include "studies/run/benchmark_case.hpp"
-#include "studies/run/run_cases.hpp"
-#include "studies/run/run_options.hpp"
-#include "studies/run/work/run_task.hpp"
-#include "studies/run/work/time_spent.hpp"
+#include "studies/run/run.hpp"
 #include "support/processes/mpi_session.hpp"
 #include "support/root_folder.hpp"
 
@@ -55,38 +50,32 @@ void print_done(const std::vector<results::Result> &done, const std::vector<doub
 int run(const studies::RunOptions &options, Printing printing, const std::string &command_line) {
     studies::TimeSpent spent;
     spent.begin("bodies and load cases");
-    const auto task = studies::prepare(options);
+    const auto prepared = studies::prepare(options);
     if (support::mpi_rank() != 0) {
-        studies::help_first_rank(task, options, command_line);
+        studies::help_first_rank(prepared, command_line);
         return 0;
     }
     spent.stop();
-    print_notes(task.notes);
-    auto outcomes = studies::run_cases(task, options, command_line, print_progress());
-    for (const auto &[stage, seconds] : outcomes.spent.stages())
-        spent.add(stage, seconds);
-    std::vector<results::Result> done;
-    std::vector<std::string> failures;
-    for (auto &outcome : outcomes.of_problem) {
-        std::ranges::move(outcome.done, std::back_inserter(done));
-        std::ranges::move(outcome.failures, std::back_inserter(failures));
-    }
+    print_notes(prepared.notes);
+    const auto outcome = studies::run_cases(prepared, command_line, print_progress());
+    const auto &done = outcome.done;
+    spent.add(outcome.spent);
     if (!done.empty())
         print_done(done, options.amplitudes, printing);
     if (printing.tables) {
-        print_left_out(task.left_out, printing.markdown);
+        print_left_out(prepared.left_out, printing.markdown);
         fmt::print(stderr, "\n{}\n", spent.text());
     }
-    for (const auto &failure : failures)
+    for (const auto &failure : outcome.failures)
         fmt::print(stderr, "livermark: failed: {}\n", failure);
-    print_notes(outcomes.notes);
+    print_notes(outcome.notes);
     if (!printing.tables)
-        print_notes(studies::sentences(task.left_out));
+        print_notes(studies::sentences(prepared.left_out));
     for (const auto &note : {results::note_on_small_tools(done), results::note_on_small_contacts(done)})
         if (note)
             print_notes({*note});
     fmt::print(stderr, "Result files are in {0}; livermark table {0} prints every load case\n", options.output);
-    return failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
+    return outcome.failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
 }
 
 /// What the result files say: numbers depend neither on how many workers there are nor on whether a run was resumed.

@@ -7,7 +7,6 @@
 #include "cli/common_options.hpp"
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
-#include "cli/usage.hpp"
 #include "results/tables/studies/sensitivity_table.hpp"
 #include "studies/sensitivity/sensitivity.hpp"
 #include "support/input_error.hpp"

@@ -7,7 +7,6 @@
 #include "cli/common_options.hpp"
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
-#include "cli/usage.hpp"
 #include "core/units.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "results/records/stability.hpp"

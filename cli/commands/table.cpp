@@ -5,7 +5,7 @@
 
 #include "cli/commands/commands.hpp"
 #include "cli/run_tables.hpp"
-#include "cli/usage.hpp"
+#include "cli/common_options.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "support/root_folder.hpp"
 

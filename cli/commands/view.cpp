@@ -1,14 +1,16 @@
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
 #include <system_error>
+#include <unistd.h>
 
 #include "cli/commands/commands.hpp"
-#include "cli/open_browser.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "server/remembered.hpp"
 #include "server/serve.hpp"
@@ -16,6 +18,7 @@
 #include "server/sessions/live_springs.hpp"
 #include "server/token.hpp"
 #include "support/input_error.hpp"
+#include "support/processes/child_process.hpp"
 #include "support/root_folder.hpp"
 
 namespace livermark::cli {
@@ -23,6 +26,43 @@ namespace livermark::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Whether somebody sits in front of this: standard output is a terminal, and there is a screen.
+bool has_screen() {
+    const auto is_set = [](const char *name) {
+        const char *value = std::getenv(name); // NOLINT(concurrency-mt-unsafe): nobody changes the environment
+        return value && *value;
+    };
+    return isatty(fileno(stdout)) != 0 && (is_set("DISPLAY") || is_set("WAYLAND_DISPLAY"));
+}
+
+/// Shows an address in the browser of the desktop (`xdg-open`), which goes on when this program ends.
+///
+/// Every user of the machine may read the words that a program is started with, and the address has the token: what
+/// `xdg-open` is given is a file for this user alone, which leads there.
+class OpenedBrowser {
+  public:
+    /// @param address  http://...
+    /// @throws support::InputError if no temporary file can be made
+    explicit OpenedBrowser(const std::string &address) {
+        const auto file = folder_.path / "open.html";
+        std::ofstream(file) << fmt::format("<!doctype html><meta charset=\"utf-8\"><title>Livermark</title>\n"
+                                           "<meta http-equiv=\"refresh\" content=\"0; url={0}\">\n"
+                                           "<p><a href=\"{0}\">The page of livermark view</a></p>\n",
+                                           address);
+        // A session of its own: Ctrl-C in this terminal ends the server, and not the browser.
+        constexpr auto *start = "command -v xdg-open >/dev/null || exit 1\n"
+                                "setsid xdg-open \"$1\" </dev/null >/dev/null 2>&1 &";
+        was_started_ = support::run_program({"sh", "-c", start, "sh", file.string()}).status == 0;
+    }
+
+    /// False where there is no `xdg-open`.
+    bool was_started() const { return was_started_; }
+
+  private:
+    support::ScratchFolder folder_; ///< with the file; it goes with this object
+    bool was_started_ = false;
+};
 
 struct ViewOptions {
     std::string folder;

@@ -12,7 +12,6 @@
 #include "fem_reference/distributed/distributed_hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/relaxation/slow_path.hpp"
-#include "models/limits_of_history.hpp"
 #include "models/model_table.hpp"
 #include "models/pushed_model.hpp"
 #include "models/refined_solution.hpp"

@@ -1,28 +1,15 @@
 #pragma once
 
-#include <optional>
 #include <span>
-#include <string>
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
-#include "msm/dynamics/stepper.hpp"
+#include "msm/dynamics/time_stepping.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
 #include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {
-
-/// What a user may choose about steps in time.
-struct TimeStepping {
-    /// A name of all_integrators(); by default runge_kutta_4 or runge_kutta_chebyshev, whichever needs fewer forces.
-    std::optional<std::string> integrator{};
-    /// Longest step [s], > 0; by default a safe part of the critical one. Where it is asked for, a step has the usual
-    /// number of forces.
-    std::optional<double> time_step{};
-    bool force = false; ///< take it even if it is too long
-    StepKernel kernel = StepKernel::simd_float;
-};
 
 /// The steps of a release.
 struct StepPlan {

@@ -1,16 +1,16 @@
 #pragma once
 
-#include <functional>
-#include <string>
-#include <vector>
-
 #include "core/load_case.hpp"
 #include "core/rayleigh_damping.hpp"
 #include "core/solution.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/time_stepping.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
 #include "msm/nodal_conditions.hpp"
+#include <functional>
+#include <string>
+#include <vector>
 
 namespace livermark::msm {
 
@@ -28,16 +28,6 @@ EquationOfMotion elastic_motion(const ElasticBody &body, const std::vector<core:
 
 /// 1/2 v^T M v [J]
 double kinetic_energy(const EquationOfMotion &equation, const State &state);
-
-/// What evaluates the forces of steps in time. All give the same motion, to the digits that they have.
-enum class StepKernel {
-    scalar,      ///< the slow, obvious one, which knows every body and integrator
-    simd_double, ///< vector units, double precision
-    simd_float   ///< vector units, forces in single precision; see FastSteps
-};
-
-/// The word for a kernel in options and result files.
-const char *to_string(StepKernel kernel);
 
 /// What takes steps of one length.
 struct Stepper {

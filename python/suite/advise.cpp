@@ -5,7 +5,7 @@
 #include "python/bindings/without_interpreter.hpp"
 #include "python/suite/problem.hpp"
 #include "studies/advise/advice_json.hpp"
-#include "studies/catalogue.hpp"
+#include "studies/files.hpp"
 #include "support/file_ending.hpp"
 
 namespace livermark::python {

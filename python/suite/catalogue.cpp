@@ -1,4 +1,4 @@
-#include "studies/catalogue.hpp"
+#include "studies/files.hpp"
 
 #include "models/model_table.hpp"
 #include "python/suite/problem.hpp"

@@ -6,7 +6,7 @@
 #include "meshes/io/body_reader.hpp"
 #include "python/bindings/without_interpreter.hpp"
 #include "python/suite/problem.hpp"
-#include "studies/catalogue.hpp"
+#include "studies/files.hpp"
 
 namespace livermark::python {
 

@@ -12,7 +12,8 @@
 #include "results/records/arena.hpp"
 #include "studies/arena/arena_problems.hpp"
 #include "studies/arena/arena_run.hpp"
-#include "studies/run/solutions/output_folder.hpp"
+#include "studies/files.hpp"
+#include "studies/run/problems.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

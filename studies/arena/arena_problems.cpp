@@ -11,7 +11,7 @@
 #include "core/mesh/local_refinement.hpp"
 #include "core/mesh/refinement.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "studies/catalogue.hpp"
+#include "studies/files.hpp"
 #include "support/input_error.hpp"
 #include "support/root_folder.hpp"
 #include "support/toml_input.hpp"

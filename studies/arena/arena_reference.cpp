@@ -7,7 +7,7 @@
 #include "models/motion/whole_motion.hpp"
 #include "results/hdf5/references.hpp"
 #include "results/provenance.hpp"
-#include "studies/run/solutions/stored_references.hpp"
+#include "studies/run/solutions.hpp"
 #include "support/input_error.hpp"
 #include "support/whole_file.hpp"
 

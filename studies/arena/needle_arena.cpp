@@ -14,7 +14,7 @@
 #include "studies/arena/needle_run.hpp"
 #include "studies/needle/insertion.hpp"
 #include "studies/needle/needle_problems.hpp"
-#include "studies/run/solutions/output_folder.hpp"
+#include "studies/files.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

@@ -15,7 +15,7 @@
 #include "studies/arena/arena.hpp"
 #include "studies/arena/arena_reference.hpp"
 #include "studies/arena/arena_run.hpp"
-#include "studies/run/solutions/output_folder.hpp"
+#include "studies/files.hpp"
 #include "support/length_unit.hpp"
 #include "support/processes/python_program.hpp"
 

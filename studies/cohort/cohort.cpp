@@ -13,10 +13,9 @@
 #include "results/provenance.hpp"
 #include "results/records/cohort.hpp"
 #include "studies/cohort/cohort_body.hpp"
+#include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
-#include "studies/run/run_cases.hpp"
-#include "studies/run/solutions/output_folder.hpp"
-#include "studies/run/work/run_task.hpp"
+#include "studies/run/run.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/memory.hpp"
 #include "support/processes/mpi_session.hpp"
@@ -65,7 +64,7 @@ void check_all(const CohortOptions &options, RunOptions run) {
     if (support::mpi_num_ranks() > 1)
         throw support::InputError("`livermark cohort` works on one rank only; start it without mpirun");
     run.bodies = {"liver_healthy", "liver_tumours"};
-    read_task(run);
+    read_run(run);
     for (const int number : options.bodies)
         check_cohort_body(cohort_body_file(bodies_in(options), number), number, options.tetrahedra);
 }
@@ -79,8 +78,8 @@ void make_folders(const CohortOptions &options) {
 }
 
 /// Makes and reads one body with its load cases.
-RunTask task_of_body(const meshes::LiverVariant &variant, const fs::path &file, const CohortOptions &options,
-                     const RunOptions &run) {
+Run run_of_body(const meshes::LiverVariant &variant, const fs::path &file, const CohortOptions &options,
+                const RunOptions &run) {
     std::error_code error;
     const bool was_there = fs::exists(file, error);
     make_cohort_body(file, variant, options.tetrahedra);
@@ -95,20 +94,16 @@ RunTask task_of_body(const meshes::LiverVariant &variant, const fs::path &file, 
 }
 
 /// Keeps what a cohort file has of results, which are much larger.
-void add_outcomes(Outcomes &&outcomes, const std::string &body, CohortOutcome &all) {
-    KeptResults kept{body, 0, 0};
-    for (auto &outcome : outcomes.of_problem) {
-        kept.num_kept += outcome.num_kept;
-        kept.num_load_cases += static_cast<int>(outcome.done.size());
-        std::ranges::move(results::result_remarks(outcome.done), std::back_inserter(all.notes));
-        std::ranges::move(results::cohort_errors(outcome.done), std::back_inserter(all.cohort.errors));
-        std::ranges::move(outcome.failures, std::back_inserter(all.cohort.failures));
+void add_outcome(RunOutcome &&outcome, const std::string &body, CohortOutcome &all) {
+    for (const auto &result : outcome.done) {
+        std::ranges::move(results::result_remarks({&result, 1}), std::back_inserter(all.notes));
+        std::ranges::move(results::cohort_errors({&result, 1}), std::back_inserter(all.cohort.errors));
     }
-    if (kept.num_kept > 0)
-        all.kept.push_back(kept);
-    std::ranges::move(outcomes.notes, std::back_inserter(all.notes));
-    for (const auto &[stage, seconds] : outcomes.spent.stages())
-        all.spent.add(stage, seconds);
+    std::ranges::move(outcome.failures, std::back_inserter(all.cohort.failures));
+    if (outcome.num_kept > 0)
+        all.kept.push_back({body, outcome.num_kept, static_cast<int>(outcome.done.size())});
+    std::ranges::move(outcome.notes, std::back_inserter(all.notes));
+    all.spent.add(outcome.spent);
 }
 
 void run_body(int number, const CohortOptions &options, RunOptions run, const ProgressReport &report,
@@ -116,7 +111,7 @@ void run_body(int number, const CohortOptions &options, RunOptions run, const Pr
     const auto variant = meshes::draw_liver(number);
     const auto &body = all.cohort.bodies.emplace_back(drawn_body(variant));
     const auto place = fmt::format("body {} of {}", all.cohort.bodies.size(), options.bodies.size());
-    std::optional<RunTask> task;
+    std::optional<Run> task;
     all.spent.begin("bodies and load cases");
     try {
         const auto file = cohort_body_file(bodies_in(options), number);
@@ -124,7 +119,7 @@ void run_body(int number, const CohortOptions &options, RunOptions run, const Pr
         if (report)
             report(static_cast<int>(all.cohort.bodies.size()), static_cast<int>(options.bodies.size()),
                    fmt::format("{}: body and load cases", body.name));
-        task = task_of_body(variant, file, options, run);
+        task = run_of_body(variant, file, options, run);
     } catch (const std::exception &error) {
         all.cohort.failures.push_back(fmt::format("{}: {}", body.name, support::reason_of(error)));
     }
@@ -138,7 +133,7 @@ void run_body(int number, const CohortOptions &options, RunOptions run, const Pr
     };
     const auto body_file = fmt::format("bodies/{}.toml", body.name);
     try {
-        add_outcomes(run_cases(*task, run, command_of_body(run, body_file), of_body), body.name, all);
+        add_outcome(run_cases(*task, command_of_body(run, body_file), of_body), body.name, all);
     } catch (const support::InputError &) {
         throw; // results have no place any more
     } catch (const std::exception &error) {
@@ -151,7 +146,7 @@ void run_body(int number, const CohortOptions &options, RunOptions run, const Pr
 CohortOutcome run_cohort(const CohortOptions &options, const std::string &command_line, const ProgressReport &report) {
     const auto run = options_of_cohort(options);
     check_all(options, run);
-    const OutputFile file(options.run.output, "", "cohort.h5");
+    const OutputFile file(options.run.output, "cohort.h5");
     make_folders(options);
     CohortOutcome all;
     all.cohort.tetrahedra = options.tetrahedra;

@@ -5,8 +5,7 @@
 
 #include "results/hdf5/files/cohort_file.hpp"
 #include "studies/progress.hpp"
-#include "studies/run/run_options.hpp"
-#include "studies/run/work/time_spent.hpp"
+#include "studies/run/run.hpp"
 
 namespace livermark::studies {
 

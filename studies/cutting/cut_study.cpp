@@ -17,11 +17,10 @@
 #include "results/provenance.hpp"
 #include "results/records/cut.hpp"
 #include "studies/advise/step_cost.hpp"
-#include "studies/catalogue.hpp"
+#include "studies/files.hpp"
 #include "studies/cutting/growing_cut.hpp"
 #include "studies/cutting/wound_reference.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

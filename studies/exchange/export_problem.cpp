@@ -8,8 +8,8 @@
 #include "results/provenance.hpp"
 #include "studies/exchange/formats/calculix_input.hpp"
 #include "studies/exchange/formats/vtu_output.hpp"
+#include "studies/files.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"
 #include "support/whole_file.hpp"
 
@@ -25,7 +25,7 @@ ExportedProblem export_problem(const ExportOptions &options, const std::string &
                                                   "choose one without a [{}]",
                                                   problem.load_case.name, Kind::noun, Kind::key));
     });
-    const OutputFolder folder(options.output, problem.body->name);
+    const OutputFolder folder(std::filesystem::path(options.output) / problem.body->name);
     ExportedProblem exported{{}, std::move(notes)};
     const auto file = [&](const char *extension) {
         return exported.files.emplace_back(folder.path() / (problem.load_case.name + extension));

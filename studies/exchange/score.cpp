@@ -13,12 +13,10 @@
 #include "results/hdf5/result_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/exchange/formats/outside_solution.hpp"
+#include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
-#include "studies/run/prepared_models.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/solutions/output_folder.hpp"
-#include "studies/run/solutions/solution_cache.hpp"
-#include "studies/run/solutions/stored_references.hpp"
+#include "studies/run/solutions.hpp"
 #include "support/input_error.hpp"
 #include "support/length_unit.hpp"
 
@@ -119,7 +117,7 @@ std::vector<std::string> question_of_unit(const results::Result &result, const S
 std::vector<core::Model> models_beside(const ScoreOptions &options) {
     auto models = choose_models(options.models, {}, !options.reference_on_mesh);
     if (!options.solve_reference)
-        use_stored_references(models, stored_references_folder());
+        leave_out_unsolved_motions(models, stored_references_folder());
     for (const auto &model : models)
         if (model.name == options.name)
             throw support::InputError(
@@ -153,7 +151,7 @@ results::Result evaluate_beside(std::vector<core::Model> models, const core::Pro
                                 const std::vector<core::Vector3> &displacement, const ScoreOptions &options,
                                 const std::string &command_line, const ProgressReport &report) {
     models.push_back(outside_model(options, displacement));
-    PreparedModels prepared;
+    PreparedModels prepared(options.solve_reference ? SolutionCache() : SolutionCache(stored_references_folder()));
     const auto num_steps = std::ranges::count_if(models, [&](const auto &m) { return m.takes_part_in(problem); });
     Steps steps(static_cast<int>(num_steps), report);
     const auto solve = [&](const core::Model &model, const core::Problem &to_solve) {

@@ -19,7 +19,7 @@
 #include "models/motion/moving_method.hpp"
 #include "results/provenance.hpp"
 #include "results/records/experiment.hpp"
-#include "studies/run/solutions/output_folder.hpp"
+#include "studies/files.hpp"
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
@@ -327,7 +327,7 @@ ExperimentResults run_experiments(const ExperimentOptions &options, const std::s
         throw support::InputError(
             fmt::format("{}; or give the .toml of an experiment of your own", fmt::join(found.notes, "; ")));
     for (const auto &experiment : read) {
-        const OutputFile file(options.output, "", experiment.name + ".h5");
+        const OutputFile file(options.output, experiment.name + ".h5");
         found.of_experiment.push_back(evaluate_experiment(experiment, options, command_line, report));
         results::write_experiment(file.path(), found.of_experiment.back());
         found.files.push_back(file.path().string());

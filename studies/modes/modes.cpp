@@ -5,9 +5,8 @@
 
 #include "results/hdf5/result_file.hpp"
 #include "results/provenance.hpp"
-#include "studies/catalogue.hpp"
+#include "studies/files.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

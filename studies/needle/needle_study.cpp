@@ -13,11 +13,10 @@
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"
 #include "results/records/needle.hpp"
-#include "studies/catalogue.hpp"
+#include "studies/files.hpp"
 #include "studies/needle/insertion.hpp"
 #include "studies/needle/needle_problems.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

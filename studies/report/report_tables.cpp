@@ -1,4 +1,4 @@
-#include "studies/report/report_tables.hpp"
+#include "studies/report/report_data.hpp"
 
 #include <algorithm>
 #include <sstream>

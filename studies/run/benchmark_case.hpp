@@ -1,12 +1,14 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/model.hpp"
 #include "models/model_table.hpp"
 #include "results/records/result.hpp"
+#include "results/tables/table_layout.hpp"
 
 namespace livermark::studies {
 
@@ -34,5 +36,15 @@ using SolveModel = std::function<core::Solution(const core::Model &, const core:
 /// @param solve  called for each model that runs on this rank
 results::Result evaluate(const core::Problem &problem, const std::vector<core::Model> &models, const SolveModel &solve,
                          results::Provenance provenance);
+
+/// A model that is farther than this from its own linearised solution is not to be compared with linear elasticity.
+inline constexpr double fair_nonlinearity = 0.05;
+
+/// The amplitudes at which linear elasticity is a fair reference: a row for each body, load case and non-linear model,
+/// its distance from its own linearised solution [%] in a column for each amplitude, and the amplitude up to which all
+/// are below fair_nonlinearity.
+/// @param results     of problems from at_amplitudes(), those that failed missing
+/// @param amplitudes  ascending
+results::Layout nonlinearity_by_amplitude(std::span<const results::Result> results, std::span<const double> amplitudes);
 
 } // namespace livermark::studies

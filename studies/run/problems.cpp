@@ -1,19 +1,25 @@
 #include "studies/run/problems.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <fmt/format.h>
 #include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
+#include <stdexcept>
+#include <utility>
 
 #include "core/mesh/plausible_liver.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut_reader.hpp"
-#include "studies/catalogue.hpp"
-#include "studies/run/load_scaling.hpp"
+#include "models/model_table.hpp"
+#include "studies/files.hpp"
+#include "studies/run/benchmark_case.hpp"
+#include "studies/run/solutions.hpp"
 #include "support/input_error.hpp"
+#include "support/processes/mpi_session.hpp"
 #include "support/root_folder.hpp"
 #include "support/toml_input.hpp"
 
@@ -38,42 +44,6 @@ std::vector<std::filesystem::path> load_case_files_of(std::vector<std::string> w
             name = (slow_folder / fmt::format("{}.toml", name)).string();
     return find_toml_files(wanted, load_cases_folder, "load case");
 }
-
-} // namespace
-
-std::vector<std::string> yielded_places(std::span<const core::Problem> problems) {
-    std::vector<std::string> lines;
-    for (const auto &problem : problems)
-        for (const auto &place : problem.load_case.yielded) {
-            auto line = fmt::format("{}: {}: '{}' gives up {:.0f} % of its area to the places above it",
-                                    problem.body->name, problem.load_case.name, place.name, 100.0 * place.lost_area);
-            if (std::ranges::find(lines, line) == lines.end()) // the same for every Poisson's ratio
-                lines.push_back(std::move(line));
-        }
-    return lines;
-}
-
-std::vector<LeftOut> grouped(const std::vector<LeftOut> &left_out) {
-    std::vector<LeftOut> groups;
-    for (const auto &entry : left_out) {
-        const auto same = std::ranges::find_if(
-            groups, [&](const LeftOut &group) { return group.body == entry.body && group.reason == entry.reason; });
-        if (same == groups.end())
-            groups.push_back(entry);
-        else
-            same->load_case += ", " + entry.load_case;
-    }
-    return groups;
-}
-
-std::vector<std::string> sentences(const std::vector<LeftOut> &left_out) {
-    std::vector<std::string> lines;
-    for (const auto &group : grouped(left_out))
-        lines.push_back(fmt::format("left out on {}: {}, because {}", group.body, group.load_case, group.reason));
-    return lines;
-}
-
-namespace {
 
 /// The body that a load case is put on: cut, where it says so.
 /// @throws load_cases::NotOnBody if a cut does not fit the body
@@ -164,7 +134,47 @@ std::vector<std::string> usual_constraints_first() {
     return names;
 }
 
+/// Six, so that machines whose arithmetic differs in the last digits of the baseline have the same load, and find
+/// references that another one has stored.
+double with_few_digits(double factor) {
+    const auto digits = fmt::format("{:.5e}", factor);
+    std::from_chars(digits.data(), digits.data() + digits.size(), factor);
+    return factor;
+}
+
 } // namespace
+
+std::vector<std::string> yielded_places(std::span<const core::Problem> problems) {
+    std::vector<std::string> lines;
+    for (const auto &problem : problems)
+        for (const auto &place : problem.load_case.yielded) {
+            auto line = fmt::format("{}: {}: '{}' gives up {:.0f} % of its area to the places above it",
+                                    problem.body->name, problem.load_case.name, place.name, 100.0 * place.lost_area);
+            if (std::ranges::find(lines, line) == lines.end()) // the same for every Poisson's ratio
+                lines.push_back(std::move(line));
+        }
+    return lines;
+}
+
+std::vector<LeftOut> grouped(const std::vector<LeftOut> &left_out) {
+    std::vector<LeftOut> groups;
+    for (const auto &entry : left_out) {
+        const auto same = std::ranges::find_if(
+            groups, [&](const LeftOut &group) { return group.body == entry.body && group.reason == entry.reason; });
+        if (same == groups.end())
+            groups.push_back(entry);
+        else
+            same->load_case += ", " + entry.load_case;
+    }
+    return groups;
+}
+
+std::vector<std::string> sentences(const std::vector<LeftOut> &left_out) {
+    std::vector<std::string> lines;
+    for (const auto &group : grouped(left_out))
+        lines.push_back(fmt::format("left out on {}: {}, because {}", group.body, group.load_case, group.reason));
+    return lines;
+}
 
 ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
                          const meshes::MaterialOverride &material, bool may_leave_out) {
@@ -211,6 +221,47 @@ ProblemSet read_constrained_problems(const std::vector<std::string> &bodies, con
     auto set = read_all(bodies, usual_constraints_first(), material, true, Choice::first);
     scale_and_note(set);
     return set;
+}
+
+core::Problem scaled_to_target(core::Problem problem, const core::Model &baseline, PreparedModels &prepared) {
+    auto &load_case = problem.load_case;
+    if (!load_case.scale_to_target)
+        return problem;
+    load_case.scale_to_target = false;
+    auto at_rest = problem;
+    at_rest.load_case = core::without_time(std::move(at_rest.load_case)); // only the static solution is wanted
+    const auto solution = prepared.solve(baseline, at_rest);
+    double peak = 0.0;
+    for (const auto &displacement : solution.displacement)
+        peak = std::max(peak, displacement.norm());
+    if (solution.status != core::SolutionStatus::ok || !(peak > 0.0))
+        throw std::runtime_error(fmt::format("cannot be scaled to its target: {} ends with status {} and a peak "
+                                             "displacement of {} m",
+                                             baseline.name, core::to_string(solution.status), peak));
+    load_case = core::scaled(std::move(load_case), with_few_digits(load_case.target_peak_displacement / peak));
+    return problem;
+}
+
+core::Problem scaled_to_target(core::Problem problem) {
+    if (!problem.load_case.scale_to_target)
+        return problem;
+    if (support::mpi_num_ranks() > 1)
+        throw support::InputError(fmt::format("load case {} is scaled to its target, which this command cannot do on "
+                                              "several ranks; start without mpirun",
+                                              problem.load_case.name));
+    PreparedModels prepared;
+    return scaled_to_target(std::move(problem), baseline_of(models::all_models()), prepared);
+}
+
+std::vector<core::Problem> at_amplitudes(const core::Problem &problem, std::span<const double> amplitudes) {
+    if (amplitudes.empty())
+        return {problem};
+    std::vector<core::Problem> problems;
+    for (const double amplitude : amplitudes) {
+        problems.push_back({problem.body, core::scaled(problem.load_case, amplitude)});
+        problems.back().load_case.name += fmt::format("@{:g}", amplitude);
+    }
+    return problems;
 }
 
 } // namespace livermark::studies

@@ -8,7 +8,13 @@
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 
+namespace livermark::core {
+struct Model;
+}
+
 namespace livermark::studies {
+
+class PreparedModels;
 
 /// A load case that does not fit a body.
 struct LeftOut {
@@ -68,5 +74,21 @@ inline constexpr const char *usual_constraints = "traction";
 /// @param load_case  name or path; empty where none is named
 ProblemSet read_constrained_problems(const std::vector<std::string> &bodies, const std::string &load_case,
                                      const meshes::MaterialOverride &material);
+
+/// Multiplies what drives a problem until the linear baseline reaches the target of its load case, where that asks for
+/// it (LoadCase::scale_to_target), within 5e-6; the factor, of six digits, goes into LoadCase::load_scale.
+/// @param baseline  linear; if it is collective all MPI ranks have to call this
+/// @param prepared  what the baseline solves with
+/// @return with scale_to_target off, so that nobody scales twice
+/// @throws std::runtime_error if the baseline finds no solution, or one that does not move
+core::Problem scaled_to_target(core::Problem problem, const core::Model &baseline, PreparedModels &prepared);
+
+/// The same by the baseline of the model table, for commands of one rank.
+/// @throws support::InputError on several MPI ranks, where the baseline would wait for the others
+core::Problem scaled_to_target(core::Problem problem);
+
+/// The problem at multiples of its load, as load cases "<name>@<amplitude>"; just itself if there are no amplitudes.
+/// @param amplitudes  > 0
+std::vector<core::Problem> at_amplitudes(const core::Problem &problem, std::span<const double> amplitudes);
 
 } // namespace livermark::studies

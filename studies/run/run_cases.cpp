@@ -1,112 +1,272 @@
-#include "studies/run/run_cases.hpp"
-
 #include <algorithm>
 #include <csignal>
 #include <cstring>
+#include <exception>
 #include <fmt/format.h>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <utility>
 
 #include "fem_reference/linear/solver_choice.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/provenance.hpp"
-#include "studies/progress.hpp"
-#include "studies/run/amplitudes.hpp"
+#include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
-#include "studies/run/loads.hpp"
-#include "studies/run/solutions/output_folder.hpp"
-#include "studies/run/work/case_groups.hpp"
-#include "studies/run/work/work_items.hpp"
-#include "studies/run/work/worker_messages.hpp"
+#include "studies/run/run.hpp"
+#include "studies/run/work_plan.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/memory.hpp"
 #include "support/processes/mpi_session.hpp"
+#include "support/processes/process_pool.hpp"
 
 namespace livermark::studies {
 
 namespace {
 
-/// Several MPI ranks solve each benchmark case together.
-constexpr std::span<const core::Model> none_first;
+/// The stage of all that is not done by a model.
+constexpr auto other_work = "loads, comparisons, files";
+
+/// A problem at its target and one of the amplitudes, and what became of it.
+struct Case {
+    std::size_t number; ///< of the problem in the run
+    core::Problem problem;
+    bool is_kept = false;  ///< whether an earlier run has left the result
+    std::string failure{}; ///< a sentence; empty where a result is written
+};
+
+/// For people: body and load case.
+std::string name_of(const core::Problem &problem) {
+    return fmt::format("{} / {}", problem.body->name, problem.load_case.name);
+}
+
+/// Cases of a run, in an order in which models can make use of what they keep: see case_groups_of(). It is the same on
+/// all MPI ranks, who all have to call this.
+/// @param prepared  what the baseline solves with
+/// @param failures  gets a sentence for each problem that cannot be scaled to its target, by its number
+std::vector<Case> load_cases_of(const Run &run, PreparedModels &prepared,
+                                std::map<std::size_t, std::vector<std::string>> &failures) {
+    std::vector<Case> cases;
+    for (const auto &case_group : case_groups_of(run.problems))
+        for (const auto number : case_group)
+            try {
+                for (auto &problem : at_amplitudes(scaled_to_target(run.problems[number], run.baseline, prepared),
+                                                   run.options.amplitudes))
+                    cases.push_back({number, std::move(problem)});
+            } catch (const std::exception &error) {
+                failures[number].push_back(
+                    fmt::format("{}: {}", name_of(run.problems[number]), support::reason_of(error)));
+            }
+    return cases;
+}
+
+/// Work on the cases. Several MPI ranks solve each case together, so that no model solves before.
+std::vector<WorkItem> plan_of(const std::vector<Case> &cases, const std::vector<core::Model> &models) {
+    std::vector<core::Problem> problems;
+    for (const auto &one : cases)
+        problems.push_back(one.problem);
+    return plan_work(problems, support::mpi_num_ranks() == 1 ? models : std::span<const core::Model>(),
+                     [&](std::size_t number) { return !cases[number].is_kept; });
+}
+
+/// The same run, which keeps its solutions for a run that goes on after this one was killed: one of the same command
+/// and no other, since numbers depend a little on what is solved together. On several MPI ranks, which solve together,
+/// nothing is kept.
+Run with_cache(Run run, const results::Provenance &provenance) {
+    if (support::mpi_num_ranks() == 1) {
+        run.solutions.keep_in(
+            folder_of_solutions(run.options.output, fmt::format("{}\n{}\n{}", provenance.command, provenance.git_commit,
+                                                                provenance.build_type)));
+        if (!run.options.resume)
+            run.solutions.clear();
+    }
+    return run;
+}
+
+/// The result files of a run, which no other process may write meanwhile.
+std::vector<OutputFile> files_to_write(const Run &run) {
+    std::vector<OutputFile> files;
+    for (const auto &problem : run.problems)
+        for (const auto &amplified : at_amplitudes(problem, run.options.amplitudes)) {
+            const auto file = run.result_file(amplified);
+            files.emplace_back(file.parent_path(), file.filename().string());
+        }
+    return files;
+}
 
 /// Of the largest body. What is solved together on the refined mesh of a liver takes 124 kB for each tetrahedron,
 /// measured; no other model takes as much.
-double bytes_per_worker(const RunTask &task) {
+double bytes_per_worker(const Run &run) {
     constexpr double bytes_per_tetrahedron = 140e3;
     std::size_t most = 1;
-    for (const auto &problem : task.problems)
+    for (const auto &problem : run.problems)
         most = std::max(most, problem.body->mesh.tetrahedra.size());
     return bytes_per_tetrahedron * static_cast<double>(most);
 }
 
 /// Algebraic multigrid, asked for or taken for what is too large to factor, runs on one communicator of this process.
-int num_workers(const RunTask &task, const RunOptions &options) {
+int num_workers(const Run &run) {
     using enum fem_reference::SolverChoice;
-    const bool is_large = std::ranges::any_of(task.problems, [](const core::Problem &problem) {
+    const bool is_large = std::ranges::any_of(run.problems, [](const core::Problem &problem) {
         const auto &mesh = problem.body->mesh;
         const auto num_edges = mesh.num_nodes() + mesh.num_tetrahedra() + mesh.num_boundary_triangles() / 2; // Euler
         return 3 * (mesh.num_nodes() + num_edges) > fem_reference::largest_direct_system;
     });
-    if (support::mpi_num_ranks() > 1 || options.model_options.fem_solver == iterative || is_large)
+    if (support::mpi_num_ranks() > 1 || run.options.model_options.fem_solver == iterative || is_large)
         return 1;
-    return options.jobs.value_or(support::workers_that_fit(bytes_per_worker(task)));
+    return run.options.jobs.value_or(support::workers_that_fit(bytes_per_worker(run)));
 }
 
-/// The same with models that keep what they solve for a run that goes on after this one was killed: one of the same
-/// command and no other, since numbers depend a little on what is solved together. On several MPI ranks, which solve
-/// together, nothing is kept.
-RunTask with_cache(RunTask task, const RunOptions &options, const results::Provenance &provenance) {
-    if (support::mpi_num_ranks() == 1) {
-        task.solutions.keep_in(
-            folder_of_solutions(options.output, fmt::format("{}\n{}\n{}", provenance.command, provenance.git_commit,
-                                                            provenance.build_type)));
-        if (!options.resume)
-            task.solutions.clear();
+/// A line of a worker: the stage that the time of its item goes to from here on, and the step that it begins, if any.
+/// At the end of the item there is no stage, and the text says why its case has failed, if it has.
+struct Line {
+    std::string stage, text{};
+
+    static Line from(const std::string &line) {
+        const auto end = line.find('\n');
+        return {line.substr(0, end), line.substr(end + 1)};
     }
-    task.baseline = cached(task.baseline, task.solutions);
-    for (auto &model : task.models)
-        model = cached(model, task.solutions);
-    return task;
-}
-
-/// A problem at one of the amplitudes, and what became of it.
-struct Case {
-    std::size_t number; ///< of the problem in the task
-    std::optional<results::Result> result{};
-    bool is_kept = false; ///< whether an earlier run has left the result
-    std::vector<std::string> failures{};
+    std::string whole() const { return stage + "\n" + text; }
 };
 
-Case case_of(const LoadedProblem &load, const RunOptions &options, const results::Provenance &provenance) {
-    Case one{load.number};
-    if (options.resume)
-        one.result = results::resumable_result(result_file_of(load.problem, options), load.problem, provenance);
-    one.is_kept = one.result.has_value();
-    return one;
-}
+/// Does items of the plan, in the main process or in a copy of it.
+class Worker {
+  public:
+    Worker(const Run &run, const std::string &command_line, PreparedModels prepared)
+        : run_(run), command_line_(command_line), prepared_(std::move(prepared)) {}
 
-/// The result files of a run, which no other process may write meanwhile.
-std::vector<OutputFile> files_to_write(const RunTask &task, const RunOptions &options) {
-    std::vector<OutputFile> files;
-    for (const auto &problem : task.problems)
-        for (const auto &amplified : at_amplitudes(problem, options.amplitudes)) {
-            const auto file = result_file_of(amplified, options);
-            files.emplace_back(file.parent_path().parent_path(), problem, file.filename().string());
+    /// Lets models solve, whose solutions the cache keeps, or evaluates the benchmark case of a problem and writes its
+    /// result. A model that finds no solution in the first stage has none: the benchmark case tries again, and says so.
+    /// @throws support::InputError on one rank, if the result cannot be written
+    void work(const std::vector<Case> &cases, const WorkItem &item, const support::SendMessage &send) {
+        if (solves_first_ && item.group != at_group_)
+            prepared_.clear(); // what comes is by other models, or compares
+        at_group_ = item.group;
+        std::string failure;
+        if (item.is_evaluation())
+            failure = evaluate_case(cases[item.first_problem()].problem, send);
+        else
+            for (const auto m : item.models)
+                try {
+                    solve(cases, item.case_groups, run_.models[m], send);
+                } catch (const std::exception &) {
+                    continue; // a solver's fault, or a full disk
+                }
+        send(Line{"", failure}.whole());
+    }
+
+    /// The steps that work() reports.
+    int num_steps(const std::vector<Case> &cases, const WorkItem &item) const {
+        std::size_t num = 0;
+        for (const auto m : item.models) {
+            const auto most = run_.models[m].most_together;
+            num += (part_of(run_.models[m], item.case_groups, cases).size() + most - 1) / most;
         }
-    return files;
-}
+        if (item.is_evaluation() && !solves_first_)
+            num += std::ranges::count_if(run_.models, [&](const core::Model &model) {
+                return model.takes_part_in(cases[item.first_problem()].problem);
+            });
+        return static_cast<int>(num);
+    }
 
-/// For each model in each case that has a result already.
-std::vector<std::string> kept_steps(const std::vector<Case> &cases, const Run &run) {
+  private:
+    /// The problems that a model takes part in, those that it solves once together.
+    static std::vector<CaseGroup> part_of(const core::Model &model, const std::vector<CaseGroup> &case_groups,
+                                          const std::vector<Case> &cases) {
+        std::vector<CaseGroup> part;
+        for (const auto &case_group : case_groups) {
+            CaseGroup some; // of one static solution, which a motion may begin with
+            std::ranges::copy_if(case_group, std::back_inserter(some),
+                                 [&](std::size_t number) { return model.takes_part_in(cases[number].problem); });
+            if (model.most_together == 1)
+                for (const auto number : some)
+                    part.push_back({number});
+            else if (!some.empty())
+                part.push_back(std::move(some));
+        }
+        return part;
+    }
+
+    /// The words for a step, a model at the first problems of some case groups.
+    std::string step_of(const core::Model &model, const std::vector<core::Problem> &firsts) const {
+        std::string where;
+        for (const auto &problem : firsts)
+            if (where = run_.solutions.where(model, problem); where.empty())
+                break;
+        const auto num_others = firsts.size() - 1;
+        return fmt::format("{}{} / {}{}", name_of(firsts.front()),
+                           num_others > 0 ? fmt::format(" and {} other{}", num_others, num_others > 1 ? "s" : "") : "",
+                           model.name, where.empty() ? "" : ", " + where);
+    }
+
+    /// Solves the first problem of each case group, as many together as the model can.
+    void solve(const std::vector<Case> &cases, const std::vector<CaseGroup> &case_groups, const core::Model &model,
+               const support::SendMessage &send) {
+        const auto part = part_of(model, case_groups, cases);
+        for (std::size_t first = 0; first < part.size(); first += model.most_together) {
+            const auto some = std::span(part).subspan(first, std::min(model.most_together, part.size() - first));
+            std::vector<core::Problem> firsts;
+            for (const auto &case_group : some)
+                firsts.push_back(cases[case_group.front()].problem);
+            send(Line{model.name, step_of(model, firsts)}.whole());
+            auto solutions = prepared_.solve(model, firsts);
+            for (std::size_t g = 0; g < some.size(); ++g) {
+                solutions[g].solver += ", the solution of " + firsts[g].load_case.name;
+                for (const auto number : std::span(some[g]).subspan(1))
+                    run_.solutions.keep(model, cases[number].problem, solutions[g]);
+            }
+        }
+    }
+
+    /// @return why there is no result; empty if it is written
+    std::string evaluate_case(const core::Problem &problem, const support::SendMessage &send) {
+        send(Line{other_work}.whole());
+        const auto solve = [&](const core::Model &model, const core::Problem &to_solve) {
+            if (!solves_first_ || run_.solutions.where(model, to_solve).empty())
+                send(Line{model.name, fmt::format("{} / {}", name_of(to_solve), model.name)}.whole());
+            return prepared_.solve(model, to_solve);
+        };
+        try {
+            const auto result = evaluate(problem, run_.models, solve, results::current_provenance(command_line_));
+            send(Line{other_work}.whole());
+            write(result);
+            run_.solutions.forget(run_.models, problem);
+        } catch (const support::InputError &error) {
+            // All else was checked before: results have no place any more. Other ranks would wait for this one.
+            if (support::mpi_num_ranks() == 1)
+                throw;
+            return fmt::format("{}: {}", name_of(problem), error.what());
+        } catch (const std::exception &error) {
+            return fmt::format("{}: {}", name_of(problem), support::reason_of(error));
+        }
+        return {};
+    }
+
+    void write(const results::Result &result) const {
+        try {
+            results::write_result(run_.result_file(result.problem), result);
+        } catch (const support::InputError &error) {
+            throw support::InputError(fmt::format("{}, and go on with {}", error.what(),
+                                                  run_.options.resume ? "the same command" : "--resume"));
+        }
+    }
+
+    const Run &run_;
+    const std::string &command_line_;
+    bool solves_first_ = support::mpi_num_ranks() == 1;
+    PreparedModels prepared_;
+    int at_group_ = -1; ///< of the item before
+};
+
+/// A step for each model in each case that has a result already.
+std::vector<std::string> kept_steps(const std::vector<Case> &cases, const std::vector<core::Model> &models) {
     std::vector<std::string> steps;
-    for (std::size_t c = 0; c < cases.size(); ++c)
-        for (const auto &model : run.task.models)
-            if (cases[c].is_kept && model.takes_part_in(run.problems[c]))
-                steps.push_back(fmt::format("{} / {}, kept", name_of(run.problems[c]), model.name));
+    for (const auto &one : cases)
+        for (const auto &model : models)
+            if (one.is_kept && model.takes_part_in(one.problem))
+                steps.push_back(fmt::format("{} / {}, kept", name_of(one.problem), model.name));
     return steps;
 }
 
@@ -123,86 +283,98 @@ std::string sentence_on_lost(const std::string &where, const std::string &how) {
                                                       how));
 }
 
+/// An item on its way, as its worker tells.
+struct Progress {
+    TimeSpent spent{};
+    std::string last_step{};
+};
+
 } // namespace
 
-Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::string &command_line,
-                   const ProgressReport &report) {
-    Outcomes outcomes{std::vector<Outcome>(task.problems.size()), {}, {}};
-    const auto files = files_to_write(task, options);
-    Worker worker{PreparedModels(most_shared(task.problems))};
-    outcomes.spent.begin(other_work);
+RunOutcome run_cases(const Run &task, const std::string &command_line, const ProgressReport &report) {
+    RunOutcome outcome;
+    const auto files = files_to_write(task);
+    outcome.spent.begin(other_work);
     const auto provenance = results::current_provenance(command_line);
-    Run run{.task = with_cache(task, options, provenance), .options = options, .command_line = command_line};
-    const auto loads = load_all(run.task, options, worker.prepared, [&](std::size_t number, const std::string &reason) {
-        outcomes.of_problem[number].failures.push_back(fmt::format("{}: {}", name_of(task.problems[number]), reason));
-    });
-    run.problems = problems_of(loads);
-    std::vector<Case> cases;
-    for (const auto &load : loads)
-        cases.push_back(case_of(load, options, provenance));
-    run.solves_first = support::mpi_num_ranks() == 1;
-    run.plan = plan_work(run.problems, run.solves_first ? std::span<const core::Model>(run.task.models) : none_first,
-                         [&](std::size_t load) { return !cases[load].is_kept; });
-    outcomes.spent.stop();
-    const auto kept = kept_steps(cases, run);
-    Steps steps(num_steps(run) + static_cast<int>(kept.size()), report);
-    std::ranges::for_each(kept, [&](const std::string &step) { steps.next(step); });
-    std::vector<std::string> last_step(run.plan.items.size());
-    support::run_in_process_pool(
-        run.plan.group, num_workers(task, options),
-        [&](int item, const support::SendMessage &send) { do_item(run, item, worker, send); },
-        [&](int item, const std::string &text) {
-            const WorkerMessage message(text);
-            switch (message.kind) {
-            case MessageKind::step:
-                steps.next(message.about);
-                last_step[static_cast<std::size_t>(item)] = message.about;
-                break;
-            case MessageKind::time:
-                outcomes.spent.add(message.about, message.seconds);
-                break;
-            case MessageKind::result:
-                cases[message.problem].result = results::read_result(message.about, results::Origin::own);
-                break;
-            case MessageKind::failure:
-                cases[message.problem].failures.push_back(message.about);
-                break;
-            }
-        },
-        run.plan.waits_for,
-        [&](int item, const std::string &how) {
-            const auto &work = run.plan.items[static_cast<std::size_t>(item)];
-            const auto load = work.case_groups.front().front();
-            const auto &step = last_step[static_cast<std::size_t>(item)];
-            const auto sentence = sentence_on_lost(step.empty() ? name_of(run.problems[load]) : step, how);
-            if (work.models.empty())
-                cases[load].failures.push_back(sentence);
-            else // a benchmark case solves by itself what it does not find
-                outcomes.notes.push_back(sentence + "; each load case was then solved by itself");
-        });
-    for (auto &one : cases) {
-        auto &outcome = outcomes.of_problem[one.number];
-        outcome.num_kept += one.is_kept ? 1 : 0;
-        if (one.result)
-            outcome.done.push_back(*std::move(one.result));
-        std::ranges::move(one.failures, std::back_inserter(outcome.failures));
+    const auto run = with_cache(task, provenance);
+    PreparedModels prepared(run.solutions, most_shared(run.problems));
+    std::map<std::size_t, std::vector<std::string>> failures; // by the number of the problem
+    auto cases = load_cases_of(run, prepared, failures);
+    if (run.options.resume)
+        for (auto &one : cases)
+            one.is_kept = results::resumable_result(run.result_file(one.problem), one.problem, provenance).has_value();
+    const auto items = plan_of(cases, run.models);
+    Worker worker(run, command_line, std::move(prepared));
+    outcome.spent.stop();
+
+    const auto kept = kept_steps(cases, run.models);
+    auto num_steps = static_cast<int>(kept.size());
+    std::vector<int> groups;
+    std::vector<std::vector<int>> waits_for;
+    for (const auto &item : items) {
+        num_steps += worker.num_steps(cases, item);
+        groups.push_back(item.group);
+        waits_for.push_back(item.waits_for);
     }
-    if (std::ranges::all_of(outcomes.of_problem, [](const Outcome &outcome) { return outcome.failures.empty(); }))
-        run.task.solutions.clear();
-    return outcomes;
+    Steps steps(num_steps, report);
+    std::ranges::for_each(kept, [&](const std::string &step) { steps.next(step); });
+    std::vector<Progress> progress(items.size());
+    support::run_in_process_pool(
+        groups, num_workers(task),
+        [&](int item, const support::SendMessage &send) { worker.work(cases, items[item], send); },
+        [&](int item, const std::string &text) {
+            auto &[spent, last_step] = progress[item];
+            const auto line = Line::from(text);
+            if (line.stage.empty()) {
+                spent.stop();
+                cases[items[item].first_problem()].failure += line.text;
+                return;
+            }
+            spent.begin(line.stage);
+            if (!line.text.empty())
+                steps.next(last_step = line.text);
+        },
+        waits_for,
+        [&](int item, const std::string &how) {
+            auto &[spent, last_step] = progress[item];
+            spent.stop();
+            auto &first = cases[items[item].first_problem()];
+            const auto sentence = sentence_on_lost(last_step.empty() ? name_of(first.problem) : last_step, how);
+            if (items[item].is_evaluation())
+                first.failure = sentence;
+            else // a benchmark case solves by itself what it does not find
+                outcome.notes.push_back(sentence + "; each load case was then solved by itself");
+        });
+
+    for (auto &[spent, last_step] : progress)
+        outcome.spent.add(spent);
+    std::ranges::stable_sort(cases, {}, &Case::number);
+    for (const auto &one : cases)
+        if (one.failure.empty()) {
+            outcome.done.push_back(results::read_result(run.result_file(one.problem), results::Origin::own));
+            outcome.num_kept += one.is_kept ? 1 : 0;
+        } else {
+            failures[one.number].push_back(one.failure);
+        }
+    for (auto &[number, some] : failures)
+        std::ranges::move(some, std::back_inserter(outcome.failures));
+    if (outcome.failures.empty())
+        run.solutions.clear();
+    return outcome;
 }
 
-void help_first_rank(const RunTask &task, const RunOptions &options, const std::string &command_line) {
-    PreparedModels prepared;
+void help_first_rank(const Run &task, const std::string &command_line) {
     const auto provenance = results::current_provenance(command_line);
-    const auto own = with_cache(task, options, provenance);
-    const auto loads = load_all(own, options, prepared, [](std::size_t, const std::string &) {});
+    const auto run = with_cache(task, provenance);
+    PreparedModels prepared(run.solutions);
+    std::map<std::size_t, std::vector<std::string>> failures; // rank 0 has the same
+    const auto cases = load_cases_of(run, prepared, failures);
     const auto solve = [&](const core::Model &model, const core::Problem &problem) {
         return prepared.solve(model, problem);
     };
-    for (const auto &item : plan_work(problems_of(loads), none_first, [](std::size_t) { return true; }).items)
+    for (const auto &item : plan_of(cases, run.models))
         try {
-            evaluate(loads[item.case_groups.front().front()].problem, own.models, solve, provenance);
+            evaluate(cases[item.first_problem()].problem, run.models, solve, provenance);
         } catch (const std::exception &) {
             continue; // what fails here fails on rank 0 as well
         }

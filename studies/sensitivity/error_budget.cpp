@@ -5,10 +5,10 @@
 #include <limits>
 
 #include "models/model_table.hpp"
-#include "studies/catalogue.hpp"
+#include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/solutions/stored_references.hpp"
+#include "studies/run/solutions.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 
@@ -48,10 +48,10 @@ std::vector<double> difference_of_laws(const core::Problem &large, const std::ve
     auto models = models::all_models();
     std::erase_if(models,
                   [](const core::Model &model) { return model.name != law_of_reference && model.name != other_law; });
-    use_stored_references(models, stored_references_folder());
+    PreparedModels prepared{SolutionCache(stored_references_folder())};
     const auto values = [&](const char *name) {
         steps.next(fmt::format("{} / {} / {}", large.body->name, large.load_case.name, name));
-        return values_of(outputs, large, large, support::find_named(models, name, "model").solve(large));
+        return values_of(outputs, large, large, prepared.solve(support::find_named(models, name, "model"), large));
     };
     const auto of_reference = values(law_of_reference);
     return relative_differences(outputs, values(other_law), of_reference);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <span>
 
 #include "core/rayleigh_damping.hpp"
 #include "models/mass_spring_model.hpp"
@@ -14,17 +15,31 @@
 #include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
+#include "msm/implicit_integrators.hpp"
+#include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "results/provenance.hpp"
-#include "studies/msm_choice.hpp"
+#include "studies/files.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 
 namespace livermark::studies {
 
 namespace {
+
+/// The integrators that were named, in that order; all if none was.
+/// @throws support::InputError for a name that there is not, or that comes twice
+std::vector<msm::Integrator> find_integrators(const std::vector<std::string> &names) {
+    const std::span<const msm::Integrator> all = msm::known_integrators();
+    std::vector<msm::Integrator> chosen;
+    for (const auto &name : names) {
+        if (std::ranges::find(chosen, name, &msm::Integrator::name) != chosen.end())
+            throw support::InputError(fmt::format("integrator '{}' is asked for twice; name it once", name));
+        chosen.push_back(support::find_named(all, name, "integrator"));
+    }
+    return names.empty() ? std::vector<msm::Integrator>(all.begin(), all.end()) : chosen;
+}
 
 /// A run that is this much above the limit has to be found out...
 constexpr double found_out = 0.01;
@@ -57,7 +72,7 @@ struct NamedSprings {
 
 std::vector<NamedSprings> springs_to_examine(const StabilityOptions &options) {
     if (options.models.empty()) {
-        const auto law = find_spring_law(options.law);
+        const auto law = support::find_named(msm::all_spring_laws(), options.law, "spring law");
         return {{law.name, {}, [law](const std::shared_ptr<const core::Body> &body) {
                      return msm::ElasticBody(msm::spring_network(*body, law));
                  }}};

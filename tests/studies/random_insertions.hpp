@@ -12,9 +12,9 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/needle/moving_insertion.hpp"
 #include "msm/nodal_conditions.hpp"
+#include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "results/records/needle.hpp"
-#include "studies/msm_choice.hpp"
 #include "studies/needle/insertion.hpp"
 #include "support/known_names.hpp"
 #include "tests/samples/random_needles.hpp"
@@ -76,7 +76,8 @@ inline std::vector<std::string> step_random_needles(const std::string &body, con
         auto [problem, needle] = random.next();
         needle.step = 1e-3; // of records
         if (!springs) {
-            const auto beside = msm::springs_beside_volume(*problem.body, studies::find_spring_law("patch"));
+            const auto beside = msm::springs_beside_volume(
+                *problem.body, support::find_named(msm::all_spring_laws(), "patch", "spring law"));
             springs = msm::springs_with_volume(*problem.body, beside, msm::find_volume_term("nodal_volume")).body;
         }
         const auto conditions = msm::nodal_conditions(problem, springs->node_mass);

@@ -15,7 +15,7 @@
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
-#include "studies/run/solutions/stored_references.hpp"
+#include "studies/run/solutions.hpp"
 
 namespace livermark {
 namespace {
@@ -100,13 +100,13 @@ class LargeReferenceError : public testing::TestWithParam<std::string> {};
 TEST_P(LargeReferenceError, ContainsWhatUniformRefinementFinds) {
     const auto &name = GetParam();
     const auto problem = on_the_healthy_liver(name);
-    auto models = studies::models_to_keep();
-    studies::use_stored_references(models, studies::stored_references_folder());
+    const auto models = studies::models_to_keep();
+    studies::PreparedModels prepared{studies::SolutionCache(studies::stored_references_folder())};
     const auto model_of = [&](core::Role role) -> const core::Model & {
         return *std::ranges::find_if(
             models, [&](const core::Model &model) { return model.role_at_rest(core::Regime::large) == role; });
     };
-    const auto reference = model_of(core::Role::refined_reference).solve(problem);
+    const auto reference = prepared.solve(model_of(core::Role::refined_reference), problem);
     ASSERT_TRUE(reference.solver.starts_with("stored")) << reference.solver;
     auto refined = core::refine(problem);
     refined.load_case.path = {0.5, 1.0};

@@ -1,4 +1,4 @@
-#include "models/limits_of_history.hpp"
+#include "models/refined_solution.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -9,7 +9,7 @@
 #include "models/model_table.hpp"
 #include "results/one_reference.hpp"
 #include "results/records/calibration.hpp"
-#include "studies/run/work/run_task.hpp"
+#include "studies/run/run.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/records/sample_calibration.hpp"
 #include "tests/samples/small_bar.hpp"
@@ -208,35 +208,35 @@ RunOptions pull_of_a_bar(const std::string &more = "") {
     return options;
 }
 
-TEST(RunTask, HasTheSpringsOfACalibrationBesideTheModelsAskedFor) {
+TEST(RunInput, HasTheSpringsOfACalibrationBesideTheModelsAskedFor) {
     auto options = pull_of_a_bar();
     const auto file = std::filesystem::path(options.bodies.front()).parent_path() / "springs.h5";
     results::write_calibration(file, tests::sample_calibration(meshes::read_body(options.bodies.front(), {})));
     options.calibration = file.string();
     for (const auto &models : {std::vector<std::string>{"lloyd"}, {}}) {
         options.models = models;
-        const auto names = names_of(read_task(options).models);
+        const auto names = names_of(read_run(options).models);
         EXPECT_TRUE(has(names, "lloyd"));
         EXPECT_TRUE(has(names, "calibrated_nodal_volume"));
     }
 }
 
 /// One that names no regime is small, which --regime does not change.
-TEST(RunTask, RefusesALoadCaseOfAnotherRegimeThanThatAskedFor) {
+TEST(RunInput, RefusesALoadCaseOfAnotherRegimeThanThatAskedFor) {
     auto options = pull_of_a_bar();
     options.regimes = {core::Regime::large};
-    EXPECT_EQ(read_task(options).problems.size(), 1U) << "nobody asked";
+    EXPECT_EQ(read_run(options).problems.size(), 1U) << "nobody asked";
     options.has_asked_for_regime = true;
-    tests::expect_input_error([&] { read_task(options); },
+    tests::expect_input_error([&] { read_run(options); },
                               {"--regime large: load case pull is of the small regime, as is each that names none",
                                "write regime = \"large\" into its file, or leave --regime out"});
     options.regimes = {core::Regime::small, core::Regime::large};
-    EXPECT_EQ(read_task(options).problems.size(), 1U);
+    EXPECT_EQ(read_run(options).problems.size(), 1U);
     auto large = pull_of_a_bar("regime = \"large\"\n");
     large.has_asked_for_regime = true;
-    tests::expect_input_error([&] { read_task(large); }, {"--regime small: load case pull is of the large regime"});
+    tests::expect_input_error([&] { read_run(large); }, {"--regime small: load case pull is of the large regime"});
     large.regimes = {core::Regime::large};
-    EXPECT_EQ(read_task(large).problems.front().load_case.regime, core::Regime::large);
+    EXPECT_EQ(read_run(large).problems.front().load_case.regime, core::Regime::large);
 }
 
 TEST(ChosenModels, AreRefusedWithTheNearestName) {

@@ -1,4 +1,4 @@
-#include "studies/run/solutions/solution_cache.hpp"
+#include "studies/run/solutions.hpp"
 
 #include <algorithm>
 #include <array>
@@ -149,14 +149,14 @@ TEST_F(SolutionsOfARun, GoWhenAResultHasThem) {
 
 TEST_F(SolutionsOfARun, AreSolvedOnce) {
     const auto problem = pulled(10.0), other = pulled(11.0);
-    const auto model = cached(counting(), cache());
-    const auto first = model.solve(problem);
+    const auto model = counting();
+    PreparedModels prepared(cache());
+    const auto first = prepared.solve(model, problem);
     EXPECT_EQ(num_solved, 1);
-    EXPECT_EQ(model.solve(problem).displacement, first.displacement);
+    EXPECT_EQ(prepared.solve(model, problem).displacement, first.displacement);
     EXPECT_EQ(num_solved, 1);
     EXPECT_EQ(num_prepared, 1) << "what is known needs nothing that a model keeps";
-    const std::array load_cases{other.load_case, problem.load_case};
-    const auto both = model.prepare(problem.body, nullptr)->solve(load_cases);
+    const auto both = prepared.solve(model, std::array{core::Problem{problem.body, other.load_case}, problem});
     EXPECT_EQ(num_solved, 2) << "the other one alone";
     EXPECT_EQ(both[0].displacement, moved(other).displacement);
     EXPECT_EQ(both[1].displacement, first.displacement);
@@ -167,18 +167,17 @@ TEST_F(SolutionsOfARun, AreSolvedTogetherAgainWhereOneIsMissing) {
     const auto problem = pulled(10.0), other = pulled(11.0);
     auto together = counting();
     together.most_together = 2;
-    const auto model = cached(together, cache());
-    const std::array load_cases{core::LoadCase(problem.load_case), core::LoadCase(other.load_case)};
-    const auto solve_both = [&] { return model.prepare(problem.body, nullptr)->solve(load_cases); };
+    const std::array problems{problem, core::Problem{problem.body, other.load_case}};
+    const auto solve_both = [&] { return PreparedModels(cache()).solve(together, problems); };
     solve_both();
     EXPECT_EQ(num_solved, 2);
     solve_both();
     EXPECT_EQ(num_solved, 2);
-    cache().forget(std::array{model}, other);
+    cache().forget(std::array{together}, other);
     const auto both = solve_both();
     EXPECT_EQ(num_solved, 4);
     EXPECT_EQ(both[0].displacement, moved(problem).displacement);
-    EXPECT_TRUE(cache().find(model, other));
+    EXPECT_TRUE(cache().find(together, other));
 }
 
 /// What is stored was solved alone, and stays so.
@@ -195,11 +194,10 @@ TEST_F(SolutionsOfARun, AreNotSolvedAgainBesideAStoredReference) {
     results::write_reference(file, stored, problem, together.name, {});
     SolutionCache with_references(references);
     with_references.keep_in(folder);
-    const auto model = cached(together, with_references);
-    EXPECT_EQ(with_references.where(model, problem), "stored");
-    const std::array load_cases{core::LoadCase(problem.load_case), core::LoadCase(other.load_case)};
+    EXPECT_EQ(with_references.where(together, problem), "stored");
+    const std::array problems{problem, core::Problem{problem.body, other.load_case}};
     for (int again = 0; again < 2; ++again) {
-        const auto both = model.prepare(problem.body, nullptr)->solve(load_cases);
+        const auto both = PreparedModels(with_references).solve(together, problems);
         EXPECT_EQ(num_solved, 1);
         EXPECT_EQ(both[0].strain_energy, stored.strain_energy);
         EXPECT_EQ(both[1].displacement, moved(other).displacement);
@@ -210,7 +208,7 @@ TEST_F(SolutionsOfARun, AreThereWithoutAPlaceForThem) {
     fs::create_directories(output.parent_path());
     std::ofstream(output) << "a file where the folder should be";
     const auto problem = pulled(10.0);
-    EXPECT_EQ(cached(counting(), cache()).solve(problem).displacement, moved(problem).displacement);
+    EXPECT_EQ(PreparedModels(cache()).solve(counting(), problem).displacement, moved(problem).displacement);
     EXPECT_THROW(cache().keep(counting(), problem, moved(problem)), std::exception);
 }
 

@@ -11,8 +11,7 @@
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/problem_key.hpp"
-#include "studies/run/solutions/solution_cache.hpp"
-#include "studies/run/solutions/stored_references.hpp"
+#include "studies/run/solutions.hpp"
 #include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -60,9 +59,7 @@ class StoredReferences : public testing::Test {
     void TearDown() override { fs::remove_all(folder); }
 
     core::Solution solve_with_kept(const core::Problem &problem, const std::string &model = name) const {
-        std::vector<core::Model> models{model_to_store(model)};
-        studies::use_stored_references(models, folder);
-        return models.front().solve(problem);
+        return studies::PreparedModels(studies::SolutionCache(folder)).solve(model_to_store(model), problem);
     }
 
     fs::path folder = fs::path(testing::TempDir()) / "livermark_stored_references" /

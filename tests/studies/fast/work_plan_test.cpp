@@ -1,7 +1,8 @@
-#include "studies/run/work/work_plan.hpp"
+#include "studies/run/work_plan.hpp"
 
 #include <algorithm>
 #include <gtest/gtest.h>
+#include <limits>
 #include <map>
 #include <set>
 #include <utility>
@@ -39,13 +40,13 @@ bool is_wanted_always(std::size_t /*problem*/) {
 
 /// How often each model is to solve each problem, and how often each problem is evaluated.
 struct Counts {
-    explicit Counts(const WorkPlan &plan) {
-        for (const auto &item : plan.items)
+    explicit Counts(const std::vector<WorkItem> &items) {
+        for (const auto &item : items)
             for (const auto &group : item.case_groups)
                 for (const auto problem : group) {
                     for (const auto model : item.models)
                         ++solved[{model, problem}];
-                    evaluated[problem] += item.models.empty() ? 1 : 0;
+                    evaluated[problem] += item.is_evaluation() ? 1 : 0;
                 }
     }
     std::map<std::pair<std::size_t, std::size_t>, int> solved;
@@ -68,27 +69,27 @@ TEST(WorkPlan, EvaluatesAlsoWhereNoModelSolvesBefore) {
 }
 
 TEST(WorkPlan, EvaluationsWaitForAllSolvesOfTheirProblemAndForNothingElse) {
-    const auto plan = plan_work(six_problems(), four_models(), is_wanted_always);
-    for (std::size_t i = 0; i < plan.items.size(); ++i) {
-        const auto &item = plan.items[i];
-        if (!item.models.empty()) {
-            EXPECT_TRUE(plan.waits_for[i].empty());
+    const auto items = plan_work(six_problems(), four_models(), is_wanted_always);
+    for (std::size_t i = 0; i < items.size(); ++i) {
+        const auto &item = items[i];
+        if (!item.is_evaluation()) {
+            EXPECT_TRUE(item.waits_for.empty());
             continue;
         }
-        const auto problem = item.case_groups.at(0).at(0);
+        const auto problem = item.first_problem();
         std::set<int> needed;
-        for (std::size_t s = 0; s < plan.items.size(); ++s)
-            for (const auto &group : plan.items[s].case_groups)
-                if (!plan.items[s].models.empty() && std::ranges::find(group, problem) != group.end())
+        for (std::size_t s = 0; s < items.size(); ++s)
+            for (const auto &group : items[s].case_groups)
+                if (!items[s].is_evaluation() && std::ranges::find(group, problem) != group.end())
                     needed.insert(static_cast<int>(s));
-        EXPECT_EQ(std::set<int>(plan.waits_for[i].begin(), plan.waits_for[i].end()), needed);
+        EXPECT_EQ(std::set<int>(item.waits_for.begin(), item.waits_for.end()), needed);
         EXPECT_TRUE(std::ranges::all_of(needed, [&](int s) { return s < static_cast<int>(i); }));
     }
 }
 
 TEST(WorkPlan, SolvesTogetherNoMoreCaseGroupsThanPaysOfOneBody) {
     const auto problems = six_problems();
-    for (const auto &item : plan_work(problems, four_models(), is_wanted_always).items) {
+    for (const auto &item : plan_work(problems, four_models(), is_wanted_always)) {
         EXPECT_LE(item.case_groups.size(), 2u);
         for (const auto &group : item.case_groups)
             for (const auto problem : group)
@@ -98,9 +99,9 @@ TEST(WorkPlan, SolvesTogetherNoMoreCaseGroupsThanPaysOfOneBody) {
 
 /// The last digits depend on what is solved together, and a run that goes on is to come to the same ones.
 TEST(WorkPlan, LeavesOutWhatIsNotWantedAndChangesNoCompany) {
-    const auto company = [](const WorkPlan &plan) {
+    const auto company = [](const std::vector<WorkItem> &items) {
         std::map<std::pair<std::size_t, std::size_t>, std::set<std::size_t>> together; // of a model and a problem
-        for (const auto &item : plan.items)
+        for (const auto &item : items)
             for (const auto model : item.models)
                 for (const auto &group : item.case_groups)
                     for (const auto problem : group)
@@ -123,9 +124,80 @@ TEST(WorkPlan, LeavesOutWhatIsNotWantedAndChangesNoCompany) {
 }
 
 TEST(WorkPlan, BeginsWithTheLargestBody) {
-    const auto plan = plan_work(six_problems(), four_models(), is_wanted_always);
-    EXPECT_GE(plan.items.front().case_groups.front().front(), 3u);
-    EXPECT_LT(plan.items.back().case_groups.front().front(), 3u);
+    const auto items = plan_work(six_problems(), four_models(), is_wanted_always);
+    EXPECT_GE(items.front().first_problem(), 3u);
+    EXPECT_LT(items.back().first_problem(), 3u);
+}
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+std::shared_ptr<const core::Body> bar_of(int bricks) {
+    return tests::make_body(tests::box_mesh({0.1, 0.1, 0.1}, {bricks, 1, 1}), {1e3, 5e3, 0.3});
+}
+
+/// Constrained at some patches in all components, or in one alone, and pulled at x_max.
+core::Problem problem(const std::shared_ptr<const core::Body> &body, const std::vector<std::string> &fixed,
+                      double traction, const std::vector<std::string> &sliding = {}) {
+    auto load_case = tests::empty_load_case(body->mesh);
+    for (const auto &patch : fixed)
+        tests::prescribe(load_case, body->mesh, patch, {0.0, 0.0, 0.0});
+    for (const auto &patch : sliding)
+        tests::prescribe(load_case, body->mesh, patch, {nan, nan, 0.0});
+    tests::pull(load_case, body->mesh, "x_max", {traction, 0.0, 0.0});
+    return {body, std::move(load_case)};
+}
+
+TEST(CaseGroups, HaveOneStaticSolutionEach) {
+    const auto body = bar_of(1);
+    auto moving = problem(body, {"x_min"}, 10.0);
+    moving.load_case.release = core::Release{.num_steps = 1, .output_interval = 0.1, .damping = {}, .probes = {}};
+    const std::vector problems{problem(body, {"x_min"}, 10.0), problem(body, {"x_min"}, 20.0), moving};
+    EXPECT_EQ(case_groups_of(problems), (std::vector<CaseGroup>{{0, 2}, {1}}));
+}
+
+TEST(CaseGroups, OfDifferentBodiesAreDifferentEvenWhereTheLoadIsTheSame) {
+    const auto one = bar_of(1), twin = bar_of(1);
+    const std::vector problems{problem(one, {"x_min"}, 10.0), problem(twin, {"x_min"}, 10.0)};
+    EXPECT_EQ(case_groups_of(problems), (std::vector<CaseGroup>{{0}, {1}}));
+}
+
+TEST(CaseGroups, ThatConstrainTheSameFollowEachOther) {
+    const auto body = bar_of(1);
+    const std::vector problems{problem(body, {"x_min"}, 1.0), problem(body, {"y_min"}, 1.0),
+                               problem(body, {"x_min"}, 2.0), problem(body, {"y_min"}, 2.0)};
+    EXPECT_EQ(case_groups_of(problems), (std::vector<CaseGroup>{{0}, {2}, {1}, {3}}));
+}
+
+TEST(CaseGroups, OfTheLargestBodyComeFirst) {
+    const auto small = bar_of(1), large = bar_of(3);
+    const std::vector problems{problem(small, {"x_min"}, 1.0), problem(large, {"x_min"}, 1.0)};
+    EXPECT_EQ(case_groups_of(problems), (std::vector<CaseGroup>{{1}, {0}}));
+}
+
+TEST(MostShared, IsWhatMostLoadCasesConstrain) {
+    const auto body = bar_of(2);
+    const std::vector problems{problem(body, {"x_min"}, 1.0), problem(body, {"x_min"}, 1.0, {"z_min"}),
+                               problem(body, {"x_min", "y_min"}, 1.0), problem(body, {"z_max"}, 1.0)};
+    const auto found = most_shared(problems);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_TRUE(core::constrain_the_same(found[0].load_case, problems[0].load_case));
+}
+
+TEST(MostShared, IsNothingWhereNoLoadCaseConstrainsMoreThanAnother) {
+    const auto body = bar_of(2);
+    EXPECT_TRUE(most_shared(std::vector{problem(body, {"x_min"}, 1.0), problem(body, {"x_min"}, 2.0),
+                                        problem(body, {"y_min"}, 1.0)})
+                    .empty());
+}
+
+TEST(MostShared, IsFoundForEachBody) {
+    const auto one = bar_of(1), other = bar_of(2);
+    const std::vector problems{problem(one, {"x_min"}, 1.0), problem(one, {"x_min", "y_min"}, 1.0),
+                               problem(other, {"y_min"}, 1.0), problem(other, {"x_min", "y_min"}, 1.0)};
+    const auto found = most_shared(problems);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].body, one);
+    EXPECT_TRUE(core::constrain_the_same(found[1].load_case, problems[2].load_case));
 }
 
 } // namespace

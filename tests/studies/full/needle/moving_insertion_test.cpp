@@ -8,11 +8,12 @@
 
 #include "core/tool/needle/needle_line.hpp"
 #include "msm/nodal_conditions.hpp"
+#include "msm/spring_law.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/statics/rest_stiffness.hpp"
-#include "studies/msm_choice.hpp"
 #include "studies/needle/insertion.hpp"
+#include "support/known_names.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {
@@ -47,8 +48,10 @@ struct Block {
 };
 
 msm::ElasticBody patch_springs(const core::Body &body) {
-    return msm::springs_with_volume(body, msm::springs_beside_volume(body, find_spring_law("patch")),
-                                    msm::find_volume_term("nodal_volume"))
+    return msm::springs_with_volume(
+               body,
+               msm::springs_beside_volume(body, support::find_named(msm::all_spring_laws(), "patch", "spring law")),
+               msm::find_volume_term("nodal_volume"))
         .body;
 }
 

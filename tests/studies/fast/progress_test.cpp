@@ -1,4 +1,4 @@
-#include "studies/run/work/time_spent.hpp"
+#include "studies/progress.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "studies/run/work/time_spent.hpp"
+#include "studies/progress.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -7,6 +7,12 @@
 #include "results/tables/table_layout.hpp"
 
 namespace livermark::studies {
+
+void Steps::next(const std::string &about) {
+    ++step_;
+    if (report_)
+        report_(std::min(step_, num_steps_), num_steps_, about); // a model that solves again is no step more
+}
 
 void TimeSpent::stop() {
     if (is_running_)
@@ -29,13 +35,12 @@ void TimeSpent::add(const std::string &stage, double seconds) {
         stages_.emplace_back(stage, seconds);
 }
 
-const std::vector<std::pair<std::string, double>> &TimeSpent::stages() {
-    stop();
-    return stages_;
+void TimeSpent::add(const TimeSpent &other) {
+    for (const auto &[stage, seconds] : other.stages_)
+        add(stage, seconds);
 }
 
-std::string TimeSpent::text() {
-    stop();
+std::string TimeSpent::text() const {
     constexpr double smallest_part = 0.01;
     double total = 0.0;
     for (const auto &[name, seconds] : stages_)
