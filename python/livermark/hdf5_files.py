@@ -7,8 +7,7 @@ from typing import Any, Optional
 
 from livermark.errors import InputError
 from livermark.hdf5_trial import read_all, try_apart
-from livermark.limits import limits_of
-from livermark.plain_files import plain_file
+from livermark.plain_files import limits_of, plain_file
 
 RUN = "livermark run"  # the command that writes most files
 FAULTS = (KeyError, OSError, RuntimeError, ValueError, TypeError, IndexError, AttributeError)  # of h5py on what is damaged

@@ -12,7 +12,7 @@ namespace livermark::studies {
 namespace {
 
 toml::table ask_openturns(const std::string &part, const std::string &json) {
-    constexpr auto program = "sobol";
+    constexpr auto program = "studies.sobol";
     return support::parse_toml(
         support::run_python(program, {part}, json, "a sensitivity study", "python3-openturns python3-numpy"), program);
 }

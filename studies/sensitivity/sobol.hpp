@@ -21,7 +21,7 @@ struct SobolIndices {
 std::vector<std::vector<double>> sobol_points(std::size_t count, std::size_t dimension);
 
 /// Estimates the indices of independent parameters that are uniform in the unit cube, by a sparse polynomial chaos
-/// (OpenTURNS; python/livermark/sobol.py says how).
+/// (OpenTURNS; python/livermark/studies/sobol.py says how).
 /// @param points  (S, P) in the unit cube, S > P
 /// @param values  (O, S) finite
 /// @param groups  (G) numbers of parameters; at least one group

@@ -9,7 +9,7 @@ from typing import Any, Iterator
 
 import numpy
 
-from livermark.abaqus import MOST_NAMED, lines_of
+from livermark.convert.abaqus import MOST_NAMED, lines_of
 from livermark.errors import InputError
 
 #: Number of corners, their number with the middles of edges, and the types of cells of both.

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 
 import numpy
 
+from livermark.convert.mesh_files import Tetrahedra, read_apart, tetrahedra_of
 from livermark.errors import InputError
-from livermark.mesh_files import Tetrahedra, read_apart, tetrahedra_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

@@ -1,4 +1,4 @@
-"""Draws an experiment file: python3 -m livermark.experiment_figure <experiment>.h5 makes <experiment>.png beside it.
+"""Draws an experiment file: python3 -m livermark.report.experiment_figure <experiment>.h5 makes <experiment>.png beside it.
 
 `livermark experiment --figure` calls it. Where bodies rang down, <experiment>.ring_down.png is made as well: the mean of the
 markers over time, as measured and of the nearest models. Each state is drawn as measured markers over the boundary of the body as the

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple, Union
 
 import numpy
 
+from livermark.convert.febio import AXES, Solid, _arrays, _element, _numbers, _regions, _rows, _solver, _write_job
 from livermark.errors import InputError
-from livermark.febio import AXES, Solid, _arrays, _element, _numbers, _regions, _rows, _solver, _write_job
 from livermark.hdf5_files import FAULTS, open_hdf5
 
 if TYPE_CHECKING:

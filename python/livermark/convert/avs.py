@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy
 
-from livermark.abaqus import lines_of
+from livermark.convert.abaqus import lines_of
 from livermark.errors import InputError
 
 CELL_TYPES = {"pt": ("vertex", 1), "line": ("line", 2), "tri": ("triangle", 3), "quad": ("quad", 4), "tet": ("tetra", 4),

@@ -7,7 +7,7 @@ from typing import Any
 import numpy
 
 from livermark.errors import InputError
-from livermark.vtk_files import Dataset, Piece, checked_cells, shown
+from livermark.convert.vtk_files import Dataset, Piece, checked_cells, shown
 
 #: Types of cells and the number of their corners, 0 if it varies.
 CELL_TYPES = {1: ("vertex", 1), 2: ("vertex", 0), 3: ("line", 2), 4: ("poly_line", 0), 5: ("triangle", 3), 7: ("polygon", 0),

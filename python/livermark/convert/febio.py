@@ -7,8 +7,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy
 
+from livermark.convert.pictures import WOUND
 from livermark.errors import InputError
-from livermark.pictures import WOUND
 from livermark.plain_files import plain_file
 
 if TYPE_CHECKING:

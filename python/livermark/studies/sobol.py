@@ -1,4 +1,4 @@
-"""Quasi-random points and Sobol indices, by OpenTURNS: python3 -m livermark.sobol points|indices, JSON on standard
+"""Quasi-random points and Sobol indices, by OpenTURNS: python3 -m livermark.studies.sobol points|indices, JSON on standard
 input, TOML on standard output.
 
 `livermark sensitivity` calls it. The indices are those of a sparse polynomial chaos: of the Legendre polynomials up to the

@@ -1,11 +1,11 @@
-"""Writes what other programs read beside a scene: python3 -m livermark.scene_files LOAD_CASE.scene.h5
+"""Writes what other programs read beside a scene: python3 -m livermark.convert.scene_files LOAD_CASE.scene.h5
 
 That is LOAD_CASE.feb for FEBio and LOAD_CASE.sofa.py for SOFA, whose paths it prints. `livermark export` calls it.
 """
 import sys
 
+from livermark.convert.tool_scene import read_tool_scene, tool_scene_to_febio, tool_scene_to_sofa
 from livermark.errors import InputError
-from livermark.tool_scene import read_tool_scene, tool_scene_to_febio, tool_scene_to_sofa
 
 SUFFIX = ".scene.h5"
 

@@ -14,12 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from livermark import abaqus, avs, med, nastran, tetgen, vtk_files, vtk_grids
+from livermark.convert import abaqus, avs, med, nastran, tetgen, vtk_files, vtk_grids
+from livermark.convert.file_headers import check_counts
+from livermark.convert.groups import TETRAHEDRA, groups_of, refuse_other_cells
 from livermark.errors import InputError
-from livermark.file_headers import check_counts
-from livermark.groups import TETRAHEDRA, groups_of, refuse_other_cells
-from livermark.limits import limits_of, put_limits
-from livermark.plain_files import plain_file
+from livermark.plain_files import limits_of, plain_file, put_limits
 
 REFUSED = 2  #: exit status of the process that reads, with a sentence on standard error
 FIRST_LINES = 1000  #: bytes, in which programs write what a file is
@@ -181,8 +180,8 @@ def read_apart(path: Any) -> Tetrahedra:
                            "give the mesh that meshio.read() returns")
     seconds, num_bytes = limits_of(name)
     # The modules that this process finds, and none of the working directory.
-    folders = [str(pathlib.Path(__file__).resolve().parents[1])] + [folder for folder in sys.path if os.path.isabs(folder)]
-    program = "import sys; sys.path[:] = sys.argv[3:]; from livermark.mesh_files import main; sys.exit(main(*sys.argv[1:3]))"
+    folders = [str(pathlib.Path(__file__).resolve().parents[2])] + [folder for folder in sys.path if os.path.isabs(folder)]
+    program = "import sys; sys.path[:] = sys.argv[3:]; from livermark.convert.mesh_files import main; sys.exit(main(*sys.argv[1:3]))"
     with tempfile.TemporaryDirectory(prefix="livermark-") as scratch:
         target = os.path.join(scratch, "mesh.npz")
         try:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy
 
 from livermark.errors import InputError
-from livermark.groups import MOST_GROUPS
+from livermark.convert.groups import MOST_GROUPS
 
 
 def _beside(path: pathlib.Path, ending: str) -> pathlib.Path:
