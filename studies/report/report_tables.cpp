@@ -16,7 +16,6 @@
 #include "results/tables/studies/experiment_table.hpp"
 #include "results/tables/studies/needle_table.hpp"
 #include "results/tables/studies/ring_down_table.hpp"
-#include "results/tables/studies/sensitivity_table.hpp"
 #include "results/tables/studies/slow_table.hpp"
 #include "results/tables/studies/stability_table.hpp"
 #include "results/tables/summary.hpp"
@@ -215,18 +214,6 @@ toml::array needles_of(const ReportData &data) {
     return array;
 }
 
-toml::array sensitivities_of(const ReportData &data) {
-    toml::array array;
-    for (std::size_t s = 0; s < data.sensitivities.size(); ++s) {
-        const auto &sensitivity = data.sensitivities[s];
-        array.push_back(toml::table{{"file", data.files.sensitivities[s]},
-                                    {"outputs", json_of(results::output_table(sensitivity))},
-                                    {"indices", json_of(results::index_table(sensitivity))},
-                                    {"budget", json_of(results::budget_table(sensitivity))}});
-    }
-    return array;
-}
-
 toml::array stability_of(const ReportData &data) {
     toml::array array;
     for (std::size_t s = 0; s < data.stability.size(); ++s)
@@ -262,7 +249,7 @@ std::string report_tables(const ReportData &data, const std::string &command_lin
         {"stability", stability_of(data)},
         {"experiments", experiments_of(data)},
         {"needles", needles_of(data)},
-        {"sensitivities", sensitivities_of(data)},
+        {"sensitivities", array_of(data.files.sensitivities)},
         {"timings", array_of(data.files.timings)},
         {"others", array_of(data.files.others)},
         {"faults", std::move(faults)},

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from livermark.report import colours, figures
 from livermark.report.data import ReportData, attributes_of, cleaned, number, table_of
 from livermark.report.parts import Section, figure, missing, paragraph, table
-from livermark.report.units import PERCENT
+from livermark.studies.tables import PERCENT
 
 TITLE = "Livers of other people"
 COMMAND = "livermark cohort --bodies 1-8 --output FOLDER"  # makes the files

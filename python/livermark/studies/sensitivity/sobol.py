@@ -1,19 +1,16 @@
-"""Quasi-random points and Sobol indices, by OpenTURNS: python3 -m livermark.studies.sobol points|indices, JSON on standard
-input, TOML on standard output.
+"""Quasi-random points and Sobol indices, by OpenTURNS.
 
-`livermark sensitivity` calls it. The indices are those of a sparse polynomial chaos: of the Legendre polynomials up to the
-largest total degree that has no more terms than there are points, least angle regression keeps those that lower the
-corrected leave-one-out error (Blatman and Sudret 2011, J. Comput. Phys. 230), and the squares of their coefficients are
-parts of the variance (Sudret 2008, Reliab. Eng. Syst. Saf. 93). Intervals are of points drawn again with replacement, for
-the terms that were kept.
+The indices are those of a sparse polynomial chaos: of the Legendre polynomials up to the largest total degree that has no
+more terms than there are points, least angle regression keeps those that lower the corrected leave-one-out error (Blatman
+and Sudret 2011, J. Comput. Phys. 230), and the squares of their coefficients are parts of the variance (Sudret 2008, Reliab.
+Eng. Syst. Saf. 93). Intervals are of points drawn again with replacement, for the terms that were kept.
 """
-import json
 import math
-import sys
 
 import numpy as np
 import openturns as ot
 
+ot.Log.Show(ot.Log.NONE)
 NUM_DRAWS = 400
 LEVELS = (2.5, 97.5)  # of the intervals [%]
 
@@ -95,42 +92,26 @@ class Chaos:
             yield np.linalg.lstsq(self.matrix[rows], self.values[rows], rcond=None)[0]
 
 
-def numbers(values):
-    return "[" + ", ".join(repr(float(value)) for value in np.ravel(values)) + "]"
+def sobol_indices(points, values, groups):
+    """Estimates the indices of one output for independent parameters that are uniform in the unit cube.
 
-
-def indices_of(points, values, groups):
-    """What is known of one output, as lines of a TOML table."""
-    if np.ptp(values) <= 1e-12 * np.abs(values).max():  # nothing varies: no polynomial, no index
-        nothing, of_groups = np.zeros(points.shape[1]), np.zeros(len(groups))
-        return {name: numbers(nothing) for name in ("first", "first_lower", "first_upper", "total", "total_lower",
-                                                    "total_upper")} | {"group_total": numbers(of_groups),
-                                                                       "unexplained": "0.0"}
-    chaos = Chaos(points, (values - values.mean()) / values.std())
+    points: (S, P), S > P. values: (S) finite. groups: (G) lists of numbers of parameters. Returns first, first_lower,
+    first_upper, total, total_lower, total_upper (P each), group_total (G) and unexplained, the part of the variance that
+    the polynomial misses.
+    """
+    points, values = np.asarray(points, dtype=float), np.asarray(values, dtype=float)
     parameters = range(points.shape[1])
+    if np.ptp(values) <= 1e-12 * np.abs(values).max():  # nothing varies: no polynomial, no index
+        return {name: [0.0] * len(parameters) for name in ("first", "first_lower", "first_upper", "total", "total_lower",
+                                                           "total_upper")} | {"group_total": [0.0] * len(groups),
+                                                                              "unexplained": 0.0}
+    chaos = Chaos(points, (values - values.mean()) / values.std())
     drawn = list(chaos.draws())
     first = np.percentile([[chaos.first(c, p) for p in parameters] for c in drawn], LEVELS, axis=0)
     total = np.percentile([[chaos.total(c, [p]) for p in parameters] for c in drawn], LEVELS, axis=0)
-    return {"first": numbers([chaos.first(chaos.coefficients, p) for p in parameters]),
-            "first_lower": numbers(first[0]), "first_upper": numbers(first[1]),
-            "total": numbers([chaos.total(chaos.coefficients, [p]) for p in parameters]),
-            "total_lower": numbers(total[0]), "total_upper": numbers(total[1]),
-            "group_total": numbers([chaos.total(chaos.coefficients, group) for group in groups]),
-            "unexplained": repr(chaos.unexplained())}
-
-
-def main():
-    ot.Log.Show(ot.Log.NONE)
-    asked = json.load(sys.stdin)
-    if sys.argv[1:] == ["points"]:
-        print("points =", numbers(sobol_points(asked["count"], asked["dimension"])))
-        return
-    points = np.array(asked["points"]).reshape(-1, asked["dimension"])
-    for values in np.array(asked["values"]).reshape(-1, len(points)):
-        print("[[output]]")
-        for key, value in indices_of(points, values, asked["groups"]).items():
-            print(key, "=", value)
-
-
-if __name__ == "__main__":
-    main()
+    return {"first": [float(chaos.first(chaos.coefficients, p)) for p in parameters],
+            "first_lower": first[0].tolist(), "first_upper": first[1].tolist(),
+            "total": [float(chaos.total(chaos.coefficients, [p])) for p in parameters],
+            "total_lower": total[0].tolist(), "total_upper": total[1].tolist(),
+            "group_total": [float(chaos.total(chaos.coefficients, group)) for group in groups],
+            "unexplained": chaos.unexplained()}
