@@ -6,12 +6,42 @@
 #include <optional>
 #include <pthread.h>
 #include <pybind11/pybind11.h>
+#include <string>
 #include <thread>
 #include <type_traits>
 #include <unistd.h>
 #include <utility>
 
+#include "support/input_error.hpp"
+
 namespace livermark::python {
+
+/// Raises an exception of livermark.errors at the next return to Python.
+/// @param type  its name
+inline void set_error(const char *type, const char *sentence) {
+    const auto of_package = pybind11::module_::import("livermark.errors").attr(type);
+    PyErr_SetString(of_package.ptr(), sentence);
+}
+
+/// Raises an exception of livermark.errors.
+/// @param type  its name
+[[noreturn]] inline void raise(const char *type, const std::string &sentence) {
+    set_error(type, sentence.c_str());
+    throw pybind11::error_already_set();
+}
+
+/// Makes a support::InputError of this module's functions a livermark.InputError with the same sentence.
+inline void translate_input_errors() {
+    // NOLINTNEXTLINE(performance-unnecessary-value-param): pybind11 asks for this signature
+    pybind11::register_local_exception_translator([](std::exception_ptr thrown) {
+        try {
+            if (thrown)
+                std::rethrow_exception(thrown);
+        } catch (const support::InputError &error) {
+            set_error("InputError", error.what());
+        }
+    });
+}
 
 /// Work that goes on while the program ends would use what the program takes down. So when the interpreter ends it
 /// waits for it, but not for long, and other threads begin no more.
