@@ -20,6 +20,7 @@
 #include "support/input_error.hpp"
 #include "support/processes/memory.hpp"
 #include "support/processes/mpi_session.hpp"
+#include "support/processes/python_program.hpp"
 
 namespace livermark::studies {
 
@@ -60,10 +61,17 @@ std::string command_of_body(const RunOptions &options, const std::string &body_f
     return command + (options.reference_on_mesh ? " --reference-on-mesh" : "") + " --output .";
 }
 
+/// Statistics and the interpreter that makes them.
+/// @param arguments  of python/livermark/studies/cohort.py
+void run_statistics(const std::vector<std::string> &arguments) {
+    support::run_python("studies.cohort", arguments, {}, "statistics of a cohort", "python3-numpy python3-h5py");
+}
+
 /// Everything that a user may have got wrong: on the livers that ship, which have the places of all others.
 void check_all(const CohortOptions &options, RunOptions run) {
     if (support::mpi_num_ranks() > 1)
         throw support::InputError("`livermark cohort` works on one rank only; start it without mpirun");
+    run_statistics({"ready"});
     run.bodies = {"liver_healthy", "liver_tumours"};
     read_task(run);
     for (const int number : options.bodies)
@@ -159,6 +167,7 @@ CohortOutcome run_cohort(const CohortOptions &options, const std::string &comman
         run_body(number, options, run, report, all);
     all.cohort.provenance = results::current_provenance(command_line);
     results::write_cohort(file.path(), all.cohort);
+    run_statistics({"finish", file.path().string()});
     all.is_well =
         all.cohort.failures.empty() && std::ranges::all_of(all.cohort.errors, [](const results::CohortError &error) {
             return error.status == core::SolutionStatus::ok || may_fail(error.model, error.regime);

@@ -1,11 +1,12 @@
 """Five patients of a jelly, three parameters in two groups, two outputs and one model. The numbers are made up.
 
-sample_sensitivity.py FOLDER writes sample_sensitivity.h5 there.
+sample_sensitivity.py FOLDER writes sample_sensitivity.h5 there, and adds the statistics to sample_cohort.h5.
 """
 import math
 import pathlib
 import sys
 
+from livermark.studies import cohort
 from livermark.studies.sensitivity.ranges import Parameter
 from livermark.studies.sensitivity.record import Budget, Output, Sensitivity, write
 
@@ -32,4 +33,6 @@ def sample_sensitivity() -> Sensitivity:
 
 
 if __name__ == "__main__":
-    write(pathlib.Path(sys.argv[1]) / "sample_sensitivity.h5", sample_sensitivity())
+    folder = pathlib.Path(sys.argv[1])
+    write(folder / "sample_sensitivity.h5", sample_sensitivity())
+    cohort.finish(folder / "sample_cohort.h5")
