@@ -10,7 +10,6 @@
 #include "cli/common_options.hpp"
 #include "cli/progress.hpp"
 #include "cli/run_tables.hpp"
-#include "studies/cohort/body_numbers.hpp"
 
 namespace livermark::cli {
 
