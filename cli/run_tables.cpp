@@ -4,18 +4,22 @@
 #include <fmt/format.h>
 #include <functional>
 #include <iterator>
+#include <sstream>
 #include <string>
+#include <toml++/toml.h>
 #include <vector>
 
+#include "core/tool/tool_stiffness.hpp"
 #include "results/one_reference.hpp"
+#include "results/records/arena.hpp"
 #include "results/tables/large_table.hpp"
 #include "results/tables/median_errors.hpp"
 #include "results/tables/overview.hpp"
-#include "results/tables/studies/cohort_table.hpp"
 #include "results/tables/table.hpp"
 #include "results/tables/table_layout.hpp"
 #include "results/tables/tool_cells.hpp"
 #include "support/input_error.hpp"
+#include "support/processes/python_program.hpp"
 
 namespace livermark::cli {
 
@@ -32,23 +36,6 @@ std::string medians_with_legend(std::span<const results::Result> results,
         throw support::InputError("there is no static load case here to take a median of; give result files of "
                                   "`livermark run --static`");
     return as_text(layout) + "\n" + results::median_legend(results);
-}
-
-/// @param statistics  of one regime and reference
-std::string cohort_with_legend(std::span<const results::CohortStatistics> statistics,
-                               const std::function<std::string(const results::Layout &)> &as_text) {
-    const auto layout = results::cohort_table(statistics);
-    if (layout.rows.empty())
-        throw support::InputError("there is no cohort here; give static results on bodies whose names end in their "
-                                  "number, such as those of `livermark mesh liver --variant 7 -o liver_variant_7.msh`");
-    const auto reference = results::printable(statistics.front().reference);
-    return as_text(layout) +
-           fmt::format(
-               "\nover bodies, of the mean relative L2 error{} over load cases; in brackets the interval of 95 % "
-               "by bootstrap, of {} bodies or more; tuning: odd numbers, on which constants may be chosen, test: even "
-               "ones\n",
-               reference.empty() ? "" : " against " + reference, results::fewest_bodies_of_interval) +
-           results::tool_legend();
 }
 
 /// Which reference the numbers of the tables belong to, and what is not as it should be.
@@ -146,7 +133,7 @@ void print_left_out(const std::vector<studies::LeftOut> &left_out, bool markdown
 
 void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown) {
     if (kind == TableKind::cohort)
-        return print_cohort(results::cohort_statistics(results::cohort_errors(results)), markdown);
+        return print_cohort(results::cohort_errors(results), markdown);
     Printer printer(markdown);
     auto groups = results::of_one_reference(results);
     if (kind == TableKind::forces)
@@ -169,21 +156,32 @@ void print_tables(std::span<const results::Result> results, TableKind kind, bool
         print_group(printer, group, kind);
 }
 
-void print_cohort(std::span<const results::CohortStatistics> statistics, bool markdown) {
-    Printer printer(markdown);
-    const auto as_text = [&](const results::Layout &layout) { return printer.as_text(layout); };
-    if (statistics.empty())
-        return printer.print(cohort_with_legend({}, as_text)); // which refuses them
-    while (!statistics.empty()) {
-        const auto &first = statistics.front();
-        const auto is_other = [&](const results::CohortStatistics &group) {
-            return group.regime != first.regime || group.reference != first.reference;
-        };
-        const auto num = static_cast<std::size_t>(std::ranges::find_if(statistics, is_other) - statistics.begin());
-        printer.print(std::string(title_of(first.regime)) + "\n");
-        printer.print(cohort_with_legend(statistics.first(num), as_text));
-        statistics = statistics.subspan(num);
-    }
+void print_cohort(std::span<const results::CohortError> errors, bool markdown) {
+    const auto column = [&](auto value) {
+        toml::array values;
+        for (const auto &error : errors)
+            values.push_back(value(error));
+        return values;
+    };
+    using Error = results::CohortError;
+    const toml::table question{
+        {"errors", toml::table{{"body", column([](const Error &e) { return e.body; })},
+                               {"regime", column([](const Error &e) { return core::to_string(e.regime); })},
+                               {"poisson_ratio", column([](const Error &e) { return e.poisson_ratio; })},
+                               {"load_case", column([](const Error &e) { return e.load_case; })},
+                               {"model", column([](const Error &e) { return e.model; })},
+                               {"is_ok", column([](const Error &e) { return e.status == core::SolutionStatus::ok; })},
+                               {"relative_l2", column([](const Error &e) { return e.relative_l2; })},
+                               {"stiffness", column([](const Error &e) { return e.stiffness; })},
+                               {"reference", column([](const Error &e) { return e.reference; })}}},
+        {"titles", toml::table{{"small", small_title}, {"large", large_title}}},
+        {"tool_legend", results::tool_legend()},
+        {"smallest_felt_difference", core::smallest_felt_difference},
+        {"markdown", markdown}};
+    std::ostringstream text;
+    text << question;
+    fmt::print("{}", support::run_python("studies.cohort", {"table"}, text.str(), "statistics of a cohort",
+                                         "python3-numpy python3-h5py"));
 }
 
 } // namespace livermark::cli

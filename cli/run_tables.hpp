@@ -31,9 +31,9 @@ inline const std::map<std::string, TableKind> table_kinds{
 ///         body's name ends in a number
 void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown);
 
-/// Prints what `--kind cohort` prints of the results behind the statistics.
-/// @throws support::InputError if there are none
-void print_cohort(std::span<const results::CohortStatistics> statistics, bool markdown);
+/// Prints statistics of errors, as `--kind cohort` does; Python makes them.
+/// @throws support::InputError if there are none, and where numpy or h5py is missing
+void print_cohort(std::span<const results::CohortError> errors, bool markdown);
 
 /// Prints which load cases do not fit which body, and why; nothing where all fit.
 void print_left_out(const std::vector<studies::LeftOut> &left_out, bool markdown);

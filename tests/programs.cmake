@@ -59,6 +59,9 @@ set(sample_arena ${CMAKE_CURRENT_BINARY_DIR}/sample_arena.h5)
 set(sample_calibration ${CMAKE_CURRENT_BINARY_DIR}/sample_calibration.h5)
 set(sample_timings ${CMAKE_CURRENT_BINARY_DIR}/sample_timings.h5)
 add_test(NAME ResultFile.IsWrittenForPython COMMAND write_sample_result ${CMAKE_CURRENT_BINARY_DIR})
+add_test(NAME StudyFiles.AreWrittenForPython
+  COMMAND ${CMAKE_COMMAND} -E env PYTHONPATH=${PROJECT_SOURCE_DIR}/python ${vtk_python}
+    ${CMAKE_CURRENT_SOURCE_DIR}/python/sample_sensitivity.py ${CMAKE_CURRENT_BINARY_DIR})
 add_test(NAME ResultFile.OpensInVtk
   COMMAND ${vtk_python} ${CMAKE_CURRENT_SOURCE_DIR}/results/vtkhdf_reader_test.py ${sample_result}
     ${CMAKE_CURRENT_BINARY_DIR}/still_result.h5 ${CMAKE_CURRENT_BINARY_DIR}/path_result.h5)
@@ -73,7 +76,8 @@ add_test(NAME Report.IsWellFormedAndNeedsNothingElse
 add_test(NAME ResultFile.HasTheStructureOfTheExample
   COMMAND ${PROJECT_SOURCE_DIR}/scripts/example_h5dump ${CMAKE_CURRENT_BINARY_DIR}/small_result.h5
     --same-as ${PROJECT_SOURCE_DIR}/results/example_h5dump.txt)
-set_tests_properties(ResultFile.IsWrittenForPython PROPERTIES LABELS full TIMEOUT 60 FIXTURES_SETUP sample_result)
+set_tests_properties(ResultFile.IsWrittenForPython StudyFiles.AreWrittenForPython PROPERTIES LABELS full TIMEOUT 60 FIXTURES_SETUP sample_result)
+set_tests_properties(StudyFiles.AreWrittenForPython PROPERTIES DEPENDS ResultFile.IsWrittenForPython)
 set_tests_properties(ResultFile.OpensInVtk ResultFiles.AreWhatTheSchemaSays Report.IsWellFormedAndNeedsNothingElse
   ResultFile.HasTheStructureOfTheExample PROPERTIES LABELS full TIMEOUT 60 FIXTURES_REQUIRED sample_result)
 

@@ -10,8 +10,6 @@
 #include "cli/common_options.hpp"
 #include "cli/progress.hpp"
 #include "cli/run_tables.hpp"
-#include "results/records/cohort.hpp"
-#include "studies/cohort/body_numbers.hpp"
 
 namespace livermark::cli {
 
@@ -42,7 +40,7 @@ int run_command_of_cohort(const CohortCommand &command, const studies::RunOption
         .bodies = studies::body_numbers(command.bodies), .tetrahedra = command.tetrahedra, .run = run};
     auto outcome = studies::run_cohort(options, command_line, print_progress());
     if (!outcome.cohort.errors.empty())
-        print_cohort(results::cohort_statistics(outcome.cohort.errors), command.markdown);
+        print_cohort(outcome.cohort.errors, command.markdown);
     fmt::print(stderr, "\n{}\n", outcome.spent.text());
     print_notes(outcome.notes);
     print_kept(outcome);

@@ -33,7 +33,7 @@ void list_experiments() {
 void draw_experiments(const std::vector<std::string> &files) {
     for (const auto &file : files)
         fmt::print(stderr, "{}",
-                   support::run_python("experiment_figure", {file}, {}, "the picture of an experiment",
+                   support::run_python("report.experiment_figure", {file}, {}, "the picture of an experiment",
                                        "python3-h5py and python3-matplotlib"));
 }
 

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <fmt/format.h>
 #include <memory>
 #include <string>
@@ -7,9 +6,7 @@
 #include "cli/common_options.hpp"
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
-#include "results/tables/studies/sensitivity_table.hpp"
 #include "studies/sensitivity/sensitivity.hpp"
-#include "support/input_error.hpp"
 #include "support/root_folder.hpp"
 
 namespace livermark::cli {
@@ -20,43 +17,15 @@ struct SensitivityFormat {
     bool json = false, markdown = false;
 };
 
-void print_sensitivity(const results::Sensitivity &sensitivity, bool markdown) {
-    const auto print = [&](const std::string &title, const results::Layout &layout) {
-        fmt::print("{}:\n{}{}\n", title, markdown ? "\n" : "",
-                   markdown ? results::to_markdown(layout) : results::to_text(layout));
-    };
-    fmt::print("{} / {}: {}\n\n", sensitivity.body, sensitivity.load_case, results::printable(sensitivity.title));
-    print(fmt::format("{} patients, solved by {}", sensitivity.values.size(), sensitivity.model),
-          results::output_table(sensitivity));
-    print("Sobol indices, first order and total, with intervals of 95 %", results::index_table(sensitivity));
-    print(fmt::format("Error budget [%], models against {}", sensitivity.budget.reference),
-          results::budget_table(sensitivity));
-    for (std::size_t o = 0; o < sensitivity.outputs.size(); ++o)
-        fmt::print("{}\n", results::printable(studies::verdict(sensitivity, o)));
-    fmt::print("\n");
-}
-
-void print_legend() {
-    fmt::print(
-        "patient: standard deviation over the mean of the samples; the columns before it are what its groups do, "
-        "with what they do together with others. mesh: error bar of the reference. Models: signed error; that of "
-        "the place of a tumour is a length. law: Ogden's over the neo-Hookean law at the whole load of "
-        "large_<load case>. measurement: noise of a measured displacement. -: unknown, or does not apply.\n");
-}
-
 int run_sensitivity(studies::SensitivityOptions options, const SensitivityFormat &format,
                     const std::string &command_line) {
     const auto bodies = with_images_meshed({options.body}, options.output, command_line, false);
     options.body = bodies.front();
     const auto done = studies::study_sensitivity(options, command_line, print_progress());
     print_notes(done.notes);
-    if (format.json) {
-        fmt::print("{}\n", studies::to_json(done.of_load_case));
-    } else {
-        for (const auto &sensitivity : done.of_load_case)
-            print_sensitivity(sensitivity, format.markdown);
-        print_legend();
-    }
+    fmt::print("{}", studies::shown_sensitivities(done.files, format.json       ? "json"
+                                                              : format.markdown ? "markdown"
+                                                                                : "text"));
     fmt::print(stderr, "Result files are in {}\n", done.folder);
     return 0;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/problem.hpp"
 
 /// Numpy arrays in and out. Input is checked here, once. What goes out is a view of memory that C++ holds, or takes the
 /// memory over; nothing is copied.
@@ -54,5 +55,15 @@ py::array_t<double> to_array(Eigen::VectorXd components);
 
 /// Shape (N, 3).
 py::array_t<double> to_array(const std::vector<core::Vector3> &field);
+
+/// A body of arrays. Tetrahedra of the same material are a region.
+/// @param points         shape (N, 3) [m]
+/// @param tetrahedra     shape (M, 4), node numbers, positive volumes
+/// @param young_modulus  [Pa], here and below a number or shape (M)
+/// @param density        [kg/m^3]
+/// @throws support::InputError if shapes, node numbers, volumes or materials are wrong, or if a node is in no
+/// tetrahedron
+core::Body to_body(const py::handle &points, const py::handle &tetrahedra, const py::handle &young_modulus,
+                   const py::handle &poisson_ratio, const py::handle &density);
 
 } // namespace livermark::python

@@ -6,35 +6,156 @@
 #include <memory>
 #include <mutex>
 #include <stdexcept>
+#include <string>
+#include <system_error>
+#include <thread>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
-#include "python/bindings/conditions.hpp"
-#include "python/bindings/errors.hpp"
-#include "python/bindings/prepared_steps.hpp"
-#include "python/bindings/without_interpreter.hpp"
+#include "core/rayleigh_damping.hpp"
+#include "msm/dynamics/time_step.hpp"
+#include "msm/integrator.hpp"
+#include "msm/kernels/fast_steps.hpp"
+#include "python/bindings/interpreter.hpp"
+#include "python/bindings/springs.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/forks.hpp"
 
 namespace livermark::python {
 
-msm::NodalConditions conditions_of(const Springs &springs, const py::handle &fixed, const py::handle &forces) {
-    const std::size_t num_nodes = springs.points.size();
-    msm::NodalConditions conditions;
-    for (const auto &components : to_mask(fixed, "fixed", num_nodes)) {
-        auto &displacement = conditions.displacement.emplace_back(core::Vector3::Zero());
-        auto &constraint = conditions.constraint.emplace_back(std::array{0, 0, 0});
-        for (std::size_t c = 0; c < 3; ++c)
-            if (!components[c]) {
-                displacement[static_cast<Eigen::Index>(c)] = std::numeric_limits<double>::quiet_NaN();
-                constraint[c] = -1;
-            }
-    }
-    conditions.force = forces.is_none() ? std::vector<core::Vector3>(num_nodes, core::Vector3::Zero())
-                                        : to_vectors(forces, "forces", num_nodes);
-    return conditions;
+namespace {
+
+/// Arguments of a Simulation; see its docstring.
+struct StepChoice {
+    double time_step = 0.0; ///< h [s]
+    std::string integrator;
+    core::RayleighDamping damping;
+    std::string kernel;
+    int num_threads = 1;
+    bool force_time_step = false; ///< take it even if it is too long to be stable
+    core::PronySeries relaxation{};
+};
+
+/// Threads of one simulation: more than cores only wait for each other. Small machines may try what large ones do.
+int most_threads() {
+    constexpr int at_least = 8;
+    return std::max(at_least, 2 * static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-namespace {
+/// Threads of all simulations together, beside the threads that call them.
+int most_borrowed() {
+    return 32 * most_threads();
+}
+
+int num_borrowed_in_all = 0; // looked at by the thread that holds the interpreter
+
+/// Threads that simulations have beside those that call them. They are given back when it goes.
+class BorrowedThreads {
+  public:
+    /// @param num_threads  of one simulation, that which calls it among them
+    /// @throws support::InputError if they are fewer than one, too many for this machine, or too many with those of all
+    /// other simulations of this process
+    explicit BorrowedThreads(int num_threads) : num_borrowed_(num_threads - 1) {
+        if (num_threads < 1)
+            throw support::InputError(fmt::format("num_threads: {}; there has to be one at least", num_threads));
+        if (num_threads > most_threads())
+            throw support::InputError(
+                fmt::format("num_threads: {} is too many for the {} cores of this machine; give {} at "
+                            "most",
+                            num_threads, std::thread::hardware_concurrency(), most_threads()));
+        if (num_borrowed_in_all + num_borrowed_ > most_borrowed())
+            throw support::InputError(
+                fmt::format("num_threads: all simulations that are alive have {} threads already, and "
+                            "{} are the most; delete some, or give num_threads=1",
+                            num_borrowed_in_all, most_borrowed()));
+        num_borrowed_in_all += num_borrowed_;
+    }
+    ~BorrowedThreads() { num_borrowed_in_all -= num_borrowed_; }
+    BorrowedThreads(const BorrowedThreads &) = delete;
+    BorrowedThreads &operator=(const BorrowedThreads &) = delete;
+
+  private:
+    int num_borrowed_;
+};
+
+msm::ForcePrecision precision_of(const std::string &kernel) {
+    if (kernel == "simd_double")
+        return msm::ForcePrecision::double_precision;
+    if (kernel == "simd_float")
+        return msm::ForcePrecision::single_precision;
+    throw support::InputError(fmt::format("there is no kernel '{}'; known are: simd_double, simd_float", kernel));
+}
+
+/// In the words of `livermark run`.
+void refuse_unstable(const Springs &springs, const StepChoice &choice, const msm::Integrator &integrator,
+                     const py::handle &fixed) {
+    const double highest = largest_frequency(springs, fixed);
+    if (!(highest > 0.0))
+        return; // nothing moves
+    const double critical =
+        msm::critical_time_step(integrator, choice.damping, msm::lowest_damped_part * highest, highest);
+    if (!(critical > 0.0))
+        throw support::InputError(fmt::format("integrator: {} is unstable at every time step with such damping; give "
+                                              "more of it, take another integrator, or force_time_step=True to see "
+                                              "what happens",
+                                              integrator.name));
+    if (choice.time_step > critical)
+        throw support::InputError(fmt::format(
+            "time_step: {:.3g} s is too long for {} with these springs: {:.3g} s is the longest that is stable, and "
+            "{:.3g} s is safe; take that, or force_time_step=True to see what happens",
+            choice.time_step, integrator.name, critical, msm::default_safety_factor * critical));
+}
+
+/// @param branches  modulus and time [s] of each
+/// @throws support::InputError if a modulus is negative, all together leave nothing, or a time is not positive
+core::PronySeries prony_series(const std::vector<std::pair<double, double>> &branches) {
+    core::PronySeries series;
+    for (const auto &[modulus, time] : branches) {
+        if (!(modulus >= 0.0))
+            throw support::InputError(fmt::format("relaxation: {} is no part of a modulus that fades; give pairs of a "
+                                                  "modulus, 0 or more, and a time in seconds",
+                                                  modulus));
+        if (!(time > 0.0))
+            throw support::InputError(
+                fmt::format("relaxation: a time is {} s; times have to be positive, in seconds", time));
+        series.moduli.push_back(modulus);
+        series.times.push_back(time);
+    }
+    if (!(series.remaining() > 0.0))
+        throw support::InputError(
+            fmt::format("relaxation: the moduli are parts that fade, and their sum {:g} has to be "
+                        "below 1; change them",
+                        1.0 - series.remaining()));
+    return series;
+}
+
+/// @param fixed, forces  see conditions_of()
+/// @throws support::InputError if the step is too long to be stable, and what else is wrong in the arguments
+msm::FastSteps prepare_steps(const Springs &springs, const StepChoice &choice, const py::handle &fixed,
+                             const py::handle &forces) {
+    const msm::FastStepOptions options{
+        .precision = precision_of(choice.kernel), .num_threads = choice.num_threads, .relaxation = choice.relaxation};
+    const auto conditions = conditions_of(springs, fixed, forces);
+    if (!(choice.time_step > 0.0 && std::isfinite(choice.time_step)))
+        throw support::InputError(fmt::format(
+            "time_step: {} s; it has to be positive, such as 0.8 of critical_time_step()", choice.time_step));
+    const auto &integrator = msm::find_integrator(choice.integrator);
+    if (!choice.force_time_step)
+        refuse_unstable(springs, choice, integrator, fixed);
+    try {
+        const auto steps = msm::FastSteps::prepare(springs.body, springs.points, conditions, choice.damping,
+                                                   integrator.name, choice.time_step, options);
+        if (!steps)
+            throw support::InputError(fmt::format("integrator: the fast kernels do not know {} for such springs; take "
+                                                  "another one of integrators()",
+                                                  integrator.name));
+        return *steps;
+    } catch (const std::system_error &error) {
+        throw support::InputError(fmt::format("num_threads: the system starts no {} threads ({}); give fewer",
+                                              choice.num_threads, error.code().message()));
+    }
+}
 
 /// Springs that move. Several Python threads may use one: they wait for each other without holding the interpreter up.
 class Simulation {

@@ -8,6 +8,7 @@
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "msm/elastic_body.hpp"
+#include "msm/nodal_conditions.hpp"
 #include "python/bindings/arrays.hpp"
 
 namespace livermark::python {
@@ -62,5 +63,9 @@ void add_time_steps(py::module_ &module);
 
 /// Adds the class Simulation.
 void add_simulation(py::module_ &module);
+
+/// @param fixed   see to_mask()
+/// @param forces  shape (N, 3) [N], or None
+msm::NodalConditions conditions_of(const Springs &springs, const py::handle &fixed, const py::handle &forces);
 
 } // namespace livermark::python

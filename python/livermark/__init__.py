@@ -15,13 +15,12 @@ from livermark import suite as _suite_functions
 from livermark._version import __version__
 from livermark.calibration import calibrate
 from livermark.convert import Mesh, from_meshio, to_sofa
+from livermark.convert.febio import Solid, from_febio, to_febio
+from livermark.convert.pictures import to_pyvista, to_slicer, to_vtk
+from livermark.convert.tool_scene import ToolScene, read_tool_scene, tool_scene_to_febio, tool_scene_to_sofa
 from livermark.errors import DivergedError, InputError
-from livermark.febio import Solid, from_febio, to_febio
-from livermark.pictures import to_pyvista, to_vtk
 from livermark.results import open
-from livermark.slicer import to_slicer
 from livermark.suite import advise, bodies, cut, load_cases, models, problem, score, solve
-from livermark.tool_scene import ToolScene, read_tool_scene, tool_scene_to_febio, tool_scene_to_sofa
 
 if _TYPE_CHECKING:
     from livermark._suite import CutBody, Problem, Score, Solution

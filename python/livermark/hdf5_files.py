@@ -1,16 +1,22 @@
-"""Opens HDF5 files that somebody else may have made, in which nothing leads out of the file. Needs h5py alone."""
+"""HDF5 files: those that somebody else may have made, in which nothing leads out of the file, and new ones as the program
+writes them. Needs h5py alone."""
 from __future__ import annotations
 
 import contextlib
 import functools
-from typing import Any, Optional
+import os
+import pathlib
+from typing import Any, Iterator, Optional
+
+import numpy
 
 from livermark.errors import InputError
 from livermark.hdf5_trial import read_all, try_apart
-from livermark.limits import limits_of
-from livermark.plain_files import plain_file
+from livermark.plain_files import limits_of, plain_file
 
 RUN = "livermark run"  # the command that writes most files
+SCHEMA_VERSION = 1
+SMALLEST_CHUNKED, CHUNK = 16 * 1024, 1024 * 1024  # [byte], as results/hdf5/io/hdf5_output.cpp has them
 FAULTS = (KeyError, OSError, RuntimeError, ValueError, TypeError, IndexError, AttributeError)  # of h5py on what is damaged
 
 
@@ -121,3 +127,55 @@ def open_hdf5(path: Any, maker: str = RUN) -> Any:
         return h5py.File(name, "r")
     except OSError as error:
         raise _refusal(name, error, maker) from error
+
+
+def put_attribute(place: Any, name: str, value: Any) -> None:
+    """A text, a list of texts, a whole number or a number as an attribute of a group or dataset."""
+    if isinstance(value, (str, list)):
+        encoded = [text.encode("utf-8", errors="replace") for text in ([value] if isinstance(value, str) else value)]
+        kind = library().string_dtype("utf-8", max([1, *map(len, encoded)]))
+        place.attrs[name] = numpy.array(encoded if isinstance(value, list) else encoded[0], dtype=kind)
+    else:
+        place.attrs[name] = numpy.int64(value) if isinstance(value, int) else numpy.float64(value)
+
+
+def put_dataset(place: Any, name: str, values: Any, units: str = "") -> None:
+    """Arrays that are not small are in chunks with checksums, integers compressed; truths are bytes."""
+    values = numpy.asarray(values)
+    values = values.astype(numpy.uint8) if values.dtype == bool else values
+    filters: dict[str, Any] = {}
+    if values.nbytes >= SMALLEST_CHUNKED:
+        num_chunks = min(-(-values.nbytes // CHUNK), len(values))
+        filters = {"chunks": (-(-len(values) // num_chunks), *values.shape[1:])}
+        filters |= {"fletcher32": True} if values.dtype.kind == "f" else {
+            "shuffle": True, "compression": "gzip", "compression_opts": 1}
+    dataset = place.create_dataset(name, data=values, **filters)
+    if units:
+        put_attribute(dataset, "units", units)
+
+
+@contextlib.contextmanager
+def new_hdf5(path: pathlib.Path, provenance: dict[str, Any]) -> Iterator[Any]:
+    """An h5py.File to fill, which takes the place of an earlier one when it is whole. provenance: attributes of the root that
+    say where it comes from. Raises InputError if it cannot be written."""
+    part = path.with_name(f"{path.name}.{os.getpid()}.partial")
+    try:
+        with library().File(part, "w", libver=("v110", "v110")) as file:
+            for name, value in {"schema_version": SCHEMA_VERSION, **provenance}.items():
+                put_attribute(file, name, value)
+            yield file
+        os.replace(part, path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error}); choose another place") from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def read_attribute(place: Any, name: str) -> Any:
+    """What put_attribute() wrote."""
+    value = place.attrs[name]
+    if getattr(value, "ndim", 0) == 1:
+        return [text.decode(errors="replace") if isinstance(text, bytes) else str(text) for text in value]
+    if isinstance(value, (bytes, str)):
+        return value.decode(errors="replace") if isinstance(value, bytes) else value
+    return value.item()

@@ -15,7 +15,7 @@ import warnings
 from typing import Any, Callable, Optional
 
 from livermark.errors import InputError
-from livermark.limits import put_limits
+from livermark.plain_files import put_limits
 
 LEAST_SECONDS = 5  #: of computing, for a file of any size
 LONGEST_ANSWER = 2000  #: bytes of a sentence, less than a pipe takes without a reader

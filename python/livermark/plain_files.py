@@ -1,11 +1,15 @@
-"""What is asked of every file before it is opened."""
+"""Files that somebody else has made: what is asked before one is opened, and what reading it may take."""
 from __future__ import annotations
 
 import os
+import resource
 import stat
 from typing import Any
 
 from livermark.errors import InputError
+
+LEAST_SECONDS, MOST_SECONDS, SECONDS_PER_BYTE = 20, 600, 1e-5
+LEAST_BYTES, MOST_BYTES, BYTES_PER_BYTE = 1 << 30, 16 << 30, 500  # beside what Python has
 
 
 def plain_file(path: Any, remedy: str) -> str:
@@ -17,3 +21,21 @@ def plain_file(path: Any, remedy: str) -> str:
     if not stat.S_ISREG(os.stat(name).st_mode):
         raise InputError(f"{name}: this is not a plain file; {remedy}")
     return name
+
+
+def limits_of(path: str, least_seconds: int = LEAST_SECONDS) -> tuple[int, int]:
+    """Seconds of computing, and bytes of memory beside what Python has, in proportion to a file."""
+    size = os.path.getsize(path) if os.path.isfile(path) else 0
+    return (int(min(least_seconds + SECONDS_PER_BYTE * size, MOST_SECONDS)),
+            int(min(LEAST_BYTES + BYTES_PER_BYTE * size, MOST_BYTES)))
+
+
+def put_limits(path: str, least_seconds: int = LEAST_SECONDS) -> None:
+    """Limits for this process in proportion to a file; smaller ones that it has already stay."""
+    seconds, num_bytes = limits_of(path, least_seconds)
+    with open("/proc/self/statm") as pages:
+        present = int(pages.read().split()[0]) * resource.getpagesize()
+    for kind, most in ((resource.RLIMIT_CPU, seconds), (resource.RLIMIT_AS, present + num_bytes)):
+        _, hard = resource.getrlimit(kind)
+        least = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(kind, (least, hard))

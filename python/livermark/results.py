@@ -299,12 +299,12 @@ class ResultFile:
 
     def to_vtk(self):
         """A vtkUnstructuredGrid: region of the tetrahedra, displacement_<model> and error_<model> [m] of the nodes."""
-        from livermark.pictures import grid_of_result
+        from livermark.convert.pictures import grid_of_result
         return grid_of_result(self)
 
     def to_pyvista(self):
         """The same as a pyvista.UnstructuredGrid."""
-        from livermark.pictures import to_pyvista
+        from livermark.convert.pictures import to_pyvista
         return to_pyvista(self)
 
     def __repr__(self) -> str:

@@ -1,5 +1,3 @@
-#include "studies/exchange/score.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -7,10 +5,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "python/bindings/without_interpreter.hpp"
+#include "python/bindings/interpreter.hpp"
 #include "python/suite/problem.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/one_reference.hpp"
+#include "studies/exchange/score.hpp"
 #include "studies/progress.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/forks.hpp"

@@ -36,7 +36,7 @@ ExportedProblem export_tool_scene(const ExportOptions &options, const std::strin
     results::write_tool_scene(file, problem, tool, results::current_provenance(command_line));
     ExportedProblem exported{{file}, std::move(notes)};
     std::istringstream written(support::run_python(
-        "scene_files", {file.string()}, {}, "a job for FEBio and a scene for SOFA", "python3-h5py python3-numpy"));
+        "convert.scene_files", {file.string()}, {}, "a job for FEBio and a scene for SOFA", "python3-h5py python3-numpy"));
     for (std::string line; std::getline(written, line);)
         exported.files.emplace_back(line);
     return exported;

@@ -1,30 +1,119 @@
 #include "studies/cohort/cohort.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <exception>
 #include <filesystem>
 #include <fmt/format.h>
 #include <iterator>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
 
+#include "meshes/generators/liver/liver_generator.hpp"
 #include "meshes/generators/liver/liver_variation.hpp"
+#include "meshes/io/liver_body_file.hpp"
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"
 #include "results/records/cohort.hpp"
-#include "studies/cohort/cohort_body.hpp"
 #include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/run.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/memory.hpp"
 #include "support/processes/mpi_session.hpp"
+#include "support/processes/python_program.hpp"
+#include "support/toml_input.hpp"
+#include "support/whole_file.hpp"
 
 namespace livermark::studies {
 
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int largest_number = 1000000;
+constexpr std::size_t most_bodies = 1000;
+
+[[noreturn]] void refuse_numbers(const std::string &text, const std::string &fault) {
+    throw support::InputError(
+        fmt::format("--bodies '{}': {}; give numbers from 1 to {} and ranges, {} at most, such as 1-8,12",
+                    support::shown(text), fault, largest_number, most_bodies));
+}
+
+int number_of(std::string_view word, const std::string &text) {
+    int number = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+    if (error != std::errc{} || end != word.data() + word.size() || number < 1 || number > largest_number)
+        refuse_numbers(text, fmt::format("'{}' is not a number of a body", support::shown(word)));
+    return number;
+}
+
+std::string body_name(int number) {
+    return fmt::format("liver_variant_{}", number);
+}
+
+/// The command that makes the body, in the folder where it stands.
+std::string generator_of(int number, int tetrahedra) {
+    return fmt::format("livermark mesh liver --variant {}{} -o {}.msh", number,
+                       tetrahedra > 0 ? fmt::format(" --tetrahedra {}", tetrahedra) : "", body_name(number));
+}
+
+/// The command in a body file; empty where there is none.
+std::string generator_in(const std::filesystem::path &file) {
+    try {
+        return support::parse_toml(support::read_text(file), file)["generator"].value_or(std::string());
+    } catch (const support::InputError &) {
+        return {};
+    }
+}
+
+/// The body file of one body of a cohort, <folder>/liver_variant_<number>.toml.
+std::filesystem::path cohort_body_file(const std::filesystem::path &folder, int number) {
+    return folder / (body_name(number) + ".toml");
+}
+
+/// Refuses a body file that is there and was not made by the same number and options. One that is not TOML passes:
+/// reading the body says what is wrong with it.
+/// @throws support::InputError if it was made otherwise
+void check_cohort_body(const std::filesystem::path &file, int number, int tetrahedra) {
+    std::error_code error;
+    if (!std::filesystem::exists(file, error))
+        return;
+    if (const auto generator = generator_in(file); !generator.empty() && generator != generator_of(number, tetrahedra))
+        throw support::InputError(
+            fmt::format("{}: this body was made by another command than `{}`; give the --tetrahedra that it was made "
+                        "with, or another --output",
+                        file.string(), generator_of(number, tetrahedra)));
+}
+
+/// Makes the body if its file is not there; else it stays as it is, so that materials put into it stay too.
+/// @param file  of cohort_body_file(), in a folder that exists
+/// @throws support::InputError, std::runtime_error as meshes::generate_liver() and write_liver_body()
+void make_cohort_body(const std::filesystem::path &file, const meshes::LiverVariant &variant, int tetrahedra) {
+    // The body file is written after the mesh, so where it is the mesh was whole.
+    if (std::error_code error; std::filesystem::exists(file, error))
+        return;
+    auto mesh_file = file;
+    meshes::write_liver_body(mesh_file.replace_extension(".msh"), meshes::generate_liver(variant, tetrahedra), variant,
+                             generator_of(variant.number, tetrahedra));
+}
+
+/// The drawn numbers of a body, as a cohort file has them.
+results::CohortBody drawn_body(const meshes::LiverVariant &variant) {
+    results::CohortBody body{.number = variant.number,
+                             .name = body_name(variant.number),
+                             .volume = variant.volume,
+                             .body_surface = variant.body_surface,
+                             .left_part = variant.left_part,
+                             .front_to_back = variant.front_to_back,
+                             .has_riedel_lobe = variant.has_riedel_lobe,
+                             .lesions = {}};
+    for (const auto &lesion : variant.lesions)
+        body.lesions.push_back({lesion.center, lesion.semi_axes});
+    return body;
+}
 
 fs::path bodies_in(const CohortOptions &options) {
     return fs::path(options.run.output) / "bodies";
@@ -59,10 +148,17 @@ std::string command_of_body(const RunOptions &options, const std::string &body_f
     return command + (options.reference_on_mesh ? " --reference-on-mesh" : "") + " --output .";
 }
 
+/// Statistics and the interpreter that makes them.
+/// @param arguments  of python/livermark/studies/cohort.py
+void run_statistics(const std::vector<std::string> &arguments) {
+    support::run_python("studies.cohort", arguments, {}, "statistics of a cohort", "python3-numpy python3-h5py");
+}
+
 /// Everything that a user may have got wrong: on the livers that ship, which have the places of all others.
 void check_all(const CohortOptions &options, RunOptions run) {
     if (support::mpi_num_ranks() > 1)
         throw support::InputError("`livermark cohort` works on one rank only; start it without mpirun");
+    run_statistics({"ready"});
     run.bodies = {"liver_healthy", "liver_tumours"};
     read_run(run);
     for (const int number : options.bodies)
@@ -143,6 +239,28 @@ void run_body(int number, const CohortOptions &options, RunOptions run, const Pr
 
 } // namespace
 
+std::vector<int> body_numbers(const std::string &text) {
+    std::vector<int> numbers;
+    for (std::size_t start = 0; start <= text.size();) {
+        const auto end = std::min(text.find(',', start), text.size());
+        const auto part = std::string_view(text).substr(start, end - start);
+        const auto dash = part.find('-');
+        const int first = number_of(part.substr(0, dash), text);
+        const int last = dash == std::string_view::npos ? first : number_of(part.substr(dash + 1), text);
+        if (last < first)
+            refuse_numbers(text, fmt::format("the range {} ends before it begins", part));
+        if (numbers.size() + static_cast<std::size_t>(last - first) >= most_bodies)
+            refuse_numbers(text, fmt::format("these are more than {} bodies", most_bodies));
+        for (int number = first; number <= last; ++number)
+            numbers.push_back(number);
+        start = end + 1;
+    }
+    std::ranges::sort(numbers);
+    if (const auto twice = std::ranges::adjacent_find(numbers); twice != numbers.end())
+        refuse_numbers(text, fmt::format("{} is given twice", *twice));
+    return numbers;
+}
+
 CohortOutcome run_cohort(const CohortOptions &options, const std::string &command_line, const ProgressReport &report) {
     const auto run = options_of_cohort(options);
     check_all(options, run);
@@ -154,6 +272,7 @@ CohortOutcome run_cohort(const CohortOptions &options, const std::string &comman
         run_body(number, options, run, report, all);
     all.cohort.provenance = results::current_provenance(command_line);
     results::write_cohort(file.path(), all.cohort);
+    run_statistics({"finish", file.path().string()});
     all.is_well =
         all.cohort.failures.empty() && std::ranges::all_of(all.cohort.errors, [](const results::CohortError &error) {
             return error.status == core::SolutionStatus::ok || may_fail(error.model, error.regime);

@@ -8,13 +8,14 @@
 #include <system_error>
 #include <utility>
 
-#include "results/hdf5/files/sensitivity_file.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/one_reference.hpp"
 #include "results/records/arena.hpp"
 #include "results/records/experiment.hpp"
 #include "results/records/needle.hpp"
+#include "studies/run/benchmark_case.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::studies {
@@ -97,13 +98,9 @@ void read_file(const std::filesystem::path &file, const std::string &name, Repor
         return keep(results::read_experiment(file), data.experiments, data.files.experiments);
     case results::FileKind::needle:
         return keep(results::read_needles_file(file), data.needles, data.files.needles);
-    case results::FileKind::sensitivity: {
-        auto sensitivity = results::read_sensitivity(file);
-        if (sensitivity.outputs.empty())
-            throw support::InputError(fmt::format("{}: not all of its patients are solved; `{}` goes on where it was",
-                                                  file.string(), sensitivity.provenance.command));
-        return keep(std::move(sensitivity), data.sensitivities, data.files.sensitivities);
-    }
+    case results::FileKind::sensitivity:
+        data.files.sensitivities.push_back(name);
+        break;
     case results::FileKind::cohort: // none is left in the list
     case results::FileKind::modes:
     case results::FileKind::calibration:
@@ -154,7 +151,7 @@ ReportData read_report_data(const std::filesystem::path &folder, const std::map<
         }
     if (data.results.empty() && data.large.empty() && data.cohorts.empty() && data.arenas.empty() &&
         data.stability.empty() && data.timings.empty() && data.experiments.empty() && data.needles.empty() &&
-        data.sensitivities.empty())
+        data.files.sensitivities.empty())
         throw support::InputError(
             data.faults.empty() ? fmt::format("{0}: there are no result files here; make some with `livermark run "
                                               "--output {0}`",

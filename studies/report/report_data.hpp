@@ -10,13 +10,13 @@
 #include "results/records/experiment.hpp"
 #include "results/records/needle.hpp"
 #include "results/records/result.hpp"
-#include "results/records/sensitivity.hpp"
 #include "results/records/stability.hpp"
 #include "results/records/timings.hpp"
 
 namespace livermark::studies {
 
-/// Names of files relative to their folder, by what is in them, in the order of what ReportData has of them.
+/// Names of files relative to their folder, by what is in them, in the order of what ReportData has of them. Python
+/// reads the sensitivities.
 struct ReportFiles {
     std::vector<std::string> results, large, cohorts, arenas, stability, timings, experiments, needles, sensitivities;
     std::vector<std::string> others; ///< of other kinds, which no part of the report is about
@@ -34,7 +34,6 @@ struct ReportData {
     std::vector<results::Timings> timings;
     std::vector<results::ExperimentResult> experiments;
     std::vector<results::NeedleFile> needles;
-    std::vector<results::Sensitivity> sensitivities; ///< whose samples are all solved
     std::vector<std::string> faults; ///< a sentence for each file that cannot be read or is damaged, and is left out
 };
 

@@ -5,6 +5,7 @@
 #include <toml++/toml.h>
 
 #include "core/tool/slow_response.hpp"
+#include "core/tool/tool_stiffness.hpp"
 #include "results/one_reference.hpp"
 #include "results/records/arena.hpp"
 #include "results/records/cohort.hpp"
@@ -15,8 +16,6 @@
 #include "results/tables/large_table.hpp"
 #include "results/tables/median_errors.hpp"
 #include "results/tables/overview.hpp"
-#include "results/tables/studies/cohort_table.hpp"
-#include "results/tables/studies/sensitivity_table.hpp"
 #include "results/tables/table.hpp"
 #include "results/tables/tool_cells.hpp"
 
@@ -132,52 +131,6 @@ toml::array slow_of(const std::vector<results::Result> &all, const std::vector<s
     return array;
 }
 
-toml::table json_of(const std::vector<results::CohortStatistics> &group) {
-    toml::array statistics;
-    for (const auto &one : group) {
-        toml::array errors;
-        for (const auto &mean : one.means)
-            errors.push_back(mean.error);
-        statistics.push_back(toml::table{{"half", one.half},
-                                         {"model", one.model},
-                                         {"errors", std::move(errors)},
-                                         {"median", one.median},
-                                         {"median_low", one.median_interval.low},
-                                         {"median_high", one.median_interval.high}});
-    }
-    return toml::table{{"regime", core::to_string(group.front().regime)},
-                       {"reference", group.front().reference},
-                       {"poisson_ratio", group.front().poisson_ratio},
-                       {"statistics", std::move(statistics)},
-                       {"table", json_of(results::cohort_table(group))}};
-}
-
-/// What is of one regime, reference and Poisson's ratio stands together.
-toml::array cohort_groups(const results::Cohort &cohort) {
-    std::vector<std::vector<results::CohortStatistics>> groups;
-    for (auto &statistics : results::cohort_statistics(cohort.errors)) {
-        const auto same = std::ranges::find_if(groups, [&](const auto &group) {
-            return group.front().regime == statistics.regime && group.front().reference == statistics.reference &&
-                   group.front().poisson_ratio == statistics.poisson_ratio;
-        });
-        if (same == groups.end())
-            groups.push_back({std::move(statistics)});
-        else
-            same->push_back(std::move(statistics));
-    }
-    toml::array array;
-    for (const auto &group : groups)
-        array.push_back(json_of(group));
-    return array;
-}
-
-toml::array cohorts_of(const ReportData &data) {
-    toml::array array;
-    for (std::size_t c = 0; c < data.cohorts.size(); ++c)
-        array.push_back(toml::table{{"file", data.files.cohorts[c]}, {"groups", cohort_groups(data.cohorts[c])}});
-    return array;
-}
-
 toml::array arenas_of(const ReportData &data) {
     toml::array array;
     for (std::size_t a = 0; a < data.arenas.size(); ++a) {
@@ -212,18 +165,6 @@ toml::array needles_of(const ReportData &data) {
     return array;
 }
 
-toml::array sensitivities_of(const ReportData &data) {
-    toml::array array;
-    for (std::size_t s = 0; s < data.sensitivities.size(); ++s) {
-        const auto &sensitivity = data.sensitivities[s];
-        array.push_back(toml::table{{"file", data.files.sensitivities[s]},
-                                    {"outputs", json_of(results::output_table(sensitivity))},
-                                    {"indices", json_of(results::index_table(sensitivity))},
-                                    {"budget", json_of(results::budget_table(sensitivity))}});
-    }
-    return array;
-}
-
 toml::array stability_of(const ReportData &data) {
     toml::array array;
     for (std::size_t s = 0; s < data.stability.size(); ++s)
@@ -254,12 +195,12 @@ std::string report_tables(const ReportData &data, const std::string &command_lin
         {"slow", slow_of(data.results, data.files.results)},
         {"large_slow", slow_of(data.large, data.files.large)},
         {"slow_legend", results::slow_legend()},
-        {"cohorts", cohorts_of(data)},
+        {"cohorts", array_of(data.files.cohorts)},
         {"arenas", arenas_of(data)},
         {"stability", stability_of(data)},
         {"experiments", experiments_of(data)},
         {"needles", needles_of(data)},
-        {"sensitivities", sensitivities_of(data)},
+        {"sensitivities", array_of(data.files.sensitivities)},
         {"timings", array_of(data.files.timings)},
         {"others", array_of(data.files.others)},
         {"faults", std::move(faults)},

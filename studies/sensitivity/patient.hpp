@@ -2,13 +2,16 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/problem.hpp"
+#include "core/solution.hpp"
 
+/// Patients of whom not all is known, and the outputs of their solutions.
 namespace livermark::studies {
 
-/// What may differ from a body and a load case as their files have them. Values that are not set stay as they are.
+/// Differences from a body and a load case as their files have them. Values that are not set stay as they are.
 struct Patient {
     std::optional<double> young_modulus{};     ///< of the first region [Pa]; others but tumours keep their ratio to it
     std::optional<double> poisson_ratio{};     ///< of all regions
@@ -18,6 +21,10 @@ struct Patient {
     std::optional<double> support_stiffness{}; ///< see with_soft_support() [Pa/m]
     std::optional<Eigen::Vector2d> tool_offset{}; ///< see with_tool_moved() [m]
 };
+
+/// The patient of parameters by name, tool_offset_1 and tool_offset_2 for the offset of the tool.
+/// @param values  (P) SI
+Patient patient_of(const std::vector<std::string> &names, const std::vector<double> &values);
 
 /// The regions whose Young's modulus is above that of the first one, as they are in the files; ascending.
 std::vector<int> tumour_regions(const core::Body &body);
@@ -43,5 +50,41 @@ core::LoadCase with_tool_moved(const core::LoadCase &load_case, const core::Body
 /// @param nominal  body and load case as their files have them, with loads scaled
 /// @throws support::InputError where a tool has no room
 core::Problem problem_of(const Patient &patient, const core::Problem &nominal);
+
+/// The ratio of the stiffness of a soft support along the surface to that across it: that of a thin layer with a
+/// Poisson's ratio of 1/4, at which every model of the suite is at ease.
+inline constexpr double support_shear_ratio = 1.0 / 3.0;
+
+/// A Robin condition in place of held facets, t = -k ((u . n) n + (u - (u . n) n) / 3), as ligaments give way: a layer
+/// of soft material is put on the held facets, and its outer side is held. The layer is as thin as a twentieth of the
+/// mean edge of these facets, so its elements are such a spring up to that part squared, in finite elements as well as
+/// in springs. Models that are not linear feel the layer stretch: they have this condition only as long as the held
+/// surface moves by much less than the layer is thick.
+///
+/// Nodes of the body keep their numbers, those of the layer come behind. Facets keep their numbers too: the held ones
+/// are now those of the outer side; the rim of the layer comes behind, free. The layer is the last region, "support".
+/// @param problem    with a held facet
+/// @param stiffness  k [Pa/m], > 0
+/// @throws support::InputError if the held surface folds back within the thickness
+core::Problem with_soft_support(const core::Problem &problem, double stiffness);
+
+/// Quantities of a solution: the stiffness at the first tool, and how far the node that moves most and the centroid of
+/// the largest tumour move.
+enum class Output { stiffness_at_tool, peak_displacement, tumour_displacement };
+
+const char *name_of(Output output);
+
+/// The outputs that a body under a load case has: the first needs a tool, the last a tumour.
+std::vector<Output> outputs_of(const core::Problem &nominal);
+
+/// The outputs of a solution.
+struct OutputValues {
+    std::vector<double> values{}; ///< (O) stiffness [N/m], displacements [m]; NaN of a solution that is not ok
+    core::Vector3 tumour = core::Vector3::Zero(); ///< displacement of the tumour [m]
+};
+
+/// @param problem  that was solved; nodes and regions of the nominal one come first
+OutputValues values_of(const std::vector<Output> &outputs, const core::Problem &nominal, const core::Problem &problem,
+                       const core::Solution &solution);
 
 } // namespace livermark::studies

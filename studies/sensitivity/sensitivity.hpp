@@ -3,12 +3,13 @@
 #include <string>
 #include <vector>
 
-#include "results/records/sensitivity.hpp"
 #include "studies/progress.hpp"
 
+/// Samples of patients, solved here. Points, statistics, indices, files and tables are those of
+/// python/livermark/studies/sensitivity/, which is asked for them.
 namespace livermark::studies {
 
-/// What `livermark sensitivity` was asked for.
+/// The options of `livermark sensitivity`.
 struct SensitivityOptions {
     std::string body;
     std::vector<std::string> load_cases{"palpation", "retraction"};  ///< of the small regime
@@ -21,11 +22,8 @@ struct SensitivityOptions {
     std::string output;             ///< folder for <body>/sensitivity.<load case>.h5
 };
 
-/// The fewest samples from which indices of so many parameters are estimated.
-int least_samples(std::size_t num_parameters);
-
 struct SensitivityResults {
-    std::vector<results::Sensitivity> of_load_case;
+    std::vector<std::string> files; ///< of each load case
     std::vector<std::string> notes; ///< what a user should know, a sentence each
     std::string folder;             ///< of the files
 };
@@ -37,11 +35,8 @@ struct SensitivityResults {
 SensitivityResults study_sensitivity(const SensitivityOptions &options, const std::string &command_line,
                                      const ProgressReport &report);
 
-/// In one sentence, whether the error of the first compared model is large or small beside not knowing the patient; of
-/// the output of that number.
-std::string verdict(const results::Sensitivity &sensitivity, std::size_t output);
-
-/// All as JSON, SI units; what is not a number is left out.
-std::string to_json(const std::vector<results::Sensitivity> &of_load_case);
+/// Tables and sentences of such files, or all of them as JSON in SI units.
+/// @param format  "text", "markdown" or "json"
+std::string shown_sensitivities(const std::vector<std::string> &files, const std::string &format);
 
 } // namespace livermark::studies

@@ -115,7 +115,7 @@ def test_a_reader_that_crashes_hangs_or_fills_the_memory_ends_alone(tmp_path, mo
     (tmp_path / "sitecustomize.py").write_text("import resource\nresource.setrlimit(resource.RLIMIT_CPU, (2, 2))\n")
     (tmp_path / "a.mesh").write_text("x")
     monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr("livermark.mesh_files.limits_of", lambda path: (1, 1 << 30))
+    monkeypatch.setattr("livermark.convert.mesh_files.limits_of", lambda path: (1, 1 << 30))
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
     with pytest.raises(livermark.InputError, match=why):
         livermark.from_meshio(tmp_path / "a.mesh")

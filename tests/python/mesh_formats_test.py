@@ -2,7 +2,7 @@
 import livermark
 import numpy
 import pytest
-from livermark import mesh_files
+from livermark.convert import mesh_files
 
 meshio = pytest.importorskip("meshio")
 

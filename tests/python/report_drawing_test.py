@@ -7,7 +7,7 @@ import xml.etree.ElementTree
 import numpy
 import pytest
 from livermark.report import colours, figures, labels, surfaces
-from livermark.report.units import fixed, rounded_up
+from livermark.studies.tables import fixed, rounded_up
 from matplotlib.colors import to_hex
 
 NOTHING = (0, 0, 0, 0)

@@ -203,5 +203,5 @@ def test_what_is_no_scene_is_refused(tmp_path):
     with pytest.raises(livermark.InputError, match="this is no scene"):
         livermark.read_tool_scene(path)
     for name in (str(path), str(tmp_path / "job.feb")):
-        program = subprocess.run([sys.executable, "-m", "livermark.scene_files", name], capture_output=True, text=True)
+        program = subprocess.run([sys.executable, "-m", "livermark.convert.scene_files", name], capture_output=True, text=True)
         assert program.returncode == 2 and "livermark export" in program.stderr and "Traceback" not in program.stderr

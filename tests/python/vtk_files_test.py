@@ -4,7 +4,7 @@ import itertools
 import livermark
 import numpy
 import pytest
-from livermark import mesh_files
+from livermark.convert import mesh_files
 
 pytest.importorskip("meshio")
 

@@ -3,7 +3,12 @@
 #include <filesystem>
 
 #include "results/hdf5/files/cohort_file.hpp"
+#include "results/hdf5/files/experiment_file.hpp"
+#include "results/hdf5/files/needle_file.hpp"
 #include "results/hdf5/files/sensitivity_file.hpp"
+#include "results/hdf5/files/stability_file.hpp"
+#include "results/hdf5/files/timings_file.hpp"
+#include "results/hdf5/files/tool_scene_file.hpp"
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/records/calibration.hpp"
@@ -19,7 +24,6 @@
 #include "tests/samples/records/sample_experiment.hpp"
 #include "tests/samples/records/sample_needles.hpp"
 #include "tests/samples/records/sample_result.hpp"
-#include "tests/samples/records/sample_sensitivity.hpp"
 #include "tests/samples/records/sample_timings.hpp"
 #include "tests/samples/tool_block.hpp"
 
@@ -51,7 +55,6 @@ int main(int argc, char **argv) {
     results::write_cut(folder / "sample_cut.h5", tests::sample_cut());
     results::write_needles(folder / "sample_needles.h5", tests::sample_needles());
     results::write_experiment(folder / "sample_experiment.h5", tests::sample_experiment());
-    results::write_sensitivity(folder / "sample_sensitivity.h5", tests::sample_sensitivity());
     const auto moved = tests::tool_block();
     results::write_tool_scene(
         folder / "sample_scene.h5", moved,

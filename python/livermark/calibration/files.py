@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Callable, Optional
 import numpy
 
 from livermark.errors import InputError
-from livermark.hdf5_files import FAULTS, library, open_hdf5
+from livermark.hdf5_files import FAULTS, SCHEMA_VERSION, new_hdf5, open_hdf5, put_attribute, put_dataset
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 COMMAND = "python3 -m livermark.calibration"
 REFERENCE = "fem_p2p1"  #: the reference of small loads, on the mesh itself
 VOLUME_TERM = "nodal_volume"
-SCHEMA_VERSION = 1
-SMALLEST_CHUNKED, CHUNK = 16 * 1024, 1024 * 1024  #: [byte]
 ATTRIBUTES = {"body": "body", "spring_law": "spring_law", "volume_term": "volume_term", "reference": "reference",
               "constrained": "held", "seed": "seed", "iterations": "iterations", "penalty": "penalty"}  #: of the root
 DATASETS = {"density": ("materials/density", "kg/m^3"), "young_modulus": ("materials/young_modulus", "Pa"),
@@ -89,44 +87,13 @@ def check_place(file: pathlib.Path) -> None:
         raise InputError(f"{file}: the directory {file.parent} cannot be written to; choose another place")
 
 
-def _text(value: str) -> Any:
-    encoded = value.encode("utf-8", errors="replace")
-    return numpy.array(encoded, dtype=library().string_dtype("utf-8", max(len(encoded), 1)))
-
-
-def _filters(values: NDArray) -> dict[str, Any]:
-    """Arrays that are not small are in chunks with checksums, integers compressed."""
-    if values.nbytes < SMALLEST_CHUNKED:
-        return {}
-    num_chunks = min(-(-values.nbytes // CHUNK), len(values))
-    chunks = (-(-len(values) // num_chunks), *values.shape[1:])
-    return {"chunks": chunks, "fletcher32": True} if values.dtype.kind == "f" else {
-        "chunks": chunks, "shuffle": True, "compression": "gzip", "compression_opts": 1}
-
-
 def write(file: pathlib.Path, calibration: Calibration, provenance: Callable[[str], dict[str, Any]]) -> None:
     """Puts a whole file in the place of an earlier one. Raises InputError if it cannot be written."""
-    part = file.with_name(f"{file.name}.{os.getpid()}.partial")
-    try:
-        with library().File(part, "w", libver=("v110", "v110")) as opened:
-            opened.attrs["schema_version"] = numpy.int64(SCHEMA_VERSION)
-            for name, value in provenance(shlex.join(sys.argv)).items():
-                opened.attrs[name] = numpy.int64(value) if isinstance(value, int) else _text(value)
-            for name, place in ATTRIBUTES.items():
-                value = getattr(calibration, name)
-                opened.attrs[place] = _text(value) if isinstance(value, str) else (
-                    numpy.int64(value) if isinstance(value, int) else numpy.float64(value))
-            for name, (place, units) in DATASETS.items():
-                values = getattr(calibration, name)
-                values = values.astype(numpy.uint8) if values.dtype == bool else values
-                dataset = opened.create_dataset(place, data=values, **_filters(values))
-                if units:
-                    dataset.attrs["units"] = _text(units)
-        os.replace(part, file)
-    except OSError as error:
-        raise InputError(f"{file}: cannot be written ({error}); choose another place") from error
-    finally:
-        part.unlink(missing_ok=True)
+    with new_hdf5(file, provenance(shlex.join(sys.argv))) as opened:
+        for name, place in ATTRIBUTES.items():
+            put_attribute(opened, place, getattr(calibration, name))
+        for name, (place, units) in DATASETS.items():
+            put_dataset(opened, place, getattr(calibration, name), units)
 
 
 def read(file: pathlib.Path) -> Calibration:

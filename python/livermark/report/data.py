@@ -10,13 +10,14 @@ import math
 import pathlib
 import re
 from dataclasses import dataclass
-from typing import Any, Iterator, NamedTuple, Optional
+from typing import Any, Iterator, Optional
 
 import h5py
 
 from livermark.errors import InputError
 from livermark.hdf5_files import damaged, open_hdf5
 from livermark.results import ResultFile, _attributes
+from livermark.studies.tables import Column, Table
 
 _NO_CHARACTER = re.compile("[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
 
@@ -53,17 +54,6 @@ def cleaned(value: Any) -> Any:
 def number(value: Any) -> float:
     """JSON has no NaN and infinity, which come as these words."""
     return float(value)
-
-
-class Column(NamedTuple):
-    title: str
-    is_number: bool = False
-
-
-@dataclass(frozen=True)
-class Table:
-    columns: list[Column]
-    rows: list[list[str]]
 
 
 def table_of(layout: dict) -> Table:

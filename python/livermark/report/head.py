@@ -14,7 +14,7 @@ from livermark.report import colours, figures
 from livermark.report.data import ReportData, Result, cleaned, commands_of, number
 from livermark.report.parts import bullets, figure, paragraph, plots, subsection
 from livermark.report.sections import pictures
-from livermark.report.units import PERCENT, fixed
+from livermark.studies.tables import PERCENT, fixed
 
 MOST_NAMED = 3  # models of a kind that a sentence names
 MOST_PANELS = 4  # bodies whose numbers are drawn

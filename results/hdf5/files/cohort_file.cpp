@@ -12,8 +12,6 @@ namespace {
 
 using hdf5::Of;
 
-const std::vector<std::string> halves{"training", "unseen"};
-
 std::vector<std::string> names_of(const std::vector<CohortBody> &bodies) {
     std::vector<std::string> names;
     for (const auto &body : bodies)
@@ -80,29 +78,6 @@ void describe_errors(At at, const std::vector<CohortBody> &bodies, Of<At, std::v
         columns.column("tool_radius_in_edges", &CohortError::tool_radius_in_edges);
 }
 
-/// They follow from the errors, and are not read.
-void write_statistics(const hdf5::GroupWriter &at, const std::vector<CohortStatistics> &statistics) {
-    using Group = CohortStatistics;
-    auto columns = hdf5::columns_of(at, statistics);
-    columns.numbered_words("half", &Group::half, halves);
-    columns.numbered_values("regime", &Group::regime);
-    columns.numbered_words("model", &Group::model);
-    columns.numbered_words("reference", &Group::reference);
-    columns.column("poisson_ratio", &Group::poisson_ratio);
-    columns.column("bodies", [](auto &group) { return static_cast<int>(group.means.size()); });
-    columns.column("left_out", &Group::left_out);
-    const auto write_quantile = [&](const std::string &name, double Group::*value, Interval Group::*interval) {
-        columns.column(name, value);
-        columns.column(name + "_low", [=](auto &group) { return (group.*interval).low; });
-        columns.column(name + "_high", [=](auto &group) { return (group.*interval).high; });
-    };
-    write_quantile("median", &Group::median, &Group::median_interval);
-    write_quantile("percentile_95", &Group::percentile_95, &Group::percentile_95_interval);
-    columns.column("worst", &Group::worst);
-    write_quantile("stiffness_median", &Group::stiffness_median, &Group::stiffness_median_interval);
-    columns.column("stiffness_worst", &Group::stiffness_worst);
-}
-
 /// One behind the other as UTF-8, each ended by a line feed: an attribute has room for 64 KiB only.
 template <class At> void describe_failures(At root, Of<At, std::vector<std::string>> &failures) {
     if (!root.has("failures", !failures.empty()))
@@ -121,8 +96,6 @@ template <class At> void describe_cohort(At root, Of<At, Cohort> &cohort) {
     describe_bodies(root.group("bodies"), cohort.bodies);
     describe_lesions(root.group("lesions"), cohort.bodies);
     describe_errors(root.group("errors"), cohort.bodies, cohort.errors);
-    if constexpr (!At::reads)
-        write_statistics(root.group("statistics"), cohort_statistics(cohort.errors));
     describe_failures(root, cohort.failures);
 }
 

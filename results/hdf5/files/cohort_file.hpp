@@ -28,7 +28,7 @@ struct CohortBody {
     std::vector<CohortLesion> lesions;
 };
 
-/// All that is known about models over the bodies of a cohort: the content of one cohort file.
+/// The content of one cohort file, without its statistics.
 struct Cohort {
     Provenance provenance;
     int tetrahedra = 0; ///< of each body, about; 0: as many as the bodies that ship have
@@ -37,12 +37,11 @@ struct Cohort {
     std::vector<std::string> failures; ///< a sentence for each body or load case that has no result
 };
 
-/// Writes the "cohort files" of results/schema.md, with the cohort_statistics() of the errors, as write_result() writes
-/// results.
+/// Writes the "cohort files" of results/schema.md, but for the statistics, as write_result() writes results.
 /// @throws support::InputError if the place cannot be written to
 void write_cohort(const std::filesystem::path &path, const Cohort &cohort);
 
-/// Reads what write_cohort wrote. The statistics follow from the errors again.
+/// Reads what write_cohort wrote.
 /// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
 Cohort read_cohort(const std::filesystem::path &path);
 

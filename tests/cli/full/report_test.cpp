@@ -6,6 +6,9 @@
 #include <hdf5.h>
 #include <memory>
 
+#include "results/hdf5/file_kind.hpp"
+#include "results/hdf5/files/experiment_file.hpp"
+#include "results/hdf5/files/needle_file.hpp"
 #include "results/hdf5/files/sensitivity_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
@@ -17,7 +20,6 @@
 #include "tests/samples/records/sample_experiment.hpp"
 #include "tests/samples/records/sample_needles.hpp"
 #include "tests/samples/records/sample_result.hpp"
-#include "tests/samples/records/sample_sensitivity.hpp"
 #include "tests/samples/records/sample_timings.hpp"
 
 namespace livermark::studies {
@@ -173,34 +175,6 @@ TEST_F(Report, SetsModelsBesideMeasurementsAndNeedles) {
                         "noise of the measurement", "Error of the markers", "Let go: much", "4.00 ± 0.10 Hz",
                         "nearest over time is springs, +5.0 %", "Damping is fitted on much alone", "lost (diverged)",
                         "depth of the needle", "1 of experiments, 1 of needles"});
-}
-
-TEST_F(Report, SetsModelsBesideWhatNobodyKnowsOfThePatient) {
-    auto sensitivity = tests::sample_sensitivity();
-    sensitivity.budget.models.push_back({"lattice", {-0.3, 0.1}});
-    results::write_sensitivity(directory_ / "sensitivity.spoon.h5", sensitivity);
-    const auto text = page();
-    expect_parts(text, {"jelly: A spoon on a jelly",
-                        "The patient makes the stiffness at tool uncertain by 20.0 %; if the young modulus were known, "
-                        "10.0 % would be left. Off by more than that: lattice.",
-                        "No model is off by more than that; the worst is lattice, with 10.0 %",
-                        "5 patients, solved by "
-                        "elements",
-                        "patient: support", "0.750 [0.700, 0.800]", "1 of sensitivities"});
-}
-
-TEST_F(Report, LeavesOutASensitivityThatIsNotAtItsEnd) {
-    auto sensitivity = tests::sample_sensitivity();
-    sensitivity.values.pop_back();
-    sensitivity.outputs.clear();
-    sensitivity.provenance.command = "livermark sensitivity jelly";
-    results::write_sensitivity(directory_ / "sensitivity.spoon.h5", sensitivity);
-    const auto outcome = tests::livermark("report " + directory_.string());
-    EXPECT_EQ(outcome.status, 2);
-    EXPECT_NE(
-        outcome.output.find("not all of its patients are solved; `livermark sensitivity jelly` goes on where it was"),
-        std::string::npos)
-        << outcome.output;
 }
 
 TEST_F(Report, ShowsErrorsOverPoissonRatiosAndMeshSizes) {

@@ -1,18 +1,14 @@
 #include "studies/sensitivity/patient.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
+#include <numeric>
 
 #include "load_cases/places/facets.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "models/model_table.hpp"
-#include "studies/sensitivity/outputs.hpp"
-#include "studies/sensitivity/ranges.hpp"
 #include "support/known_names.hpp"
-#include "tests/bad_input.hpp"
-#include "tests/result_folder.hpp"
 #include "tests/samples/test_meshes.hpp"
-
-#include <fstream>
 
 namespace livermark::studies {
 namespace {
@@ -58,6 +54,13 @@ TEST(Patient, IsTheNominalOneWhereNothingIsSet) {
     EXPECT_TRUE(core::are_statically_equal(problem.load_case, nominal.load_case));
     EXPECT_EQ(problem.body->materials[1].young_modulus, 30000.0);
     EXPECT_EQ(stiffness_of(nominal, {.young_modulus = 5000.0, .tumour_contrast = 6.0}), stiffness_of(nominal, {}));
+}
+
+TEST(Patient, HasTheParametersThatAreNamed) {
+    const auto patient = patient_of({"young_modulus", "tool_offset_1", "tool_offset_2"}, {4500.0, 0.001, 0.002});
+    EXPECT_EQ(patient.young_modulus, 4500.0);
+    EXPECT_EQ(patient.tool_offset, Eigen::Vector2d(0.001, 0.002));
+    EXPECT_FALSE(patient.held_share);
 }
 
 /// The small regime is linear: twice the modulus of all that gives way is twice the stiffness; density does nothing.
@@ -120,63 +123,92 @@ TEST(SensitivityOutputs, MoveTheTumourLessThanTheTool) {
     EXPECT_GT(values.values[0], 0.0);
     EXPECT_LT(values.tumour.z(), 0.0);
     EXPECT_LT(values.values[2], values.values[1]);
-    auto other = values;
-    other.values[0] *= 1.1;
-    other.tumour *= 0.8;
-    const auto differences = relative_differences(outputs, other, values);
-    EXPECT_NEAR(differences[0], 0.1, 1e-12);
-    EXPECT_NEAR(differences[2], 0.2, 1e-12);
 }
 
-class RangesFile : public tests::ResultFolder {
-  protected:
-    Ranges read(const std::string &text) const {
-        std::ofstream(directory_ / "ranges.toml") << text;
-        return read_ranges(directory_ / "ranges.toml");
-    }
-};
+constexpr double area = 0.06 * 0.05, length = 0.08; // m^2, m
 
-TEST_F(RangesFile, SaysWhatIsNotKnown) {
-    const auto ranges = read("[young_modulus]\nfrom = 4000\nto = 6000\nsource = \"a\"\n[tool_offset]\nfrom = -0.01\n"
-                             "to = 0.01\nsource = \"b\"\n[measurement]\ndisplacement = 0.001\nsource = \"c\"\n");
-    ASSERT_EQ(ranges.parameters.size(), 3u);
-    EXPECT_EQ(ranges.parameters[2].name, "tool_offset_2");
-    EXPECT_EQ(ranges.displacement_noise, 0.001);
-    const auto patient = patient_of(ranges.parameters, {4500.0, 0.001, 0.002});
-    EXPECT_EQ(patient.young_modulus, 4500.0);
-    EXPECT_EQ(*patient.tool_offset, Eigen::Vector2d(0.001, 0.002));
-    EXPECT_FALSE(patient.held_share);
+/// A bar along x, held at one end.
+core::Problem bar(double young_modulus, double poisson_ratio) {
+    const auto body =
+        tests::make_body(tests::box_mesh({length, 0.06, 0.05}, {4, 3, 3}), {1000.0, young_modulus, poisson_ratio});
+    auto load_case = tests::empty_load_case(body->mesh);
+    tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
+    return {body, load_case};
 }
 
-TEST_F(RangesFile, RefusesWhatCannotBe) {
-    const auto expect_refused = [&](const std::string &text, const std::vector<std::string> &parts) {
-        tests::expect_input_error([&] { read(text); }, parts);
-    };
-    expect_refused("[measurement]\ndisplacement = 0.001\nsource = \"a\"\n", {"no range", "young_modulus"});
-    expect_refused("[poisson_ratio]\nfrom = 0.4\nto = 0.5\nsource = \"a\"\n", {"poisson_ratio", "0.5"});
-    expect_refused("[held_share]\nfrom = 0.4\nto = 1.1\nsource = \"a\"\n", {"held_share", "1.1"});
-    expect_refused("[density]\nfrom = 1000\nto = 900\nsource = \"a\"\n", {"density", "larger"});
-    expect_refused("[density]\nfrom = 1000\nto = 1100\n", {"source"});
-    expect_refused("[youngs_modulus]\nfrom = 1000\nto = 1100\nsource = \"a\"\n", {"young_modulus"});
-    expect_refused("[tool_offset]\nfrom = -1\nto = 1\nscale = \"logarithmic\"\nsource = \"a\"\n", {"logarithm"});
+core::Solution solve(const std::string &model, const core::Problem &problem) {
+    const auto known = models::all_models();
+    return support::find_named(known, model, "model").solve(problem);
 }
 
-TEST(ActingParameters, LeaveOutWhatHasNoEffectAndSayWhy) {
-    auto nominal = pressed_block();
-    Ranges ranges;
-    for (const auto *name : {"young_modulus", "density", "tumour_contrast", "tool_offset_1", "tool_offset_2"})
-        ranges.parameters.push_back({name, "", "parameters", 1.0, 2.0, false, "made up"});
-    auto acting = acting_on(nominal, ranges);
-    ASSERT_EQ(acting.notes.size(), 1u);
-    EXPECT_NE(acting.notes[0].find("density"), std::string::npos);
-    EXPECT_EQ(acting.parameters.size(), 4u);
-    nominal.load_case.acceleration = {0.0, 0.0, -1.0};
-    for (auto &condition : nominal.load_case.conditions)
-        condition.round.reset();
-    acting = acting_on(nominal, ranges);
-    ASSERT_EQ(acting.notes.size(), 1u);
-    EXPECT_NE(acting.notes[0].find("tool_offset"), std::string::npos);
-    EXPECT_EQ(acting.parameters.size(), 3u);
+/// Area mean over a side of the bar.
+Vector3 mean_at(const core::Problem &nominal, const core::Solution &solution, double x) {
+    Vector3 sum = Vector3::Zero();
+    int count = 0;
+    for (int i = 0; i < nominal.body->mesh.num_nodes(); ++i)
+        if (std::abs(nominal.body->mesh.points[i].x() - x) < 1e-9) {
+            sum += solution.displacement[i];
+            ++count;
+        }
+    return sum / count;
+}
+
+/// Two springs in series: sigma L / E of the bar and sigma / k of the support.
+TEST(SoftSupport, AddsItsOwnComplianceInSeries) {
+    constexpr double traction = 40.0;
+    auto nominal = bar(5000.0, 0.0);
+    tests::pull(nominal.load_case, nominal.body->mesh, "x_max", {traction, 0.0, 0.0});
+    for (const auto *model : {"fem_p1", "fem_p2p1"})
+        for (const double stiffness : {1e4, 1e5, 1e6}) {
+            const auto solution = solve(model, with_soft_support(nominal, stiffness));
+            ASSERT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
+            EXPECT_NEAR(mean_at(nominal, solution, 0.0).x(), traction / stiffness, 0.03 * traction / stiffness)
+                << model;
+            const double expected = traction * length / 5000.0 + traction / stiffness;
+            EXPECT_NEAR(mean_at(nominal, solution, length).x(), expected, 0.01 * expected) << model;
+        }
+}
+
+/// A body as good as rigid under its weight across the support moves by F / (k_t A).
+TEST(SoftSupport, GivesWayAlongTheSurfaceByItsShearRatio) {
+    auto nominal = bar(1e9, 0.0);
+    nominal.load_case.acceleration = {0.0, 0.5, 0.0};
+    constexpr double stiffness = 1e6;
+    const auto solution = solve("fem_p1", with_soft_support(nominal, stiffness));
+    const double force = 0.5 * 1000.0 * length * area;
+    const double expected = force / (support_shear_ratio * stiffness * area);
+    EXPECT_NEAR(mean_at(nominal, solution, 0.0).y(), expected, 0.03 * expected);
+}
+
+TEST(SoftSupport, TendsToWhatIsHeldFirmly) {
+    auto nominal = bar(5000.0, 0.45);
+    tests::pull(nominal.load_case, nominal.body->mesh, "x_max", {0.0, 20.0, 0.0});
+    const auto firm = solve("fem_p1", nominal), nearly = solve("fem_p1", with_soft_support(nominal, 1e10));
+    EXPECT_NEAR(mean_at(nominal, nearly, length).y(), mean_at(nominal, firm, length).y(),
+                1e-3 * mean_at(nominal, firm, length).y());
+}
+
+TEST(SoftSupport, KeepsNodesAndFacetsOfTheBodyAndClosesTheSurface) {
+    auto nominal = bar(5000.0, 0.3);
+    tests::pull(nominal.load_case, nominal.body->mesh, "x_max", {40.0, 0.0, 0.0});
+    const auto problem = with_soft_support(nominal, 1e6);
+    const auto &before = nominal.body->mesh, &after = problem.body->mesh;
+    ASSERT_TRUE(std::equal(before.points.begin(), before.points.end(), after.points.begin()));
+    ASSERT_TRUE(std::equal(before.tetrahedra.begin(), before.tetrahedra.end(), after.tetrahedra.begin()));
+    for (int f = 0; f < before.num_boundary_triangles(); ++f)
+        if (!nominal.load_case.is_constrained(f)) {
+            EXPECT_EQ(before.boundary_triangles[f], after.boundary_triangles[f]);
+        }
+    EXPECT_EQ(core::outer_faces(after.tetrahedra).size(), after.boundary_triangles.size());
+    Vector3 closed = Vector3::Zero();
+    for (int f = 0; f < after.num_boundary_triangles(); ++f)
+        closed += core::area_vector(after, f);
+    EXPECT_LT(closed.norm(), 1e-15);
+    EXPECT_EQ(held_facets(problem.load_case), held_facets(nominal.load_case));
+    EXPECT_EQ(problem.load_case.num_facets(), after.boundary_triangles.size());
+    EXPECT_EQ(after.boundary_patch.size(), after.boundary_triangles.size());
+    for (const double volume : core::tetrahedron_volumes(after))
+        EXPECT_GT(volume, 0.0);
 }
 
 } // namespace

@@ -9,7 +9,7 @@ from markupsafe import Markup
 from livermark.report import colours, figures
 from livermark.report.data import ReportData, attributes_of, table_of, texts_of
 from livermark.report.parts import Section, figure, paragraph, plots, subsection, table
-from livermark.report.units import PERCENT
+from livermark.studies.tables import PERCENT
 
 TITLE = "Methods within a budget"
 COMMAND = "livermark arena --output FOLDER"  # makes the files

@@ -12,7 +12,7 @@ from livermark.report import colours, figures
 from livermark.report.data import ReportData, Table, attributes_of, table_of, texts_of
 from livermark.report.parts import Section, bullets, choice, figure, paragraph, plots, subsection, table
 from livermark.report.sections.arena import best_runs, runs_of
-from livermark.report.units import PERCENT
+from livermark.studies.tables import PERCENT
 
 TITLE = "A card for each method"
 COMMAND = "livermark arena --iterations 1 2 5 10 20 50 100 --output FOLDER"  # makes the files

@@ -9,46 +9,48 @@ from markupsafe import Markup
 from matplotlib.lines import Line2D
 
 from livermark.report import colours, figures
-from livermark.report.data import ReportData, attributes_of, cleaned, number, table_of
+from livermark.report.data import ReportData, attributes_of, cleaned
 from livermark.report.parts import Section, figure, missing, paragraph, table
-from livermark.report.units import PERCENT
+from livermark.studies.cohort import HALVES as IN_WORDS
+from livermark.studies.cohort import Statistics, apart, errors_of_file, statistics_of
+from livermark.studies.cohort import table as statistics_table
+from livermark.studies.tables import PERCENT, Table
 
 TITLE = "Livers of other people"
 COMMAND = "livermark cohort --bodies 1-8 --output FOLDER"  # makes the files
-IN_WORDS = {"training": "tuning", "unseen": "test"}
 HALVES = {"training": colours.Style(colours.BLUE, "o"), "unseen": colours.Style(colours.VERMILION, "D")}
 ROW, STRIP = 50, 15  # [pixel]
 
 
-def _by_model(statistics: list[dict]) -> dict[str, dict[str, dict]]:
-    """What there is of each model and half; the smaller median on the unseen half comes first."""
-    models: dict[str, dict[str, dict]] = {}
+def _by_model(statistics: list[Statistics]) -> dict[str, dict[str, Statistics]]:
+    """Statistics of each model and half; the smaller median on the unseen half comes first."""
+    models: dict[str, dict[str, Statistics]] = {}
     for one in statistics:
-        if one["errors"]:
-            models.setdefault(one["model"], {})[one["half"]] = one
+        if one.errors:
+            models.setdefault(cleaned(one.model), {})[one.half] = one
 
     def median(item):
-        return next(item[1][half]["median"] for half in ("unseen", "training") if half in item[1])
+        return next(item[1][half].median for half in ("unseen", "training") if half in item[1])
     return dict(sorted(models.items(), key=median))
 
 
-def _draw_strip(axes, one: dict, style: colours.Style, y: float) -> None:
-    low, median, high = (PERCENT * number(one[name]) for name in ("median_low", "median", "median_high"))
+def _draw_strip(axes, one: Statistics, style: colours.Style, y: float) -> None:
+    low, median, high = (PERCENT * value for value in (one.median_interval[0], one.median, one.median_interval[1]))
     if not math.isnan(low):
         axes.fill_between([low, high], y - 0.11, y + 0.11, color=colours.BAND, linewidth=0, zorder=1)
-    axes.plot([PERCENT * error for error in one["errors"]], [y] * len(one["errors"]), linestyle="", marker=style.marker,
+    axes.plot([PERCENT * error for error in one.errors], [y] * len(one.errors), linestyle="", marker=style.marker,
               markersize=6, color=style.colour, alpha=0.75, zorder=2)
     axes.plot([median, median], [y - 0.15, y + 0.15], color=colours.INK, linewidth=2, zorder=3)
 
 
-def _plot(group: dict) -> Optional[Markup]:
+def _plot(group: list[Statistics]) -> Optional[Markup]:
     """The errors of all bodies on one logarithmic axis; names stand above their strips, for narrow screens."""
-    models = _by_model(group["statistics"])
-    errors = [PERCENT * error for one in group["statistics"] for error in one["errors"]]
+    models = _by_model(group)
+    errors = [PERCENT * error for one in group for error in one.errors]
     if not figures.has_points(errors, errors):
         return None
     height = ROW * len(models) + figures.TOP + figures.BOTTOM + 20
-    axes = figures.new_plot(f"Error of each body at Poisson's ratio {group['poisson_ratio']:g}",
+    axes = figures.new_plot(f"Error of each body at Poisson's ratio {group[0].poisson_ratio:g}",
                             "mean relative L2 error over load cases [%]", "", 440, height)
     axes.figure.subplots_adjust(left=12 / 440)
     figures.set_logarithmic(axes, "x", {"x": errors})
@@ -73,21 +75,24 @@ def _bodies(file) -> str:
             "lesions.")
 
 
-def _cohort(data: ReportData, told: dict) -> Markup:
-    with data.open(told["file"]) as file:
+def _cohort(data: ReportData, name: str) -> Markup:
+    with data.open(name) as file:
         command = attributes_of(file)["command"]
         html = paragraph(_bodies(file)) if len(file["bodies/volume"]) else Markup("")
         cases = attributes_of(file["errors/load_case"])["names"] if "errors" in file else []
         failures = cleaned(bytes(file["failures"][:]).decode(errors="replace")).splitlines() if "failures" in file else []
-    for group in told["groups"]:
+        statistics = statistics_of(errors_of_file(file))
+    for group in apart(statistics, "regime", "reference", "poisson_ratio"):
+        regime, reference = group[0].regime, cleaned(group[0].reference)
         if plot := _plot(group):
             html += figure("figure", plot,
-                           f"Deformations of the {group['regime']} regime: a marker for each body, a stroke for the "
+                           f"Deformations of the {regime} regime: a marker for each body, a stroke for the "
                            "median and a bar for its interval of 95 %, where there are bodies enough. The smallest "
                            "median comes first.", [command])
-        html += figure("table", table(table_of(group["table"])),
-                       f"Deformations of the {group['regime']} regime: mean relative L2 error over load cases"
-                       + (f", against {group['reference']}" if group["reference"] else "") + ", in brackets the interval "
+        made = statistics_table(group, data.smallest_felt_difference)
+        html += figure("table", table(Table(made.columns, cleaned(made.rows))),
+                       f"Deformations of the {regime} regime: mean relative L2 error over load cases"
+                       + (f", against {reference}" if reference else "") + ", in brackets the interval "
                        "of 95 % by bootstrap where there are bodies enough; tool: the same of the absolute value of the "
                        f"stiffness at the tool. Load cases: {', '.join(sorted(cases))}.", [command])
     for failure in failures:
@@ -101,6 +106,6 @@ def section(data: ReportData) -> Section | None:
     html = paragraph(
         "Errors over the bodies of a cohort. Constants of models may be chosen on the tuning half; accuracy is quoted on "
         "the test half. The other sections leave these bodies out: a report of the folder of one body shows it in full.")
-    for told in data.told["cohorts"]:
-        html += _cohort(data, told)
+    for name in data.told["cohorts"]:
+        html += _cohort(data, name)
     return Section("cohort", TITLE, html)

@@ -8,7 +8,7 @@ from livermark.report import colours, figures
 from livermark.report.data import ReportData, commands_of, number
 from livermark.report.labels import name_points
 from livermark.report.parts import Section, figure, paragraph, plots, table
-from livermark.report.units import PERCENT
+from livermark.studies.tables import PERCENT
 
 TITLE = "Error against cost"
 COMMAND = "livermark run"  # makes the files

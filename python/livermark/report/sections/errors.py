@@ -8,7 +8,7 @@ from markupsafe import Markup
 
 from livermark.report.data import Column, ReportData, Result, Table, commands_of, not_told_from_best
 from livermark.report.parts import Section, figure, missing, paragraph, subsection, table
-from livermark.report.units import PERCENT, fixed, mean, percent
+from livermark.studies.tables import PERCENT, fixed, mean, percent
 
 TITLE = "How far each model is off"
 COMMAND = "livermark run"  # makes the files

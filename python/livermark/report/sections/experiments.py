@@ -10,7 +10,7 @@ from markupsafe import Markup
 from livermark.report import colours, figures
 from livermark.report.data import ReportData, attributes_of, table_of, texts_of
 from livermark.report.parts import Section, bullets, figure, paragraph, plots, subsection, table
-from livermark.report.units import MILLIMETRES, fixed
+from livermark.studies.tables import MILLIMETRES, fixed
 
 TITLE = "Beside measurements"
 COMMAND = "livermark experiment NAME --output FOLDER"  # makes the files

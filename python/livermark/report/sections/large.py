@@ -8,7 +8,7 @@ from markupsafe import Markup
 from livermark.report import colours, figures
 from livermark.report.data import ReportData, Result, commands_of, model_names, table_of
 from livermark.report.parts import Section, figure, paragraph, plots, subsection, table
-from livermark.report.units import MILLIMETRES
+from livermark.studies.tables import MILLIMETRES
 
 TITLE = "Deformations of surgical size"
 COMMAND = "livermark run --regime large"  # makes the files

@@ -8,7 +8,7 @@ from markupsafe import Markup
 from livermark.report import colours, figures
 from livermark.report.data import ReportData, attributes_of, cleaned, table_of
 from livermark.report.parts import Section, figure, paragraph, plots, subsection, table
-from livermark.report.units import MILLIMETRES, fixed
+from livermark.studies.tables import MILLIMETRES, fixed
 
 TITLE = "Needles"
 COMMAND = "livermark needle BODY --output FOLDER"  # makes the files

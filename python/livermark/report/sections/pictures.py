@@ -12,7 +12,7 @@ from markupsafe import Markup
 from livermark.report import colours, figures, surfaces
 from livermark.report.data import Model, ReportData, Result
 from livermark.report.parts import Section, choice, figure, missing, name, paragraph
-from livermark.report.units import MILLIMETRES, PERCENT, rounded_up
+from livermark.studies.tables import MILLIMETRES, PERCENT, rounded_up
 
 TITLE = "What it looks like"
 COMMAND = "livermark run"  # makes the files

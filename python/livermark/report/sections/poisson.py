@@ -8,7 +8,7 @@ from markupsafe import Markup
 from livermark.report import colours, figures
 from livermark.report.data import ReportData, Result, commands_of
 from livermark.report.parts import Section, figure, missing, paragraph, plots, table
-from livermark.report.units import PERCENT, mean
+from livermark.studies.tables import PERCENT, mean
 
 TITLE = "Error against Poisson's ratio"
 COMMAND = "livermark run --static --poisson 0.25,0.45,0.49"  # makes the files

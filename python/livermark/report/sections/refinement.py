@@ -11,7 +11,7 @@ from markupsafe import Markup
 from livermark.report import colours, figures
 from livermark.report.data import Column, ReportData, Result, Table, commands_of
 from livermark.report.parts import Section, figure, plots, table
-from livermark.report.units import MILLIMETRES, PERCENT, percent
+from livermark.studies.tables import MILLIMETRES, PERCENT, percent
 
 TITLE = "Error against refinement"
 COMMAND = "livermark run, without --reference-on-mesh"  # makes the files

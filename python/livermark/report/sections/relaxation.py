@@ -9,7 +9,7 @@ from markupsafe import Markup
 from livermark.report import colours, figures
 from livermark.report.data import ReportData, Result, model_names, number, table_of
 from livermark.report.parts import Section, figure, paragraph, plots, subsection, table
-from livermark.report.units import MILLIMETRES
+from livermark.studies.tables import MILLIMETRES
 
 TITLE = "Tissue that relaxes"
 COMMAND = "livermark run --load-case hold_after_press palpation_at_1_hz"  # makes the files

@@ -11,7 +11,7 @@ from livermark.report import colours, figures
 from livermark.report.data import ReportData, attributes_of, table_of
 from livermark.report.labels import name_points
 from livermark.report.parts import Section, figure, missing, paragraph, subsection, table
-from livermark.report.units import MILLISECONDS
+from livermark.studies.tables import MILLISECONDS
 
 TITLE = "Time steps, predicted and observed"
 COMMAND = "livermark stability"  # makes the files

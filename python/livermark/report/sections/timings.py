@@ -7,7 +7,7 @@ import h5py
 
 from livermark.report.data import Column, ReportData, Table, attributes_of, cleaned
 from livermark.report.parts import Section, figure, missing, paragraph, share, table
-from livermark.report.units import PERCENT
+from livermark.studies.tables import PERCENT
 
 TITLE = "What a step takes"
 COMMAND = "build/release/benchmarks/step_benchmark --hdf5=FILE"  # makes the files

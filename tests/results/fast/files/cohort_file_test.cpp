@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 
+#include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/provenance.hpp"
+#include "results/quantile.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_cohort.hpp"
@@ -53,20 +55,17 @@ TEST_F(CohortFile, HoldsWhatWasWritten) {
     }
 }
 
-TEST_F(CohortFile, HasTheStatisticsOfItsErrors) {
-    const auto cohort = tests::sample_cohort();
-    write_cohort(path_, cohort);
-    const auto statistics = cohort_statistics(cohort.errors);
-    const hdf5::InputFile file(path_);
-    const auto median = file.dataset<double>("/statistics/median", statistics.size());
-    const auto stiffness = file.dataset<double>("/statistics/stiffness_median", statistics.size());
-    const auto bodies = file.dataset<int>("/statistics/bodies", statistics.size());
-    for (std::size_t h = 0; h < statistics.size(); ++h) {
-        EXPECT_TRUE(median[h] == statistics[h].median || (std::isnan(median[h]) && std::isnan(statistics[h].median)));
-        EXPECT_TRUE(stiffness[h] == statistics[h].stiffness_median ||
-                    (std::isnan(stiffness[h]) && std::isnan(statistics[h].stiffness_median)));
-        EXPECT_EQ(bodies[h], std::ssize(statistics[h].means));
-    }
+TEST(CohortHalf, IsTrainingOfOddNumbersAndUnseenOfEvenOnes) {
+    EXPECT_EQ(cohort_half("liver_variant_7"), "training");
+    EXPECT_EQ(cohort_half("liver_variant_10"), "unseen");
+    EXPECT_EQ(cohort_half("liver_healthy"), std::nullopt);
+}
+
+TEST(Quantile, IsInterpolatedBetweenSortedValues) {
+    EXPECT_DOUBLE_EQ(quantile({3.0, 1.0, 2.0}, 0.5), 2.0);
+    EXPECT_DOUBLE_EQ(quantile({4.0, 1.0, 2.0, 3.0}, 0.5), 2.5);
+    EXPECT_DOUBLE_EQ(quantile({0.0, 10.0}, 0.95), 9.5);
+    EXPECT_DOUBLE_EQ(quantile({7.0}, 0.95), 7.0);
 }
 
 TEST_F(CohortFile, HoldsACohortWithoutAnyResult) {

@@ -1,0 +1,256 @@
+"""Input files of FEBio 4 (febio_spec 4.0), and the displacements that come back."""
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Sequence, Union
+from xml.sax.saxutils import quoteattr
+
+import numpy
+
+from livermark.convert.pictures import WOUND
+from livermark.errors import InputError
+from livermark.plain_files import plain_file
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from livermark._suite import Problem
+
+Path = Union[str, "os.PathLike[str]"]
+AXES = "xyz"
+
+
+class Solid(NamedTuple):
+    """A body of your own with its loads, in the words of Problem: for to_febio(), to_vtk() and to_slicer()."""
+    points: ArrayLike  #: (N, 3) [m]
+    tetrahedra: ArrayLike  #: (M, 4) node numbers
+    young_modulus: ArrayLike  #: one, or (M) [Pa]
+    poisson_ratio: ArrayLike  #: one, or (M)
+    density: ArrayLike = 1060.0  #: one, or (M) [kg/m^3]
+    region: Optional[ArrayLike] = None  #: (M) index into region_names
+    region_names: Sequence[str] = ("solid",)  #: (R)
+    prescribed_displacement: Optional[ArrayLike] = None  #: (N, 3) [m], NaN where a component is free
+    dead_forces: Optional[ArrayLike] = None  #: (N, 3) [N], they keep their direction
+    boundary_triangles: Optional[ArrayLike] = None  #: (T, 3) node numbers, right-handed seen from outside
+    follower_pressure: Optional[ArrayLike] = None  #: (T) [Pa], stays perpendicular to the triangles as they move
+    regime: str = "large"  #: small loads are applied in one step, large ones in ten
+
+
+class _Arrays(NamedTuple):
+    """A Problem or Solid whose arrays have the shapes that they say."""
+    points: NDArray[numpy.float64]
+    tetrahedra: NDArray[numpy.int64]
+    materials: NDArray[numpy.float64]  # (M, 4) region, Young's modulus, Poisson's ratio, density
+    region_names: Sequence[str]
+    displacement: NDArray[numpy.float64]
+    forces: NDArray[numpy.float64]
+    triangles: NDArray[numpy.int64]
+    pressure: NDArray[numpy.float64]
+
+
+def _shaped(name: str, values: Any, shape: tuple, default: float = 0.0) -> NDArray[numpy.float64]:
+    if values is None:
+        return numpy.full(shape, default)
+    array = numpy.asarray(values, dtype=float)
+    if array.ndim == 0 and len(shape) == 1:
+        return numpy.full(shape, float(array))
+    if array.shape != shape:
+        raise InputError(f"{name}: the shape is {array.shape}; give one of shape {shape}")
+    return array
+
+
+def _arrays(problem: Union[Problem, Solid]) -> _Arrays:
+    if getattr(problem, "press_depth", 0.0):
+        raise InputError(f"load case {problem.load_case} presses to a depth, and FEBio wants the force beforehand; write a load "
+                         "case that gives the 'force', or a Solid with the forces times the newtons that livermark run found")
+    points = numpy.asarray(problem.points, dtype=float)
+    tetrahedra = numpy.asarray(problem.tetrahedra, dtype=numpy.int64)
+    if points.ndim != 2 or points.shape[1] != 3 or tetrahedra.ndim != 2 or tetrahedra.shape[1] != 4:
+        raise InputError(f"points and tetrahedra: the shapes are {points.shape} and {tetrahedra.shape}; give (N, 3) and (M, 4)")
+    count, nodes = (len(tetrahedra),), (len(points), 3)
+    triangles = numpy.zeros((0, 3), int) if problem.boundary_triangles is None else numpy.asarray(problem.boundary_triangles)
+    for name, numbers in (("tetrahedra", tetrahedra), ("boundary_triangles", triangles)):
+        if numbers.size and not (numbers.min() >= 0 and numbers.max() < len(points)):
+            raise InputError(f"{name}: nodes are numbered from 0 to {len(points) - 1}")
+    region = _shaped("region", problem.region, count)
+    if region.size and not (region.min() >= 0 and region.max() < len(problem.region_names)):
+        raise InputError(f"region: there are {len(problem.region_names)} names in region_names")
+    materials = numpy.column_stack([region] + [_shaped(name, getattr(problem, name), count)
+                                               for name in ("young_modulus", "poisson_ratio", "density")])
+    if not (numpy.isfinite(materials).all() and (materials[:, 1] > 0.0).all() and (abs(materials[:, 2]) < 0.5).all()):
+        raise InputError("young_modulus and poisson_ratio: give more than 0 Pa, and ratios between -0.5 and 0.5")
+    return _Arrays(points, tetrahedra, materials, problem.region_names,
+                   _shaped("prescribed_displacement", problem.prescribed_displacement, nodes, numpy.nan),
+                   _shaped("dead_forces", problem.dead_forces, nodes), triangles,
+                   _shaped("follower_pressure", problem.follower_pressure, (len(triangles),)))
+
+
+def _numbers(values) -> str:
+    return ",".join(map(repr, values.tolist()))
+
+
+def _rows(tag: str, key: str, first: int, rows) -> list[str]:
+    return [f'<{tag} {key}="{k}">{_numbers(row)}</{tag}>' for k, row in enumerate(rows, first)]
+
+
+def _element(tag: str, inside: list[str], **attributes: Any) -> list[str]:
+    opening = "".join(f" {name}={quoteattr(str(value))}" for name, value in attributes.items())
+    return [f"<{tag}{opening}>", *inside, f"</{tag}>"]
+
+
+class _Parts:
+    """Sections of the file that grow together: a set of nodes in the mesh, its values, what uses them."""
+
+    def __init__(self) -> None:
+        self.mesh: list[str] = []
+        self.data: list[str] = []
+        self.boundary: list[str] = []
+        self.loads: list[str] = []
+
+    def add_node_set(self, name: str, nodes: NDArray) -> None:
+        self.mesh.append(f'<NodeSet name="{name}">{_numbers(nodes + 1)}</NodeSet>')
+
+
+def _add_constraints(parts: _Parts, displacement: NDArray) -> None:
+    """Zeros are taken out of the system, other values grow with the load; components that are NaN stay free."""
+    is_zero = displacement == 0.0
+    for mask in numpy.unique(is_zero[is_zero.any(axis=1)], axis=0):
+        name = "fixed_" + "".join(axis for axis, is_fixed in zip(AXES, mask) if is_fixed)
+        parts.add_node_set(name, numpy.flatnonzero((is_zero == mask).all(axis=1)))
+        parts.boundary += _element("bc", [f"<{axis}_dof>{int(f)}</{axis}_dof>" for axis, f in zip(AXES, mask)],
+                                   name=name, type="zero displacement", node_set=name)
+    for axis, values in zip(AXES, displacement.T):
+        nodes = numpy.flatnonzero(~numpy.isnan(values) & (values != 0.0))
+        if len(nodes):
+            name = "moved_" + axis
+            parts.add_node_set(name, nodes)
+            parts.data += _element("NodeData", _rows("node", "lid", 1, values[nodes, None]),
+                                   name="displacement_" + axis, node_set=name, data_type="scalar")
+            parts.boundary += _element(
+                "bc", [f"<dof>{axis}</dof>", f'<value lc="1" type="map">displacement_{axis}</value>'],
+                name=name, type="prescribed displacement", node_set=name)
+
+
+def _add_loads(parts: _Parts, arrays: _Arrays) -> None:
+    nodes = numpy.flatnonzero((arrays.forces != 0.0).any(axis=1))
+    if len(nodes):
+        parts.add_node_set("loaded", nodes)
+        parts.data += _element("NodeData", _rows("node", "lid", 1, arrays.forces[nodes]),
+                               name="dead_forces", node_set="loaded", data_type="vec3")
+        parts.loads += _element("nodal_load", ['<value lc="1" type="map">dead_forces</value>'],
+                                name="dead_forces", type="nodal_force", node_set="loaded")
+    facets = numpy.flatnonzero(arrays.pressure)
+    if len(facets):
+        parts.mesh += _element("Surface", _rows("tri3", "id", 1, arrays.triangles[facets] + 1), name="pressed")
+        parts.data += _element("SurfaceData", _rows("face", "lid", 1, arrays.pressure[facets, None]),
+                               name="follower_pressure", surface="pressed", data_type="scalar")
+        parts.loads += _element("surface_load", ['<pressure lc="1" type="map">follower_pressure</pressure>',
+                                                 "<linear>0</linear>", "<symmetric_stiffness>1</symmetric_stiffness>"],
+                                name="follower_pressure", type="pressure", surface="pressed")
+
+
+def _add_wound(parts: _Parts, problem: Union[Problem, Solid], num_before: int) -> None:
+    """The surface of a cut, for whoever has a use for it: contact, or pictures. num_before: triangles of other surfaces."""
+    names = list(getattr(problem, "patch_names", ()))
+    if WOUND in names:
+        facets = numpy.asarray(problem.boundary_triangles)[numpy.asarray(problem.boundary_patch) == names.index(WOUND)]
+        parts.mesh += _element("Surface", _rows("tri3", "id", num_before + 1, facets + 1), name=WOUND)
+
+
+def _regions(arrays: _Arrays) -> tuple[list[str], list[str], list[str]]:
+    """Material, Elements and SolidDomain of each region, one more where a region has several materials."""
+    kinds, kind = numpy.unique(arrays.materials, axis=0, return_inverse=True)
+    materials, elements, domains, number = [], [], [], 1
+    for k, (region, young_modulus, poisson_ratio, density) in enumerate(kinds):
+        name = arrays.region_names[int(region)]
+        if (kinds[:, 0] == region).sum() > 1:
+            name += f"_{k + 1}"
+        inside = [f"<density>{float(density)!r}</density>", f"<E>{float(young_modulus)!r}</E>",
+                  f"<v>{float(poisson_ratio)!r}</v>"]
+        materials += _element("material", inside, id=k + 1, name=name, type="neo-Hookean")
+        chosen = arrays.tetrahedra[kind.ravel() == k] + 1
+        elements += _element("Elements", _rows("elem", "id", number, chosen), type="tet4", name=name)
+        domains.append(f"<SolidDomain name={quoteattr(name)} mat={quoteattr(name)}/>")
+        number += len(chosen)
+    return materials, elements, domains
+
+
+def _solver() -> list[str]:
+    """Newton's method with a new tangent in each iteration, to a millionth of the displacement."""
+    inside = ["<symmetric_stiffness>symmetric</symmetric_stiffness>", "<dtol>1e-06</dtol>", "<etol>1e-10</etol>",
+              '<qn_method type="BFGS"><max_ups>0</max_ups></qn_method>']
+    return _element("solver", inside, type="solid")
+
+
+def _control(num_steps: int) -> list[str]:
+    stepper = ["<max_retries>10</max_retries>", "<opt_iter>10</opt_iter>", "<dtmin>0.0001</dtmin>",
+               f"<dtmax>{1.0 / num_steps!r}</dtmax>"]
+    return ["<analysis>STATIC</analysis>", f"<time_steps>{num_steps}</time_steps>",
+            f"<step_size>{1.0 / num_steps!r}</step_size>", *_solver(),
+            *_element("time_stepper", stepper, type="default")]
+
+
+def _write_job(path: Path, sections: dict[str, list[str]]) -> None:
+    inside = ['<Module type="solid"/>']
+    for name, section in sections.items():
+        if section:
+            inside += _element(name, section)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write('<?xml version="1.0" encoding="UTF-8"?>\n'
+                   + "\n".join(_element("febio_spec", inside, version="4.0")) + "\n")
+
+
+def to_febio(problem: Union[Problem, Solid], path: Path) -> None:
+    """Writes a job of FEBio 4: linear tetrahedra of FEBio's "neo-Hookean", which is the law of the large load cases.
+
+    problem: of livermark.problem(), or a Solid of your own arrays. Loads grow from zero to the whole at time 1. Tractions
+    and weights are forces at nodes that keep their direction; follower pressures act on the moving surface. Of a load case
+    with a release this is the static start. FEBio writes the displacements beside the file, for from_febio(). Raises
+    InputError.
+    """
+    arrays = _arrays(problem)
+    parts = _Parts()
+    _add_constraints(parts, arrays.displacement)
+    _add_loads(parts, arrays)
+    _add_wound(parts, problem, numpy.count_nonzero(arrays.pressure))
+    materials, elements, domains = _regions(arrays)
+    curve = ["<interpolate>LINEAR</interpolate>", "<extend>CONSTANT</extend>",
+             "<points><pt>0,0</pt><pt>1,1</pt></points>"]
+    stem = os.path.splitext(os.path.basename(os.fspath(path)))[0]
+    output = [*_element("plotfile", ['<var type="displacement"/>', '<var type="stress"/>'], type="febio"),
+              *_element("logfile", [f'<node_data data="ux;uy;uz" delim="," node_set="nodes" '
+                                    f"file={quoteattr(stem + '.displacement.csv')}/>"])]
+    nodes = _element("Nodes", _rows("node", "id", 1, arrays.points), name="nodes")
+    sections = {"Control": _control(1 if problem.regime == "small" else 10), "Material": materials,
+                "Mesh": nodes + elements + parts.mesh, "MeshDomains": domains, "MeshData": parts.data,
+                "Boundary": parts.boundary, "Loads": parts.loads,
+                "LoadData": _element("load_controller", curve, id=1, type="loadcurve"), "Output": output}
+    _write_job(path, sections)
+
+
+def from_febio(path: Path) -> NDArray[numpy.float64]:
+    """Displacements of the nodes (N, 3) [m] at the whole load, of the .displacement.csv that a job of to_febio() writes.
+
+    Raises InputError if FEBio stopped before, or if it is no such file.
+    """
+    time, rows = 0.0, []
+    with open(plain_file(path, "give the .displacement.csv of FEBio"), encoding="utf-8") as file:
+        try:
+            for line in file:
+                if line.startswith("*Time"):
+                    time, rows = float(line.split("=")[1]), []
+                elif not line.startswith("*") and line.strip():
+                    number, x, y, z = map(float, line.split(","))
+                    rows.append([number, x, y, z])
+        except (ValueError, IndexError):
+            raise InputError(f"{os.fspath(path)}: this is no displacement that FEBio wrote of a job of to_febio(); give its "
+                             ".displacement.csv") from None
+    if abs(time - 1.0) > 1e-9 or not rows:
+        raise InputError(f"{os.fspath(path)}: FEBio stopped at {time:g} of the load; see its log, and give it more steps")
+    table = numpy.array(rows)
+    table = table[numpy.argsort(table[:, 0], kind="stable")]
+    if not numpy.isfinite(table).all():
+        raise InputError(f"{os.fspath(path)}: a displacement at the whole load is not finite; see the log of FEBio")
+    if not numpy.array_equal(table[:, 0], numpy.arange(1, len(table) + 1)):
+        raise InputError(f"{os.fspath(path)}: its nodes are not numbered 1, 2, 3 ... each once; give the file as FEBio wrote it")
+    return table[:, 1:]

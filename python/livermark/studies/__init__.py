@@ -1,0 +1,1 @@
+"""Studies whose statistics numpy and OpenTURNS compute; the commands of the program start them."""
