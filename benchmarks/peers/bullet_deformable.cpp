@@ -9,7 +9,6 @@
 #include <BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 
-#include "benchmarks/kernels/oracle.hpp"
 #include "benchmarks/peers/bullet_body.hpp"
 
 namespace livermark::benchmarks::peers {

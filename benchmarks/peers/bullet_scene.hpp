@@ -17,12 +17,19 @@
 #include <span>
 #include <vector>
 
-#include "benchmarks/peers/bullet_vectors.hpp"
 #include "interactive/scene.hpp"
 
 /// Scenes of interactive methods in Bullet's worlds: the same nodes in the same order, the same masses and time steps,
 /// and nobody looks for contact.
 namespace livermark::benchmarks {
+
+inline btVector3 to_bullet(const core::Vector3 &x) {
+    return {static_cast<btScalar>(x.x()), static_cast<btScalar>(x.y()), static_cast<btScalar>(x.z())};
+}
+
+inline core::Vector3 from_bullet(const btVector3 &x) {
+    return {x.x(), x.y(), x.z()};
+}
 
 /// Nodes at rest; Bullet marks those whose positions are set from outside by a mass of zero.
 inline std::unique_ptr<btSoftBody> bullet_nodes(const interactive::Scene &scene, btSoftBodyWorldInfo &info) {

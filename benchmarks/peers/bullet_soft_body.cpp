@@ -3,7 +3,6 @@
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
 
-#include "benchmarks/kernels/oracle.hpp"
 #include "benchmarks/peers/bullet_body.hpp"
 
 namespace livermark::benchmarks::peers {

@@ -1,7 +1,7 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "benchmarks/kernels/oracle.hpp"
+#include "benchmarks/competitor.hpp"
 
 namespace livermark::benchmarks::peers {
 

@@ -27,8 +27,7 @@ set(may_include_cli support core meshes load_cases experiments msm fem_reference
 set(may_include_python support core msm)
 set(may_include_python/suite support core meshes load_cases msm fem_reference models results studies
   studies/exchange/formats python)
-set(may_include_benchmarks support core meshes load_cases msm interactive live fem_reference models results results/tables
-  studies)
+set(may_include_benchmarks support core meshes msm interactive fem_reference results)
 set(may_include_fuzz support core meshes segmentation load_cases live results studies/exchange/formats)
 set(may_include_tests support core meshes segmentation load_cases experiments msm interactive live fem_reference models results
   results/tables server server/sessions studies studies/exchange/formats benchmarks fuzz)
@@ -115,7 +114,7 @@ foreach(folder IN LISTS folders)
         endif()
       endif()
     endforeach()
-    if(NOT source MATCHES "^(fem_reference/distributed|support/processes|benchmarks)/")
+    if(NOT source MATCHES "^(fem_reference/distributed|support/processes)/")
       file(STRINGS ${SOURCE_DIR}/${source} of_mpi REGEX "include <(mpi\\.h|deal\\.II/base/(mpi|partitioner)\\.h)>|MPI_COMM_WORLD[,)]")
       if(of_mpi)
         string(APPEND faults "${source}: ${of_mpi}\n  only fem_reference/distributed/ and support/processes/ know of MPI\n")

@@ -1,16 +1,22 @@
-#include "benchmarks/bullet_comparisons.hpp"
-
+// Time of the same work by a method of interactive/ and by Bullet, as bullet/<work>/<body>; see README.md.
 #include "benchmarks/peers/bullet_scene.hpp"
 
 #include <BulletSoftBody/btDeformableLinearElasticityForce.h>
 #include <BulletSoftBody/btDeformableMassSpringForce.h>
 #include <BulletSoftBody/btDeformableNeoHookeanForce.h>
-#include <cmath>
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
-#include "benchmarks/bodies.hpp"
 #include "benchmarks/peers/bullet_counterparts.hpp"
+#include "benchmarks/program.hpp"
 #include "benchmarks/scene.hpp"
+#include "core/processor_time.hpp"
 #include "interactive/elements/corotational_tetrahedra.hpp"
 #include "interactive/elements/critical_step.hpp"
 #include "interactive/method.hpp"
@@ -23,6 +29,35 @@ using interactive::Field;
 using interactive::Simulation;
 
 constexpr double frame = interactive::frame_time;
+
+/// A body that an interactive method and Bullet both move: constrained at its back, stretched by 1 % along x
+/// and let go from rest.
+struct MovingScene {
+    interactive::Scene scene;
+    Field start;   ///< shape (3, N) [m]
+    Field targets; ///< shape (3, C) of the constrained nodes, where they start [m]
+};
+
+/// A method that does the same work again and again.
+struct Side {
+    std::function<void()> reset; ///< back to the start
+    std::function<void()> work;  ///< one step, or one evaluation of forces
+    /// Positions after a step [m], less those at the start, or forces [N]. shape (3, N)
+    std::function<Field()> result;
+};
+
+struct Sides {
+    Side ours, bullet;
+};
+
+/// The same work by a method of ours and by Bullet.
+struct Comparison {
+    std::string name;
+    int iterations = 1; ///< in what is timed
+    /// @param is_check  with as many iterations as make both come to one result
+    std::function<Sides(const MovingScene &, bool is_check)> make;
+    double tolerance = 0.0; ///< of the difference between these results, relative to ours
+};
 
 Field at_rest(const MovingScene &moving) {
     return Field::Zero(3, moving.start.cols());
@@ -177,8 +212,6 @@ Sides position_based_step(const MovingScene &moving, bool is_check) {
     return {steps_of(ours, changed, frame, iterations), steps_of_bullet(bullet, changed, frame)};
 }
 
-} // namespace
-
 MovingScene make_moving_scene(const std::shared_ptr<const core::Body> &body) {
     const auto still = make_scene(body);
     MovingScene moving{.scene = {.body = body, .node_mass = still.springs.node_mass, .constrained_nodes = {}},
@@ -219,4 +252,78 @@ double difference(const Sides &sides) {
     return (sides.bullet.result() - ours).norm() / ours.norm();
 }
 
+constexpr int times_in_a_row = 5;
+
+/// The work a few times from the start; implicit steps would come to rest, where there is nothing left to do.
+/// @return time of all [s]
+double time_of(const Side &side) {
+    side.reset();
+    const double start = core::processor_seconds();
+    for (int i = 0; i < times_in_a_row; ++i)
+        side.work();
+    return core::processor_seconds() - start;
+}
+
+struct Checked {
+    std::string name;
+    Sides sides;
+    double difference = 0.0, checked = 0.0; ///< of what is timed, and of what has converged
+    std::string fault;
+};
+
+Checked check(const std::string &name, const Comparison &comparison, const std::string &body) {
+    static std::optional<MovingScene> scene;
+    if (!scene || scene->scene.body->name != body)
+        scene = make_moving_scene(make_body(body));
+    Checked checked{.name = name, .sides = comparison.make(*scene, false), .fault = {}};
+    checked.difference = difference(checked.sides);
+    checked.checked = difference(comparison.make(*scene, true));
+    if (!(checked.checked < comparison.tolerance))
+        checked.fault =
+            fmt::format("results differ by {:.1e}, more than {:.1e}", checked.checked, comparison.tolerance);
+    return checked;
+}
+
+/// Both by turns, so that a machine that is slow for a while is slow for both.
+void time_both(benchmark::State &state, const std::string &name, const Comparison &comparison,
+               const std::string &body) {
+    static std::optional<Checked> last; // Google Benchmark calls several times
+    if (!last || last->name != name)
+        last = check(name, comparison, body);
+    if (!last->fault.empty()) {
+        state.SkipWithError(last->fault.c_str());
+        return;
+    }
+    double ours = 0.0, theirs = 0.0;
+    for (auto _ : state) {
+        const double first = time_of(last->sides.ours), second = time_of(last->sides.bullet);
+        state.SetIterationTime(first + second);
+        ours += first;
+        theirs += second;
+    }
+    const double all = static_cast<double>(state.iterations()) * times_in_a_row;
+    state.counters["livermark"] = ours / all;
+    state.counters["bullet"] = theirs / all;
+    state.counters["bullet_over_livermark"] = theirs / ours;
+    state.counters["inner_iterations"] = comparison.iterations;
+    state.counters["difference"] = last->difference;
+    state.counters["difference_converged"] = last->checked;
+}
+
+void register_comparisons() {
+    for (const auto &body : body_names())
+        if (num_refinements(body) <= 1 && body != "liver_tumours") // Bullet has one material for all
+            for (const auto &comparison : bullet_comparisons()) {
+                const auto name = fmt::format("bullet/{}/{}", comparison.name, body);
+                benchmark::RegisterBenchmark(name.c_str(), [name, comparison, body](benchmark::State &state) {
+                    time_both(state, name, comparison, body);
+                })->UseManualTime();
+            }
+}
+
+} // namespace
 } // namespace livermark::benchmarks
+
+int main(int argc, char **argv) {
+    return livermark::benchmarks::run_program(argc, argv, livermark::benchmarks::register_comparisons);
+}

@@ -1,22 +1,23 @@
-#include "benchmarks/newmark_method.hpp"
+#pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
 
+#include "benchmarks/competitor.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/dynamics/mass_matrix.hpp"
 #include "fem_reference/dynamics/newmark.hpp"
 
 namespace livermark::benchmarks {
 
-namespace {
-
-/// Rounding of a residual that was solved for by sparse Cholesky.
-constexpr double tolerance = 1e-9;
-
-struct FiniteElements {
-    FiniteElements(const Scene &scene, int degree, double time_step)
+/// A scene in steps of fem_reference::Newmark.
+struct NewmarkRun {
+    NewmarkRun(const Scene &scene, int degree, double time_step)
         : rest(scene.problem.body->mesh.points), h(time_step),
           system(fem_reference::assemble(*scene.problem.body, degree)),
           mass(fem_reference::consistent_mass(*scene.problem.body, system)),
@@ -35,7 +36,7 @@ struct FiniteElements {
         return positions;
     }
 
-    /// Of M (v_1 - v_0) / h + K (u_0 + u_1) / 2 = 0 and (v_0 + v_1) / 2 = (u_1 - u_0) / h.
+    /// Residual of M (v_1 - v_0) / h + K (u_0 + u_1) / 2 = 0 and (v_0 + v_1) / 2 = (u_1 - u_0) / h.
     double residual() {
         const auto before = motion;
         auto after = motion;
@@ -71,20 +72,22 @@ struct FiniteElements {
     fem_reference::Newmark newmark;
 };
 
-} // namespace
-
-Method newmark_method(int degree, int max_refinements) {
+/// Newmark's average acceleration of linear elasticity with a factor that is kept, of the scene's body; the springs do
+/// not matter.
+/// @param degree  of the elements, 1 or 2
+inline Method newmark_method(int degree, int max_refinements) {
     Method method;
     method.integrator = "newmark";
     method.critical_time_step = [](const Scene &) { return std::numeric_limits<double>::infinity(); };
     method.make = [degree](const Scene &scene, double time_step) {
-        const auto body = std::make_shared<FiniteElements>(scene, degree, time_step);
+        const auto body = std::make_shared<NewmarkRun>(scene, degree, time_step);
         return Run{.step = [body] { body->newmark.advance(body->motion, body->no_load); },
                    .positions = [body] { return body->positions(); },
                    .residual = [body] { return body->residual(); }};
     };
     method.check = [](const Scene &, double, Run &run) -> std::string {
-        run.step(); // with a velocity, so that every term counts
+        constexpr double tolerance = 1e-9; // rounding of a residual that was solved for by sparse Cholesky
+        run.step();                        // with a velocity, so that every term counts
         if (const double residual = run.residual(); !(residual < tolerance))
             return fmt::format("the residual of a step is {:.3g}, and {:.3g} is allowed", residual, tolerance);
         return {};

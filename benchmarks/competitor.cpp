@@ -1,4 +1,4 @@
-#include "benchmarks/kernels/oracle.hpp"
+#include "benchmarks/competitor.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,13 +9,6 @@
 #include "msm/integrator.hpp"
 
 namespace livermark::benchmarks {
-
-namespace {
-
-/// More than one, so that velocities count.
-constexpr int num_checked_steps = 3;
-
-} // namespace
 
 std::string differs_from_oracle(const Scene &scene, const msm::ElasticBody &body, const std::string &integrator,
                                 double time_step, Run &run, double tolerance) {
@@ -57,14 +50,10 @@ std::string has_left(const Scene &scene, const Run &run) {
     return {};
 }
 
-int forces_per_step(const std::string &integrator) {
-    return msm::find_integrator(integrator).forces_per_step;
-}
-
 Method spring_method(const std::string &integrator, std::function<Run(const Scene &, double)> make, double tolerance) {
     Method method;
     method.integrator = integrator;
-    method.forces_per_step = forces_per_step(integrator);
+    method.forces_per_step = msm::find_integrator(integrator).forces_per_step;
     method.critical_time_step = [integrator](const Scene &scene) { return critical_time_step(scene, integrator); };
     method.make = std::move(make);
     method.check = [integrator, tolerance](const Scene &scene, double time_step, Run &run) {

@@ -1,10 +1,10 @@
-#include "benchmarks/limits/limit_kernels.hpp"
+#include "benchmarks/limits.hpp"
 
 #include <cstring>
 
 // This file is compiled once for every instruction set, by including itself.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "benchmarks/limits/limit_kernels.cpp"
+#define HWY_TARGET_INCLUDE "benchmarks/limit_kernels.cpp"
 #include <hwy/foreach_target.h>
 
 #include <hwy/highway.h>

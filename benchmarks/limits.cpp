@@ -1,14 +1,14 @@
-#include "benchmarks/limits/limits.hpp"
+#include "benchmarks/limits.hpp"
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <limits>
-#include <map>
 #include <new>
+#include <numeric>
 #include <unistd.h>
 
-#include "benchmarks/limits/limit_kernels.hpp"
+#include "msm/kernels/layout/node_order.hpp"
 
 namespace livermark::benchmarks {
 
@@ -34,7 +34,50 @@ std::size_t cache_size(int name) {
     return static_cast<std::size_t>(std::max(0L, sysconf(name)));
 }
 
+/// Bytes per second that add_up() reads from an array of so many bytes.
+double read_bandwidth(std::size_t bytes) {
+    const std::size_t size = std::max<std::size_t>(1, bytes / (64 * sizeof(float))) * 64;
+    const auto a = aligned_zeros(size);
+    // A clock that is read around a microsecond says little.
+    const std::size_t times = std::max<std::size_t>(1, 1'000'000 / size);
+    volatile float sink = 0.0F;
+    const double seconds = shortest_time([&] {
+        for (std::size_t t = 0; t < times; ++t)
+            sink = add_up(a.get(), size);
+    });
+    return static_cast<double>(sizeof(float) * size * times) / seconds;
+}
+
+/// Floating point operations per second of multiply_add(), measured when first asked for.
+double arithmetic_throughput() {
+    static const double known = [] {
+        constexpr std::size_t length = 100'000;
+        volatile float sink = 0.0F;
+        const double seconds = shortest_time([&] { sink = multiply_add(1.0F, 0.5F, 1.0F, length); });
+        return static_cast<double>(length * operations_of_multiply_add()) / seconds;
+    }();
+    return known;
+}
+
 } // namespace
+
+Neighbours neighbours(std::span<const std::array<int, 2>> edges, int num_nodes) {
+    const auto order = msm::reverse_cuthill_mckee(edges, num_nodes);
+    std::vector<int> number(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+        number[order[i]] = static_cast<int>(i);
+    Neighbours result{.start = std::vector<int>(num_nodes + 1, 0), .neighbour = std::vector<int>(2 * edges.size())};
+    for (const auto &edge : edges)
+        for (const int node : edge)
+            ++result.start[number[node] + 1];
+    std::partial_sum(result.start.begin(), result.start.end(), result.start.begin());
+    auto place = result.start;
+    for (const auto &[i, j] : edges) {
+        result.neighbour[place[number[i]]++] = number[j];
+        result.neighbour[place[number[j]]++] = number[i];
+    }
+    return result;
+}
 
 AlignedFloats aligned_zeros(std::size_t size) {
     auto zeros = hwy::AllocateAligned<float>(size);
@@ -67,32 +110,6 @@ std::vector<MemoryLevel> memory_levels() {
     if (last < most / 2)
         levels.push_back({"memory", std::min(std::max(4 * last, most / 8), most)});
     return levels;
-}
-
-double read_bandwidth(std::size_t bytes) {
-    static std::map<std::size_t, double> known;
-    if (const auto found = known.find(bytes); found != known.end())
-        return found->second;
-    const std::size_t size = std::max<std::size_t>(1, bytes / (64 * sizeof(float))) * 64;
-    const auto a = aligned_zeros(size);
-    // A clock that is read around a microsecond says little.
-    const std::size_t times = std::max<std::size_t>(1, 1'000'000 / size);
-    volatile float sink = 0.0F;
-    const double seconds = shortest_time([&] {
-        for (std::size_t t = 0; t < times; ++t)
-            sink = add_up(a.get(), size);
-    });
-    return known[bytes] = static_cast<double>(sizeof(float) * size * times) / seconds;
-}
-
-double arithmetic_throughput() {
-    static const double known = [] {
-        constexpr std::size_t length = 100'000;
-        volatile float sink = 0.0F;
-        const double seconds = shortest_time([&] { sink = multiply_add(1.0F, 0.5F, 1.0F, length); });
-        return static_cast<double>(length * operations_of_multiply_add()) / seconds;
-    }();
-    return known;
 }
 
 double SpringLimit::longest() const {
