@@ -15,7 +15,6 @@
 #include <unistd.h>
 #include <utility>
 
-#include "fuzz/mutations.hpp"
 #include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "segmentation/images/image_file.hpp"

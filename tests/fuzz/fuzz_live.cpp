@@ -9,7 +9,7 @@
 
 #include "live/messages.hpp"
 #include "meshes/generators/box_generator.hpp"
-#include "support/input_error.hpp"
+#include "tests/fuzz/fuzz_target.hpp"
 
 namespace {
 
@@ -37,33 +37,27 @@ std::unique_ptr<livermark::live::Scene> box() {
 } // namespace
 
 /// The first byte says whether a body follows, or messages to a box: of each the number of its numbers, and these.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
-    using namespace livermark::live;
-    std::span input(data, size);
+void livermark::fuzz::read(Input input) {
     if (input.empty())
-        return 0;
+        return;
     const bool is_body = input.front() == 0;
     input = input.subspan(1);
-    try {
-        if (is_body) {
-            const auto scene = scene_of(as_numbers(input));
-            reply(*scene, Numbers{1, 1, 1, 5e3, 0.45, 10.0, 0.0, 0.0});
-            reply(*scene, Numbers{2, 1, 0.0, 0.0, 0.0, 0.02, 0, 5});
-            return 0;
-        }
-        const auto scene = box();
-        while (!input.empty()) {
-            const std::size_t length = std::min<std::size_t>(sizeof(double) * (input.front() % 16), input.size() - 1);
-            auto message = as_numbers(input.subspan(1, length));
-            input = input.subspan(1 + length);
-            if (message.size() == 8 && message.front() == 2.0)
-                message.back() = std::min(message.back(), 20.0); // more of them teach nothing else
-            try {
-                reply(*scene, message);
-            } catch (const livermark::support::InputError &) { // and the next message is heard
-            }
-        }
-    } catch (const livermark::support::InputError &) { // what bad input has to come to
+    if (is_body) {
+        const auto scene = live::scene_of(as_numbers(input));
+        reply(*scene, Numbers{1, 1, 1, 5e3, 0.45, 10.0, 0.0, 0.0});
+        reply(*scene, Numbers{2, 1, 0.0, 0.0, 0.0, 0.02, 0, 5});
+        return;
     }
-    return 0;
+    const auto scene = box();
+    while (!input.empty()) {
+        const std::size_t length = std::min<std::size_t>(sizeof(double) * (input.front() % 16), input.size() - 1);
+        auto message = as_numbers(input.subspan(1, length));
+        input = input.subspan(1 + length);
+        if (message.size() == 8 && message.front() == 2.0)
+            message.back() = std::min(message.back(), 20.0); // more of them teach nothing else
+        try {
+            reply(*scene, message);
+        } catch (const support::InputError &) { // and the next message is heard
+        }
+    }
 }

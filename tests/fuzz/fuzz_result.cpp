@@ -3,11 +3,9 @@
 #include <string>
 #include <string_view>
 
-#include "fuzz/hdf5_checksums.hpp"
-#include "fuzz/mutations.hpp"
-#include "fuzz/scratch_file.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "support/input_error.hpp"
+#include "tests/fuzz/fuzz_target.hpp"
+#include "tests/fuzz/mutations.hpp"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t *data, std::size_t size, std::size_t max_size);
 
@@ -30,14 +28,13 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t *data, std::size_t s
     return bytes.size();
 }
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
+void livermark::fuzz::read(Input input) {
     try {
-        livermark::results::read_result(livermark::fuzz::as_file(data, size, ".h5"));
-    } catch (const livermark::support::InputError &refusal) { // what bad input has to come to
+        results::read_result(as_file(input, ".h5"));
+    } catch (const support::InputError &refusal) {
         // The file is read in a process of its own, where a sanitizer ends the process without a word. Signals are
         // HDF5's.
         if (std::string_view(refusal.what()).find("no reason given") != std::string_view::npos)
             std::abort();
     }
-    return 0;
 }

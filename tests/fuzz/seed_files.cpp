@@ -1,4 +1,4 @@
-#include "fuzz/seed_files.hpp"
+#include "tests/fuzz/seed_files.hpp"
 
 #include <array>
 #include <cstdint>
@@ -7,8 +7,6 @@
 #include <stdexcept>
 #include <type_traits>
 #include <zlib.h>
-
-#include "fuzz/dicom_elements.hpp"
 
 namespace livermark::fuzz {
 
