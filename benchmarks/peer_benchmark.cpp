@@ -100,7 +100,7 @@ Side forces_of(const std::shared_ptr<interactive::Energy> &energy, const MovingS
             .result = [forces] { return *forces; }};
 }
 
-/// Of the deformation gradients, which Bullet takes for all its laws together with the rotations, and of the law.
+/// Work of the deformation gradients, which Bullet takes for all its laws together with the rotations, and of the law.
 Side forces_of_bullet(const std::shared_ptr<BulletDeformable> &world, const MovingScene &moving) {
     set_state(*world->body, moving.start, at_rest(moving));
     world->prepare_forces();
@@ -134,7 +134,7 @@ std::unique_ptr<btDeformableLagrangianForce> linear_law(const MovingScene &movin
 
 std::unique_ptr<btDeformableLagrangianForce> neo_hookean_law(const MovingScene &moving) {
     const auto &material = moving.scene.body->materials[0];
-    const auto law = bullet_laws::NeoHookean::of_material(material.shear_modulus(), material.lame_lambda());
+    const auto law = bullet_laws::NeoHookean::for_small_strains(material.shear_modulus(), material.lame_lambda());
     return std::make_unique<btDeformableNeoHookeanForce>(static_cast<btScalar>(law.mu),
                                                          static_cast<btScalar>(law.lambda), 0.0F);
 }

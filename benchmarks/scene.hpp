@@ -21,7 +21,7 @@ std::span<const std::string> body_names();
 /// @throws support::InputError if there is none of that name
 std::shared_ptr<const core::Body> make_body(const std::string &name);
 
-/// How often the tetrahedra of a body were cut into eight.
+/// Number of times that the tetrahedra of a body were cut into eight.
 /// @throws support::InputError if there is none of that name
 int num_refinements(const std::string &name);
 

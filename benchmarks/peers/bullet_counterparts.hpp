@@ -28,7 +28,7 @@ struct NeoHookean {
 
     /// Parameters that give small strains the Lame parameters of a material: 4/3 mu and lambda + 5/6 mu.
     /// (the same, eq. 16)
-    static NeoHookean of_material(double mu, double lambda) {
+    static NeoHookean for_small_strains(double mu, double lambda) {
         return {.mu = 4.0 / 3.0 * mu, .lambda = lambda + 5.0 / 6.0 * mu};
     }
 
@@ -70,7 +70,7 @@ namespace livermark::benchmarks {
 inline std::vector<interactive::Tetrahedron> tetrahedra_for_bullet(const core::Body &body) {
     auto tetrahedra = interactive::tetrahedra_at_rest(body);
     for (auto &t : tetrahedra) {
-        const auto law = bullet_laws::NeoHookean::of_material(t.mu, t.lambda);
+        const auto law = bullet_laws::NeoHookean::for_small_strains(t.mu, t.lambda);
         t.mu = law.mu;
         t.lambda = law.lambda;
     }

@@ -126,7 +126,7 @@ struct BulletDeformable {
 
     void step(double time_step) { world.stepSimulation(static_cast<btScalar>(time_step), 0); }
 
-    /// Where the constrained nodes are at the end of the next step. shape (3, C) [m]
+    /// Places of the constrained nodes at the end of the next step. shape (3, C) [m]
     void set_targets(const interactive::Scene &scene, const interactive::Field &targets, double time_step) {
         for (std::size_t c = 0; c < scene.constrained_nodes.size(); ++c) {
             auto &node = body->m_nodes[scene.constrained_nodes[c]];
@@ -142,7 +142,7 @@ struct BulletDeformable {
         forces.resize(body->m_nodes.size());
     }
 
-    /// Of the law alone, where the body is.
+    /// Forces of the law alone, where the body is.
     /// @param keeps_rotations  that somebody else has put there, like the deformation gradients
     void evaluate_forces(bool keeps_rotations = false) {
         if (!keeps_rotations)
