@@ -30,7 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-/// Of one input, by the clock: readers of small files are ended after 45 s, and the machine may be busy.
+/// Time of one input, by the clock: readers of small files are ended after 45 s, and the machine may be busy.
 constexpr unsigned most_seconds = 120;
 
 double seconds_since(Clock::time_point start) {
@@ -54,7 +54,7 @@ void read_input(const std::string &kind, const fs::path &input) {
     }
 }
 
-/// What is wrong with a refusal; nothing if it is a sentence.
+/// A fault of a refusal; empty if it is a sentence.
 std::string fault_of_sentence(const std::string &sentence, const std::string &file) {
     if (sentence.find('\n') != std::string::npos)
         return "has several lines";

@@ -32,11 +32,11 @@ int main(int argc, char **argv) {
     const std::filesystem::path folder = argv[1];
     // Enough bricks that the larger datasets are chunked and compressed, as those of a liver are.
     const auto result = tests::sample_result(1000);
-    auto of_a_part = result; // as where the reference ends before its load
-    for (auto &model : of_a_part.models)
+    auto part_of_load = result; // as where the reference ends before its load
+    for (auto &model : part_of_load.models)
         if (model.comparison)
             model.comparison->load_fraction = 0.75;
-    results::write_result(folder / "sample_result.h5", of_a_part);
+    results::write_result(folder / "sample_result.h5", part_of_load);
     results::write_result(folder / "still_result.h5", tests::without_motion(result));
     results::write_result(folder / "path_result.h5", tests::along_a_path(result));
     results::write_result(folder / "small_result.h5", tests::sample_result());
