@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "benchmarks/scene.hpp"
+#include "msm/elastic_body.hpp"
 
 namespace livermark::benchmarks {
 
@@ -14,9 +15,10 @@ namespace livermark::benchmarks {
 struct Run {
     std::function<void()> step;                            ///< moves on by one step
     std::function<std::vector<core::Vector3>()> positions; ///< (N) [m], in the numbering of the mesh
-    /// Of the equations that the next step solves, relative to their largest term; empty where it solves none.
+    /// Residual of the equations that the next step solves, relative to their largest term; empty where it solves none.
     std::function<double()> residual{};
     std::size_t bytes = 0; ///< of memory that a step reads or writes; 0 where nobody knows
+    int held_steps = 0;    ///< steps from one move of the branches of relaxing springs to the next; 0 of elastic ones
 };
 
 /// Something that moves a scene in steps.
@@ -47,5 +49,29 @@ struct Competitor {
 
 /// Every peer of peers/, in alphabetical order.
 std::span<const Competitor> all_peers();
+
+/// Steps that are compared before a timing: more than one, so that velocities count.
+inline constexpr int num_checked_steps = 3;
+
+/// Whether the first steps of a run are those of the slow, obvious kernels of msm/.
+/// @param body        of the scene
+/// @param integrator  one of msm/integrators/
+/// @param tolerance   largest distance of a node from where it should be, as a part of the largest motion
+/// @return what is wrong, empty if nothing is
+std::string differs_from_oracle(const Scene &scene, const msm::ElasticBody &body, const std::string &integrator,
+                                double time_step, Run &run, double tolerance);
+
+/// The same for steps that are known some other way.
+/// @param wanted  shape (N) [m], where the nodes should be
+std::string differs_from(const std::vector<core::Vector3> &wanted, const Scene &scene, const Run &run,
+                         double tolerance);
+
+/// Whether a run has gone further than the size of the body, or nowhere: what it then computes need not take the time
+/// that it takes in use.
+/// @return what is wrong, empty if nothing is
+std::string has_left(const Scene &scene, const Run &run);
+
+/// A method of explicit steps of the springs of a scene, which are compared with the oracle.
+Method spring_method(const std::string &integrator, std::function<Run(const Scene &, double)> make, double tolerance);
 
 } // namespace livermark::benchmarks

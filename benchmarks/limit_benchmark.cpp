@@ -1,13 +1,12 @@
-// What this machine can do at best on one core: fetch the neighbours of nodes, stream, calculate; see README.md.
+// Limits of this machine on one core: fetching the neighbours of nodes, streaming, calculating; see README.md.
 #include <benchmark/benchmark.h>
 #include <cmath>
 #include <fmt/format.h>
 #include <memory>
 
-#include "benchmarks/bodies.hpp"
-#include "benchmarks/limits/limit_kernels.hpp"
-#include "benchmarks/limits/limits.hpp"
+#include "benchmarks/limits.hpp"
 #include "benchmarks/program.hpp"
+#include "benchmarks/scene.hpp"
 
 namespace {
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "benchmarks/competitor.hpp"
-#include "benchmarks/peers/bullet_vectors.hpp"
+#include "benchmarks/peers/bullet_scene.hpp"
 
-/// What both peers from Bullet do alike.
+/// Parts that both peers from Bullet share.
 namespace livermark::benchmarks {
 
 /// The springs of a scene as links at rest, then stretched. Bullet marks what is constrained by a mass of zero.

@@ -9,7 +9,6 @@
 #include <BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 
-#include "benchmarks/kernels/oracle.hpp"
 #include "benchmarks/peers/bullet_body.hpp"
 
 namespace livermark::benchmarks::peers {
@@ -18,7 +17,7 @@ namespace {
 
 constexpr const char *integrator = "symplectic_euler";
 
-/// What a world is made of, in the order in which it is to be taken apart from below.
+/// Parts of a world, in the order in which they are taken apart from below.
 struct World {
     explicit World(const Scene &scene)
         : body(make_bullet_body(scene, world.getWorldInfo())),

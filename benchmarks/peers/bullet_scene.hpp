@@ -17,12 +17,19 @@
 #include <span>
 #include <vector>
 
-#include "benchmarks/peers/bullet_vectors.hpp"
 #include "interactive/scene.hpp"
 
 /// Scenes of interactive methods in Bullet's worlds: the same nodes in the same order, the same masses and time steps,
 /// and nobody looks for contact.
 namespace livermark::benchmarks {
+
+inline btVector3 to_bullet(const core::Vector3 &x) {
+    return {static_cast<btScalar>(x.x()), static_cast<btScalar>(x.y()), static_cast<btScalar>(x.z())};
+}
+
+inline core::Vector3 from_bullet(const btVector3 &x) {
+    return {x.x(), x.y(), x.z()};
+}
 
 /// Nodes at rest; Bullet marks those whose positions are set from outside by a mass of zero.
 inline std::unique_ptr<btSoftBody> bullet_nodes(const interactive::Scene &scene, btSoftBodyWorldInfo &info) {
@@ -119,7 +126,7 @@ struct BulletDeformable {
 
     void step(double time_step) { world.stepSimulation(static_cast<btScalar>(time_step), 0); }
 
-    /// Where the constrained nodes are at the end of the next step. shape (3, C) [m]
+    /// Places of the constrained nodes at the end of the next step. shape (3, C) [m]
     void set_targets(const interactive::Scene &scene, const interactive::Field &targets, double time_step) {
         for (std::size_t c = 0; c < scene.constrained_nodes.size(); ++c) {
             auto &node = body->m_nodes[scene.constrained_nodes[c]];
@@ -135,7 +142,7 @@ struct BulletDeformable {
         forces.resize(body->m_nodes.size());
     }
 
-    /// Of the law alone, where the body is.
+    /// Forces of the law alone, where the body is.
     /// @param keeps_rotations  that somebody else has put there, like the deformation gradients
     void evaluate_forces(bool keeps_rotations = false) {
         if (!keeps_rotations)

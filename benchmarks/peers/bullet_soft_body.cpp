@@ -3,7 +3,6 @@
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
 
-#include "benchmarks/kernels/oracle.hpp"
 #include "benchmarks/peers/bullet_body.hpp"
 
 namespace livermark::benchmarks::peers {
@@ -15,7 +14,7 @@ namespace {
 /// time.
 constexpr double link_stiffness = 0.5;
 
-/// What a world is made of, in the order in which it is to be taken apart from below.
+/// Parts of a world, in the order in which they are taken apart from below.
 struct World {
     explicit World(const Scene &scene) : body(make_bullet_body(scene, world.getWorldInfo())) {
         body->m_materials[0]->m_kLST = static_cast<btScalar>(link_stiffness);
@@ -35,7 +34,7 @@ struct World {
     std::unique_ptr<btSoftBody> body;
 };
 
-/// What one step from rest is to do: a pass over the links, in their order, that moves both ends of each along it by
+/// Positions after one step from rest: a pass over the links, in their order, that moves both ends of each along it by
 /// shares of their inverse masses until a part of the fault of its squared length is gone, to first order.
 /// (Jakobsen 2001, Advanced character physics, Game Developers Conference)
 std::vector<core::Vector3> relaxed(const Scene &scene) {

@@ -1,13 +1,13 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "benchmarks/kernels/oracle.hpp"
+#include "benchmarks/competitor.hpp"
 
 namespace livermark::benchmarks::peers {
 
 namespace {
 
-/// What a competent user writes first: a loop over springs that adds to the forces at both ends.
+/// The code that a competent user writes first: a loop over springs that adds to the forces at both ends.
 struct Springs {
     explicit Springs(const Scene &scene)
         : springs(scene.springs), inverse_mass(scene.start.size()), x(3, scene.start.size()),

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <memory>
 
-#include "benchmarks/kernels/oracle.hpp"
+#include "benchmarks/competitor.hpp"
 #include "fem_reference/dynamics/mass_matrix.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "msm/dynamics/time_step.hpp"

@@ -1,4 +1,4 @@
-#include "benchmarks/newmark_method.hpp"
+#include "benchmarks/peers/newmark_method.hpp"
 
 namespace livermark::benchmarks::peers {
 

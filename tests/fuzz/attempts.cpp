@@ -15,13 +15,13 @@
 #include <unistd.h>
 #include <utility>
 
-#include "fuzz/mutations.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "segmentation/images/image_file.hpp"
 #include "segmentation/surfaces/surface_file.hpp"
 #include "support/input_error.hpp"
 #include "tests/child.hpp"
+#include "tests/fuzz/mutations.hpp"
 #include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::tests {
@@ -31,7 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-/// Of one input, by the clock: readers of small files are ended after 45 s, and the machine may be busy.
+/// Time of one input, by the clock: readers of small files are ended after 45 s, and the machine may be busy.
 constexpr unsigned most_seconds = 120;
 
 double seconds_since(Clock::time_point start) {
@@ -55,7 +55,7 @@ void read_input(const std::string &kind, const fs::path &input) {
     }
 }
 
-/// What is wrong with a refusal; nothing if it is a sentence.
+/// A fault of a refusal; empty if it is a sentence.
 std::string fault_of_sentence(const std::string &sentence, const std::string &file) {
     if (sentence.find('\n') != std::string::npos)
         return "has several lines";

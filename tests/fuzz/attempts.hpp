@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "fuzz/hdf5_checksums.hpp"
-#include "fuzz/seed_files.hpp"
+#include "tests/fuzz/mutations.hpp"
+#include "tests/fuzz/seed_files.hpp"
 
 /// What has to come of damaged files of somebody else's formats: they are read, or refused in one sentence, in bounded
 /// time, and nothing is left behind.

@@ -26,14 +26,12 @@ set(may_include_cli support core meshes load_cases experiments msm fem_reference
 set(may_include_python support core msm)
 set(may_include_python/suite support core meshes load_cases msm fem_reference models results studies
   studies/exchange/formats python)
-set(may_include_benchmarks support core meshes load_cases msm interactive live fem_reference models results
-  studies)
-set(may_include_fuzz support core meshes segmentation load_cases live results studies/exchange/formats)
+set(may_include_benchmarks support core meshes msm interactive fem_reference results)
 set(may_include_tests support core meshes segmentation load_cases experiments msm interactive live fem_reference models results
-  server server/sessions studies studies/exchange/formats benchmarks fuzz)
+  server server/sessions studies studies/exchange/formats benchmarks)
 set(may_include_examples "")
 set(rooms support core meshes segmentation load_cases experiments msm interactive live fem_reference models results
-  server server/sessions studies/exchange/formats studies cli python python/suite benchmarks fuzz tests examples)
+  server server/sessions studies/exchange/formats studies cli python python/suite benchmarks tests examples)
 # Libraries that one room alone may use. MPI is begun by deal.II, which begins the libraries behind it as well.
 set(owner_of_deal.II fem_reference support)
 set(owner_of_gmsh.h meshes)
@@ -74,10 +72,10 @@ foreach(top IN LISTS tops)
     string(APPEND faults "${top}/ is no room of this test\n")
   endif()
 endforeach()
-# The tests of a folder lie in tests/<folder>/; those of all that ships, of the house itself and of sweeps, and what tests share, have folders of their own.
+# The tests of a folder lie in tests/<folder>/; those of all that ships, of damaged files, of the house itself and of sweeps, and parts that tests share, have folders of their own.
 file(GLOB test_folders LIST_DIRECTORIES ON RELATIVE ${SOURCE_DIR}/tests ${SOURCE_DIR}/tests/*)
 foreach(folder IN LISTS test_folders)
-  if(IS_DIRECTORY ${SOURCE_DIR}/tests/${folder} AND NOT folder IN_LIST folders AND NOT folder MATCHES "^(house|package|peer|samples|validation|workflow)$")
+  if(IS_DIRECTORY ${SOURCE_DIR}/tests/${folder} AND NOT folder IN_LIST folders AND NOT folder MATCHES "^(fuzz|house|package|peer|samples|validation|workflow)$")
     string(APPEND faults "tests/${folder}/ is named as no folder; put its tests where the folder is named that they test\n")
   endif()
 endforeach()
@@ -114,7 +112,7 @@ foreach(folder IN LISTS folders)
         endif()
       endif()
     endforeach()
-    if(NOT source MATCHES "^(fem_reference/distributed|support/processes|benchmarks)/")
+    if(NOT source MATCHES "^(fem_reference/distributed|support/processes)/")
       file(STRINGS ${SOURCE_DIR}/${source} of_mpi REGEX "include <(mpi\\.h|deal\\.II/base/(mpi|partitioner)\\.h)>|MPI_COMM_WORLD[,)]")
       if(of_mpi)
         string(APPEND faults "${source}: ${of_mpi}\n  only fem_reference/distributed/ and support/processes/ know of MPI\n")

@@ -3,12 +3,6 @@
 #include <filesystem>
 
 #include "results/hdf5/files/cohort_file.hpp"
-#include "results/hdf5/files/experiment_file.hpp"
-#include "results/hdf5/files/needle_file.hpp"
-#include "results/hdf5/files/sensitivity_file.hpp"
-#include "results/hdf5/files/stability_file.hpp"
-#include "results/hdf5/files/timings_file.hpp"
-#include "results/hdf5/files/tool_scene_file.hpp"
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/records/calibration.hpp"
@@ -17,6 +11,7 @@
 #include "results/records/needle.hpp"
 #include "results/records/stability.hpp"
 #include "results/records/timings.hpp"
+#include "studies/run/benchmark_case.hpp"
 #include "tests/samples/records/sample_arena.hpp"
 #include "tests/samples/records/sample_calibration.hpp"
 #include "tests/samples/records/sample_cohort.hpp"
@@ -36,11 +31,11 @@ int main(int argc, char **argv) {
     const std::filesystem::path folder = argv[1];
     // Enough bricks that the larger datasets are chunked and compressed, as those of a liver are.
     const auto result = tests::sample_result(1000);
-    auto of_a_part = result; // as where the reference ends before its load
-    for (auto &model : of_a_part.models)
+    auto part_of_load = result; // as where the reference ends before its load
+    for (auto &model : part_of_load.models)
         if (model.comparison)
             model.comparison->load_fraction = 0.75;
-    results::write_result(folder / "sample_result.h5", of_a_part);
+    results::write_result(folder / "sample_result.h5", part_of_load);
     results::write_result(folder / "still_result.h5", tests::without_motion(result));
     results::write_result(folder / "path_result.h5", tests::along_a_path(result));
     results::write_result(folder / "small_result.h5", tests::sample_result());

@@ -1,5 +1,5 @@
 // How fast the springs of the live page move in WebAssembly: a finger of 10 mm goes 10 mm deep and out again once in a
-// second of motion, as in hand_benchmark, and a picture is asked for 60 times in it. Times are those of the processor.
+// second of motion, and a picture is asked for 60 times in it. Times are those of the processor.
 //   node tests/kernel_pace.mjs RESULT.h5 [--springs NAME,...] [--poisson NUMBER,...] [--seconds NUMBER] [--kernel FILE.wasm]
 import { basename, dirname } from 'node:path';
 import { parseArgs } from 'node:util';

@@ -62,7 +62,7 @@ TEST(CommandLine, RefusesToWriteWhatAnotherProcessIsAboutToWrite) {
         const auto run = livermark("run beam --model lloyd --reference-on-mesh --load-case beam_bend --output " +
                                    (folder / "out").string()); // another file
         EXPECT_EQ(run.status, 0) << run.output;
-        const support::FileClaim of_run(folder / "out" / "beam" / "beam_bend.h5");
+        const support::FileClaim claim_of_run(folder / "out" / "beam" / "beam_bend.h5");
         EXPECT_EQ(livermark("run beam --model van_gelder --reference-on-mesh --load-case beam_bend --output " +
                             (folder / "out").string())
                       .status,

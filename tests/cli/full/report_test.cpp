@@ -6,15 +6,12 @@
 #include <hdf5.h>
 #include <memory>
 
-#include "results/hdf5/file_kind.hpp"
-#include "results/hdf5/files/experiment_file.hpp"
-#include "results/hdf5/files/needle_file.hpp"
-#include "results/hdf5/files/sensitivity_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/records/experiment.hpp"
 #include "results/records/needle.hpp"
 #include "studies/report/report_data.hpp"
+#include "studies/run/benchmark_case.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_experiment.hpp"

@@ -83,10 +83,10 @@ TEST(SlowHistoryRun, HasTheHeatOfAnEvenStretch) {
     EXPECT_NE(outcome.output.find("heat [mJ]"), std::string::npos) << outcome.output;
     const auto result = results::read_result(folder / "runs" / "bar" / "cycles.h5");
     const auto &history = result.problem.load_case.slow_history.value();
-    const double of_reference = core::lost_energy(history, result.models.front().solution);
-    EXPECT_GT(of_reference, 1e-8);
+    const double expected_loss = core::lost_energy(history, result.models.front().solution);
+    EXPECT_GT(expected_loss, 1e-8);
     for (const auto &model : result.models) {
-        EXPECT_NEAR(core::lost_energy(history, model.solution), of_reference, 2e-3 * of_reference) << model.name;
+        EXPECT_NEAR(core::lost_energy(history, model.solution), expected_loss, 2e-3 * expected_loss) << model.name;
         if (model.comparison) {
             EXPECT_LT(std::abs(model.comparison->slow.value().lost_energy), 2e-3) << model.name;
         }

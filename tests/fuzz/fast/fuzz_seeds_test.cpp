@@ -15,7 +15,7 @@ namespace {
 /// What the fuzzers start from, and what they have found: every file is read or refused.
 int num_read(const std::string &reader, const std::function<void(const std::filesystem::path &)> &read) {
     int count = 0;
-    for (const auto &entry : std::filesystem::directory_iterator(LIVERMARK_SOURCE_DIR "/fuzz/seeds/" + reader))
+    for (const auto &entry : std::filesystem::directory_iterator(LIVERMARK_SOURCE_DIR "/tests/fuzz/seeds/" + reader))
         try {
             read(entry.path());
             ++count;

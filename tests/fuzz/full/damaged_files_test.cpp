@@ -4,10 +4,9 @@
 #include <set>
 #include <string>
 
-#include "fuzz/hdf5_checksums.hpp"
-#include "fuzz/mutations.hpp"
-#include "fuzz/seed_files.hpp"
 #include "tests/fuzz/attempts.hpp"
+#include "tests/fuzz/mutations.hpp"
+#include "tests/fuzz/seed_files.hpp"
 #include "tests/result_folder.hpp"
 
 namespace livermark::tests {

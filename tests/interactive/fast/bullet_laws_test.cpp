@@ -82,7 +82,7 @@ struct BulletLaws : testing::Test {
 constexpr double force_rounding = 1e-5;
 
 TEST_F(BulletLaws, NeoHookeanForcesAreThoseOfTheStableEnergyWithItsLogarithm) {
-    const auto law = laws::NeoHookean::of_material(mu, lambda);
+    const auto law = laws::NeoHookean::for_small_strains(mu, lambda);
     const auto bullet = bullet_tetrahedra<btDeformableNeoHookeanForce>(scene, law.mu, law.lambda);
     set_state(*bullet->body, x, still);
     const auto found = forces_of(*bullet);
@@ -102,14 +102,14 @@ TEST_F(BulletLaws, NeoHookeanLawNeedsOtherParametersThanThoseOfLame) {
     // in shear with those of Lame.
     const auto tangent_of = [&](const auto &law) { return law.tangent(Matrix3::Identity()); };
     const auto material = tangent_of(interactive::densities::StableNeoHookean{mu, lambda});
-    const auto tuned = tangent_of(laws::NeoHookean::of_material(mu, lambda));
+    const auto tuned = tangent_of(laws::NeoHookean::for_small_strains(mu, lambda));
     const auto plain = tangent_of(laws::NeoHookean{mu, lambda});
     EXPECT_LT((tuned - material).norm(), 1e-12 * material.norm());
     EXPECT_NEAR(plain(1, 1) / material(1, 1), 0.75, 1e-12);
 }
 
 TEST_F(BulletLaws, NeoHookeanEnergyHasTheseForcesAndThisTangent) {
-    const auto law = laws::NeoHookean::of_material(mu, lambda);
+    const auto law = laws::NeoHookean::for_small_strains(mu, lambda);
     const Matrix3 f = tetrahedra[5].gradient(x);
     constexpr double step = 1e-6;
     for (int k = 0; k < 9; ++k) {

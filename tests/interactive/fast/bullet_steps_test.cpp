@@ -47,7 +47,7 @@ std::unique_ptr<btDeformableLagrangianForce> bullet_linear(const interactive::Sc
 
 std::unique_ptr<btDeformableLagrangianForce> bullet_neo_hookean(const interactive::Scene &scene) {
     const auto &material = scene.body->materials[0];
-    const auto law = laws::NeoHookean::of_material(material.shear_modulus(), material.lame_lambda());
+    const auto law = laws::NeoHookean::for_small_strains(material.shear_modulus(), material.lame_lambda());
     return bullet_law<btDeformableNeoHookeanForce>(law.mu, law.lambda);
 }
 

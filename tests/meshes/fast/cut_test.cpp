@@ -61,7 +61,7 @@ double area_of(const core::TetraMesh &mesh, const std::string &patch) {
     return area;
 }
 
-/// Of a load case, whose lengths are in the unit that it says; normals have none.
+/// Cuts of a load case, whose lengths are in the unit that it says; normals have none.
 TEST(CutReader, TakesLengthsInTheUnitOfTheLoadCase) {
     const auto file = std::filesystem::temp_directory_path() / "cut_reader_unit.toml";
     std::ofstream(file)

@@ -160,7 +160,7 @@ TEST(AnatomicalPatches, OfALiverInTheScannerAreNotTurned) {
     EXPECT_NEAR(fit_liver(moved(mesh, {0.0, 0.0, 2.0}, {1.0, 1.0, 1.0})).turn(), 2.0, 0.05);
 }
 
-/// What a mesh has named itself shares its facets with what is found.
+/// Patches that a mesh has named itself share their facets with those that are found.
 TEST(AnatomicalPatches, StandBesideThoseOfTheFile) {
     auto mesh = plain(read_msh(LIVERMARK_SOURCE_DIR "/meshes/liver_healthy.msh"));
     auto alone = mesh;

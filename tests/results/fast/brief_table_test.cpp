@@ -60,7 +60,7 @@ TEST(BriefTable, KeepsTheSignThatAllLoadCasesHave) {
     EXPECT_EQ(cell({0.0}), "0.0");
 }
 
-/// What is right under the tool alone is not among the best.
+/// A model that is right under the tool alone is not among the best.
 TEST(BriefTable, NamesTheBestByTheLargerNumber) {
     const std::vector<Result> results{brief_case("a", 0.30, 0.02), brief_case("b", 0.40, -0.04)};
     const auto legend = brief_legend(results);

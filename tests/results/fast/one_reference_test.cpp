@@ -96,7 +96,7 @@ TEST(OneReference, CallsNothingOkWhereItWasNotFound) {
     EXPECT_EQ(text_table({&result, 1}).find("  ok "), std::string::npos);
 }
 
-/// Where a ball has slid off there are no ratios, so no model ranks by one.
+/// After a ball has slid off there are no ratios, so no model ranks by one.
 TEST(OneReference, RanksNobodyWhereItIsAtRestAtTheEnd) {
     auto result = against("fem_p2p1_neo_hookean", core::Regime::large);
     EXPECT_FALSE(ends_at_rest(result));

@@ -14,6 +14,8 @@ inline results::Timings sample_timings() {
                          .counters = {{"springs", 20.0},
                                       {"time_per_spring", 0.01},
                                       {"of_limit", 0.5},
+                                      {"bytes_per_spring", 24.0},
+                                      {"held_steps", 13.0},
                                       {"steps_per_second", 5.0},
                                       {"time_step", 0.004},
                                       {"real_time_factor", 0.02}}},

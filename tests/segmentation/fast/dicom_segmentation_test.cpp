@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "fuzz/dicom_elements.hpp"
 #include "segmentation/images/image_file.hpp"
 #include "segmentation/images/segmentation.hpp"
 #include "support/input_error.hpp"
+#include "tests/fuzz/seed_files.hpp"
 #include "tests/result_folder.hpp"
 
 namespace livermark::segmentation {

@@ -63,7 +63,7 @@ std::string labels() {
     return bytes;
 }
 
-/// How a grid stands in NIfTI: RAS, and lengths in a unit.
+/// Axes of a grid in NIfTI: RAS, and lengths in a unit.
 struct Forms {
     Eigen::Matrix3d axes;
     Vector3 origin;

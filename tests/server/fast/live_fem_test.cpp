@@ -245,7 +245,7 @@ TEST_F(LiveFemTest, IsMovedByANeedle) {
     EXPECT_NE(fault("needle=1,2,3").find("forces is missing"), std::string::npos);
 }
 
-/// Of large loads, whatever Young's moduli; linear elements come back when they are asked for.
+/// Solutions of large loads, whatever Young's moduli; linear elements come back when they are asked for.
 TEST_F(LiveFemTest, AnswersByHyperelasticElementsWhereTheseAreAskedFor) {
     const auto converse = begin();
     converse({false, "young_modulus=6000&poisson_ratio=0.3"});

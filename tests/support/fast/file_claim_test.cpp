@@ -85,7 +85,7 @@ TEST_F(FileClaims, NameTheProcessThatHasTheFileAndEndWithIt) {
     Claimant other(path_);
     tests::expect_input_error([&] { const FileClaim refused(path_); },
                               {path_.string(), fmt::format("(process {})", other.number()), "wait for its end"});
-    const FileClaim of_another_file(directory_ / "other.h5");
+    const FileClaim claim_of_another(directory_ / "other.h5");
     other.kill_it();
     const FileClaim mine(path_);
     EXPECT_FALSE(another_gets(path_));

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 
-#include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/provenance.hpp"

@@ -128,7 +128,7 @@ TEST_F(NeedleFiles, SayWhereTheSmallRegimeIsLeft) {
     EXPECT_NE(needle_note(file).find("use --regime large"), std::string::npos);
 }
 
-/// What the surface bears until it gives way is between two records.
+/// The force that the surface bears until it gives way is between two records.
 TEST_F(NeedleFiles, HaveALargestForceNotBelowThatOfThePuncture) {
     const auto study = tests::sample_needles().needles.front();
     auto needle = study.needle;

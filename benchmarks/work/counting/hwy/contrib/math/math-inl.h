@@ -1,2 +1,0 @@
-#pragma once
-// Stands for Highway's: its functions are in counting/hwy/highway.h.

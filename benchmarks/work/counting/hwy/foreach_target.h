@@ -1,2 +1,0 @@
-#pragma once
-// Stands for Highway's: a kernel that counts is compiled once.

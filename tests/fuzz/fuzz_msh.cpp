@@ -1,0 +1,6 @@
+#include "meshes/io/msh_reader.hpp"
+#include "tests/fuzz/fuzz_target.hpp"
+
+void livermark::fuzz::read(Input input) {
+    meshes::parse_msh(as_text(input), "fuzz.msh");
+}
