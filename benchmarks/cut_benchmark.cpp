@@ -1,5 +1,5 @@
 // Tetrahedra are taken away from a body that moves, and a blade without thickness parts it: how long it is until the
-// next step, and until a factor serves again.
+// next step.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -22,8 +22,6 @@
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/springs/springs_with_volume.hpp"
-#include "support/factors/sparse_cholesky.hpp"
-#include "support/factors/updated_cholesky.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark {
@@ -33,7 +31,7 @@ struct Options {
     std::string body = "liver_healthy";
     std::vector<std::string> springs; ///< all if none
     int tetrahedra = 500, cuts = 40;
-    bool has_frequencies = false, has_factors = false, has_partings = false;
+    bool has_frequencies = false, has_partings = false;
 };
 
 /// What moves, and where the stiffness of its springs comes from.
@@ -262,87 +260,6 @@ void time_partings(const core::Body &body, const Springs &springs, const Options
                100.0 * (percentile(step_of_parted, 0.5) / percentile(step_of_anew, 0.5) - 1.0));
 }
 
-/// The stiffness of springs at rest as columns: of spring s, k^1/2 (n at one end, -n at the other).
-Eigen::SparseMatrix<double> columns_of(const core::Body &body, const core::SpringNetwork &springs,
-                                       const std::vector<double> &stiffness, const std::vector<int> &unknown) {
-    std::vector<Eigen::Triplet<double>> entries;
-    int count = 0;
-    for (std::size_t s = 0; s < springs.edges.size(); ++s) {
-        if (!(stiffness[s] > 0.0))
-            continue;
-        const auto [i, j] = springs.edges[s];
-        const core::Vector3 along = std::sqrt(stiffness[s]) * (body.mesh.points[j] - body.mesh.points[i]).normalized();
-        for (int c = 0; c < 3; ++c) {
-            if (unknown[i] >= 0)
-                entries.emplace_back(unknown[i] + c, count, -along[c]);
-            if (unknown[j] >= 0)
-                entries.emplace_back(unknown[j] + c, count, along[c]);
-        }
-        ++count;
-    }
-    Eigen::SparseMatrix<double> columns(3 * (std::ranges::max(unknown) / 3 + 1), count);
-    columns.setFromTriplets(entries.begin(), entries.end());
-    return columns;
-}
-
-/// Springs of Van Gelder's law alone: a factor that follows, and one that is made again.
-void time_factors(const core::Body &body) {
-    const auto &law = *std::ranges::find(msm::all_spring_laws(), "van_gelder", &msm::SpringLaw::name);
-    const auto springs = msm::spring_network(body, law);
-    const auto held = held_nodes(body);
-    std::vector<int> unknown(held.size(), -1);
-    int size = 0;
-    for (std::size_t i = 0; i < held.size(); ++i)
-        if (!held[i]) {
-            unknown[i] = size;
-            size += 3;
-        }
-    const auto all = columns_of(body, springs, springs.stiffness, unknown);
-    const Eigen::SparseMatrix<double> matrix = all * Eigen::SparseMatrix<double>(all.transpose());
-    support::SparseCholesky order;
-    order.order(matrix);
-    const Eigen::VectorXd load = Eigen::VectorXd::LinSpaced(size, -1.0, 1.0);
-    fmt::print(
-        "\n| tetrahedra | springs that change | factor that follows [ms] | made again [ms] | solutions differ by |\n"
-        "| ---: | ---: | ---: | ---: | ---: |\n");
-    for (const int count : {1, 5, 20, 100, 500}) {
-        std::mt19937 random(3);
-        const msm::ElasticBody elastic(springs);
-        auto parts = msm::CutParts::prepare(body, elastic, msm::SpringSource{law, body}).value();
-        const auto &changes = parts.remove(Balls(body.mesh).take(count, random));
-        auto less = springs.stiffness;
-        for (std::size_t s = 0; s < less.size(); ++s)
-            less[s] -= parts.parts().stiffness[s];
-        const auto lost = columns_of(body, springs, less, unknown);
-        // What is gone is held.
-        std::vector<Eigen::Triplet<double>> ground;
-        for (const int node : changes.nodes)
-            for (int c = 0; c < 3 && parts.node_mass()[node] == 0.0 && unknown[node] >= 0; ++c)
-                ground.emplace_back(unknown[node] + c, static_cast<int>(ground.size()), 10.0);
-        Eigen::SparseMatrix<double> held_now(size, static_cast<Eigen::Index>(ground.size()));
-        held_now.setFromTriplets(ground.begin(), ground.end());
-        support::UpdatedCholesky follows(matrix);
-        double start = core::processor_seconds();
-        if (held_now.cols() > 0)
-            follows.add(held_now);
-        follows.subtract(lost);
-        const double following = core::processor_seconds() - start;
-        start = core::processor_seconds();
-        const auto left = columns_of(body, springs, parts.parts().stiffness, unknown);
-        Eigen::SparseMatrix<double> anew = left * Eigen::SparseMatrix<double>(left.transpose());
-        anew += held_now * Eigen::SparseMatrix<double>(held_now.transpose());
-        support::SparseCholesky factor;
-        factor.order(anew);
-        const bool is_definite = factor.factorise(anew);
-        const double again = core::processor_seconds() - start;
-        const Eigen::VectorXd expected = factor.solve(load);
-        if (!is_definite)
-            throw support::InputError("what is left of the body is not held; take another body");
-        fmt::print("| {} | {} | {:.0f} | {:.0f} | {:.1g} |\n", count, lost.cols(), milliseconds * following,
-                   milliseconds * again, (follows.solve(load) - expected).norm() / expected.norm());
-    }
-}
-
 int run(const Options &options) {
     const auto body = benchmarks::make_body(options.body);
     fmt::print("{}: {} tetrahedra, of which {} go\n\n| springs | set-up [ms] | parts [ms] | layout [ms] | ready [ms] | "
@@ -356,8 +273,6 @@ int run(const Options &options) {
             chosen.push_back(std::move(springs));
     for (const auto &springs : chosen)
         time_updates(*body, springs, options);
-    if (options.has_factors)
-        time_factors(*body);
     if (!options.has_partings)
         return 0;
     const auto parted = benchmarks::parted_by_blade(*body);
@@ -381,7 +296,6 @@ int main(int argc, char **argv) {
     app.add_option("--tetrahedra", options.tetrahedra, "How many go in a cut")->capture_default_str();
     app.add_option("--cuts", options.cuts, "Of each springs")->capture_default_str();
     app.add_flag("--frequencies", options.has_frequencies, "Find the highest frequency after every fourth cut as well");
-    app.add_flag("--factors", options.has_factors, "Time factors of springs as well");
     app.add_flag("--parted", options.has_partings, "Part the body by a blade as well");
     CLI11_PARSE(app, argc, argv);
     try {

@@ -11,5 +11,4 @@ set(livermark_portable_msm_sources bounded_least_squares.cpp springs/linear_elem
   kernels/layout/parting/new_volumes.cpp kernels/layout/parting/force_sums.cpp kernels/layout/parting/parted_springs.cpp kernels/layout/parting/part_sliced_body.cpp
   kernels/relaxation/relaxation_arrays.cpp kernels/relaxation/relaxation_clock.cpp
   kernels/simd/relax_stresses.cpp kernels/simd/scaled_mass_parts.cpp kernels/simd/take_steps.cpp
-  kernels/threads/partition.cpp cutting/cut_parts.cpp cutting/part_parts.cpp cutting/kept_numbers.cpp cutting/frequency_around.cpp cutting/part_of_body.cpp
-  cutting/rest_scaling.cpp needle/moving_needle.cpp)
+  kernels/threads/partition.cpp cutting/cut_parts.cpp cutting/part_parts.cpp cutting/kept_numbers.cpp cutting/frequency_around.cpp cutting/part_of_body.cpp needle/moving_needle.cpp)

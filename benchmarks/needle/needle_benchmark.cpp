@@ -1,5 +1,4 @@
-// A needle in explicit steps of springs: what a step costs with it and without, and whether slowly it meets what the
-// static needle does.
+// A needle in explicit steps of springs: cost of a step with it and without.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -9,17 +8,14 @@
 #include <vector>
 
 #include "core/processor_time.hpp"
-#include "core/tool/needle/needle_line.hpp"
 #include "live/material.hpp"
 #include "live/parameters.hpp"
 #include "live/springs.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "load_cases/readers/needle_reader.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "msm/needle/moving_insertion.hpp"
+#include "msm/needle/moving_needle.hpp"
 #include "msm/nodal_conditions.hpp"
-#include "msm/statics/compliance.hpp"
-#include "studies/needle/insertion.hpp"
 #include "support/input_error.hpp"
 #include "support/root_folder.hpp"
 
@@ -29,13 +25,13 @@ namespace {
 struct Options {
     std::string body = "liver_tumours", load_case = "biopsy";
     std::vector<std::string> springs{"lloyd", "patch", "nodal_neo_hookean", "edge_neo_hookean"};
-    bool keeps_volume = true, in_single_precision = true, is_compared = false;
-    double speed = 0.01, mass_damping = 10.0;
+    bool keeps_volume = true, in_single_precision = true;
+    double mass_damping = 10.0;
     int blocks = 60;
 };
 
 constexpr int steps_in_block = 20;
-constexpr double seconds_to_us = 1e6, metres_to_mm = 1e3;
+constexpr double seconds_to_us = 1e6;
 
 double median_of(std::vector<double> values) {
     std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
@@ -119,57 +115,23 @@ void print_costs(const core::Problem &problem, const std::vector<core::Needle> &
     }
 }
 
-double largest_force(const core::Insertion &insertion) {
-    return *std::max_element(insertion.force.begin(), insertion.force.begin() + insertion.at_plan + 1);
-}
-
-void print_comparison(const core::Problem &problem, const std::vector<core::Needle> &needles, const Options &options) {
-    fmt::print(
-        "{}, {} mm/s, mass damping {} /s: static, in steps; the target moves by [mm], the largest force in and the "
-        "pull out [N], and what the work does not add up by\n",
-        problem.body->name, metres_to_mm * options.speed, options.mass_damping);
-    for (const auto &name : options.springs) {
-        const auto of = pricked(problem, name, options);
-        for (const auto &needle : needles) {
-            const auto line = core::needle_line(needle);
-            const auto slow = studies::insert(msm::compliance(of.springs, problem, line.places).matrix, line, needle);
-            const auto found = msm::insert_in_steps(of.springs, problem.body->mesh, of.conditions, needle,
-                                                    {.speed = options.speed,
-                                                     .time_step = of.time_step,
-                                                     .damping = {options.mass_damping, 0.0},
-                                                     .precision = options.in_single_precision
-                                                                      ? msm::ForcePrecision::single_precision
-                                                                      : msm::ForcePrecision::double_precision});
-            const auto &in_steps = found.record;
-            const core::Vector3 off = in_steps.target[in_steps.at_plan] - slow.target[slow.at_plan];
-            fmt::print("  {}, {}: target {:.2f}, {:.2f}, apart {:.2f}; force {:.3f}, {:.3f}; pull {:.3f}, {:.3f}; work "
-                       "{:.2f} %\n",
-                       name, needle.name, metres_to_mm * slow.target[slow.at_plan].norm(),
-                       metres_to_mm * in_steps.target[in_steps.at_plan].norm(), metres_to_mm * off.norm(),
-                       largest_force(slow), largest_force(in_steps), -*std::ranges::min_element(slow.force),
-                       -*std::ranges::min_element(in_steps.force), 100.0 * found.energy_error());
-        }
-    }
-}
-
 void run(const Options &options) {
     const auto root = support::root_folder();
     const auto file = root / "load_cases/needles" / (options.load_case + ".toml");
     auto body = std::make_shared<const core::Body>(meshes::read_body(root / "meshes" / (options.body + ".toml")));
     const core::Problem problem{body, load_cases::read_load_case(file, body->mesh)};
     const auto needles = load_cases::read_needles(file, *body, problem.load_case);
-    options.is_compared ? print_comparison(problem, needles, options) : print_costs(problem, needles, options);
+    print_costs(problem, needles, options);
 }
 
 int start(int argc, char **argv) {
     Options options;
-    CLI::App app("A needle in explicit steps of springs: cost of a step, or agreement with the static needle");
+    CLI::App app("A needle in explicit steps of springs: cost of a step");
     app.add_option("--body", options.body, "Name of a body that ships")->capture_default_str();
     app.add_option("--load-case", options.load_case, "Name of a load case with needles")->capture_default_str();
     app.add_option("--springs", options.springs, "Springs of the live page")
         ->capture_default_str()
         ->check(CLI::IsMember(live::spring_names()));
-    app.add_option("--speed", options.speed, "Of the hand [m/s]")->capture_default_str()->check(CLI::Range(1e-4, 1.0));
     app.add_option("--mass-damping", options.mass_damping, "alpha of Rayleigh's damping [1/s]")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 1000.0));
@@ -178,7 +140,6 @@ int start(int argc, char **argv) {
         ->check(CLI::Range(1, 100000));
     app.add_flag(
         "--double", [&](auto) { options.in_single_precision = false; }, "In double precision");
-    app.add_flag("--compare", options.is_compared, "Compare with the static needle, in place of the cost");
     CLI11_PARSE(app, argc, argv);
     try {
         run(options);

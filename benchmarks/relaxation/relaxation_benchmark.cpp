@@ -15,7 +15,7 @@
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/springs_with_volume.hpp"
-#include "msm/viscoelastic/relaxing_steps.hpp"
+#include "msm/viscoelastic/held_steps.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark {
@@ -82,11 +82,10 @@ void check(const Moved &moved, const core::PronySeries &relaxation) {
     constexpr double tolerance = 5e-4;
     const auto &rest = moved.scene.problem.body->mesh.points;
     auto state = start_of(moved.scene);
-    msm::RelaxingBody body(moved.springs, relaxation);
-    body.go_on(msm::to_unknowns(rest) + state.displacement, moved.time_step);
-    msm::RelaxingSteps oracle(std::move(body), rest, moved.scene.conditions, {}, moved.time_step);
+    auto steps = moved.steps(relaxation, msm::FastStepOptions{}.relaxation_error);
+    msm::HeldSteps oracle(moved.springs, relaxation, rest, moved.scene.conditions, {},
+                          msm::find_integrator("symplectic_euler"), moved.time_step, steps.steps_between_relaxations());
     oracle.take(state, num_checked_steps);
-    auto steps = moved.steps(relaxation, 0.0);
     steps.take(num_checked_steps);
     const benchmarks::Run run{
         .step = [] {},
