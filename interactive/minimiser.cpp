@@ -199,16 +199,4 @@ Field predict(const Energy &energy, const std::vector<bool> &is_free, const Fiel
     return Newton(energy, is_free, more_forces, nullptr).predict(x, moved_to);
 }
 
-Minimum backward_euler(const Simulation &simulation, double time_step, const NewtonSettings &settings) {
-    const auto terms = inertia(simulation, time_step);
-    const auto is_free = free_nodes(simulation.scene());
-    Field start = simulation.positions();
-    for (Eigen::Index i = 0; i < start.cols(); ++i)
-        if (!is_free[i])
-            start.col(i) = terms.predicted.col(i);
-    // The external forces are in where the nodes would go.
-    const Field none = Field::Zero(3, start.cols());
-    return minimise(simulation.energy(), is_free, none, &terms, start, settings);
-}
-
 } // namespace livermark::interactive

@@ -52,7 +52,4 @@ Minimum minimise(const Energy &energy, const std::vector<bool> &is_free, const F
 Field predict(const Energy &energy, const std::vector<bool> &is_free, const Field &x, const Field &moved_to,
               const Field &more_forces);
 
-/// Backward Euler: the positions at the end of a step from where a simulation is, to its targets.
-Minimum backward_euler(const Simulation &simulation, double time_step, const NewtonSettings &settings = {});
-
 } // namespace livermark::interactive

@@ -123,7 +123,7 @@ class FastSteps {
 
     /// Scales the masses of these parts from now on, and those of no others; what set_mass() gave their nodes is
     /// forgotten there.
-    /// @param scaling  as for prepare(), of the nodes that are left: see scale_masses_of_rest()
+    /// @param scaling  as for prepare(), of the nodes that are left: see scale_masses()
     /// @return false, with nothing changed, if the integrator does not know how to scale masses
     bool set_scaling(const MassScaling &scaling);
 

@@ -28,9 +28,9 @@ struct RelaxationShares {
 /// steps that are stable without branches are stable with them, for every m and every tau, and this energy never grows.
 ///
 /// As |g s - q| is at most 2 g times the largest |s|, what is held is wrong by at most sum of g (1 - exp(-m h / tau))
-/// times that, to first order. m is chosen by it. If that is 1, branches move in every step as in relaxing_steps.hpp:
-/// with gain = g (1 - exp(-x)) / x of x = h / tau, r = q - (g - gain) s obeys r += (1 - exp(-x)) (gain s - r), and the
-/// stress at x(n) has the r of before.
+/// times that, to first order. m is chosen by it. If that is 1, branches move in every step, with s linear in
+/// time over it: with gain = g (1 - exp(-x)) / x of x = h / tau, r = q - (g - gain) s obeys
+/// r += (1 - exp(-x)) (gain s - r), and the stress at x(n) has the r of before.
 ///
 /// Other integrators have velocities and positions at one time, and evaluate forces anew in every step. The same
 /// splitting relaxes branches between two steps, where the body is, for every m: of second order in m h, or of the

@@ -130,8 +130,8 @@ Field difference(const Field &a, const Field &b) {
 class Follower {
   public:
     Follower(const ElasticBody &body, const core::Problem &problem, const std::vector<double> &node_mass,
-             const RestStiffness &rest, const ContactRule &contact)
-        : body_(body), rest_(rest), search_(problem, node_mass), contact_(problem, contact),
+             const RestStiffness &rest, double contact_stiffness)
+        : body_(body), rest_(rest), search_(problem, node_mass), contact_(problem, contact_stiffness),
           linear_(linear_solution(rest, nodal_conditions(problem, node_mass), &search_.memory())) {
         last_.displacement.assign(linear_.size(), core::Vector3::Zero());
     }
@@ -230,8 +230,8 @@ class Follower {
 } // namespace
 
 FollowedPath follow_path(const ElasticBody &body, const core::Problem &problem, const std::vector<double> &node_mass,
-                         const RestStiffness &rest, const ContactRule &contact) {
-    Follower follower(body, problem, node_mass, rest, contact);
+                         const RestStiffness &rest, double contact_stiffness) {
+    Follower follower(body, problem, node_mass, rest, contact_stiffness);
     FollowedPath result;
     for (const double fraction : problem.load_case.path) {
         if (!follower.go_to(fraction))

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
+#include "core/tool/touching_tool.hpp"
 #include "msm/statics/equilibrium.hpp"
 
 namespace livermark::msm {
@@ -74,12 +75,12 @@ struct FollowedPath {
 /// and goes on by the solution linearised at rest to what was added; one without an equilibrium is taken again in
 /// halves. See EquilibriumSearch on pressures that follow the surface. Under a ball that touches equilibria follow one
 /// another as SurfaceContact says, and its friction is that of these steps.
-/// @param problem     with a path
-/// @param node_mass   shape (N) [kg]
-/// @param rest        as for find_equilibrium()
-/// @param contact     how a ball that touches is met
+/// @param problem            with a path
+/// @param node_mass          shape (N) [kg]
+/// @param rest               as for find_equilibrium()
+/// @param contact_stiffness  gamma of core::touched_facets()
 /// @return status not_converged with the points as far as it came
 FollowedPath follow_path(const ElasticBody &body, const core::Problem &problem, const std::vector<double> &node_mass,
-                         const RestStiffness &rest, const ContactRule &contact = {});
+                         const RestStiffness &rest, double contact_stiffness = core::usual_contact_stiffness);
 
 } // namespace livermark::msm

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "core/tool/round_load.hpp"
 
@@ -63,72 +62,24 @@ namespace {
 
 using Field = std::vector<core::Vector3>;
 
-/// Of the tetrahedra, weighted with their volumes [Pa].
-double mean_young_modulus(const core::Body &body) {
-    const auto volumes = tetrahedron_volumes(body.mesh);
-    double sum = 0.0, volume = 0.0;
-    for (std::size_t t = 0; t < volumes.size(); ++t) {
-        sum += volumes[t] * body.materials[body.mesh.region[t]].young_modulus;
-        volume += volumes[t];
-    }
-    return sum / volume;
-}
-
-/// Of the facets that the ball may touch [m].
-double mean_side_of_surface(const core::Problem &problem) {
-    const auto &mesh = problem.body->mesh;
-    double sum = 0.0;
-    int number = 0;
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (problem.load_case.may_touch(f)) {
-            const auto corners = core::corners_of(mesh, f);
-            for (std::size_t k = 0; k < 3; ++k)
-                sum += (corners[k] - corners[(k + 1) % 3]).norm();
-            number += 3;
-        }
-    return number > 0 ? sum / number : 1.0;
-}
-
 } // namespace
 
-SurfaceContact::SurfaceContact(const core::Problem &problem, const ContactRule &rule)
-    : augments_(rule.augments), num_nodes_(problem.body->mesh.points.size()) {
+SurfaceContact::SurfaceContact(const core::Problem &problem, double stiffness)
+    : num_nodes_(problem.body->mesh.points.size()) {
     if (!problem.load_case.touching)
         return;
     ball_ = *problem.load_case.touching;
     centre_ = ball_.start;
-    if (rule.at == ContactRule::At::nodes)
-        add_nodes(problem, rule.stiffness);
-    else
-        add_facets(problem, rule.stiffness);
-}
-
-void SurfaceContact::add_facets(const core::Problem &problem, double stiffness) {
     shapes_ = core::facet_points(core::contact_divisions(*problem.body, problem.load_case));
-    for (const auto &facet : core::touched_facets(*problem.body, problem.load_case, stiffness))
-        add({facet.nodes.begin(), facet.nodes.end()}, {facet.penalty, facet.penalty, ball_.friction}, facet.area,
-            problem.body->mesh.points);
-}
-
-void SurfaceContact::add_nodes(const core::Problem &problem, double stiffness) {
-    const auto &mesh = problem.body->mesh;
-    shapes_ = {{{1.0, 0.0, 0.0}, 1.0}};
-    std::vector<double> area(mesh.points.size(), 0.0);
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (problem.load_case.may_touch(f))
-            for (const int node : mesh.boundary_triangles[f])
-                area[node] += area_vector(mesh, f).norm() / 3.0;
-    const double penalty = stiffness * mean_young_modulus(*problem.body) / mean_side_of_surface(problem);
-    for (std::size_t node = 0; node < area.size(); ++node)
-        if (area[node] > 0.0)
-            add({static_cast<int>(node)}, {penalty, penalty, ball_.friction}, area[node], mesh.points);
-}
-
-void SurfaceContact::add(std::vector<int> nodes, const core::ContactLaw &law, double area, const Field &positions) {
-    auto &facet = facets_.emplace_back(Facet{.nodes = std::move(nodes), .law = law, .first = points_.size()});
-    for (const auto &point : shapes_)
-        points_.push_back({.area = point.part * area,
-                           .memory = {.multiplier = 0.0, .anchor = from_centre(facet, point.shape, positions)}});
+    for (const auto &touched : core::touched_facets(*problem.body, problem.load_case, stiffness)) {
+        const auto &facet = facets_.emplace_back(Facet{.nodes = touched.nodes,
+                                                       .law = {touched.penalty, touched.penalty, ball_.friction},
+                                                       .first = points_.size()});
+        for (const auto &point : shapes_)
+            points_.push_back(
+                {.area = point.part * touched.area,
+                 .memory = {.multiplier = 0.0, .anchor = from_centre(facet, point.shape, problem.body->mesh.points)}});
+    }
 }
 
 void SurfaceContact::move_ball(double part) {
@@ -234,8 +185,7 @@ Eigen::Matrix3d SurfaceContact::stiffness(const Facet &facet, const Point &point
 
 /// Of the nodes of one facet.
 SurfaceContact::Block SurfaceContact::block(const Facet &facet, const Field &positions, Tangent tangent) const {
-    const auto num_nodes = static_cast<Eigen::Index>(facet.nodes.size());
-    Block block = Block::Zero(3 * num_nodes, 3 * num_nodes);
+    Block block = Block::Zero();
     if (!may_matter(facet, positions))
         return block;
     for (std::size_t q = 0; q < shapes_.size(); ++q) {
@@ -243,8 +193,8 @@ SurfaceContact::Block SurfaceContact::block(const Facet &facet, const Field &pos
         const auto of_point = stiffness(facet, points_[facet.first + q], from_centre(facet, shape, positions), tangent);
         if (of_point.isZero(0.0))
             continue;
-        for (Eigen::Index a = 0; a < num_nodes; ++a)
-            for (Eigen::Index b = 0; b < num_nodes; ++b)
+        for (Eigen::Index a = 0; a < 3; ++a)
+            for (Eigen::Index b = 0; b < 3; ++b)
                 block.block<3, 3>(3 * a, 3 * b) +=
                     shape[static_cast<std::size_t>(a)] * shape[static_cast<std::size_t>(b)] * of_point;
     }
@@ -290,17 +240,13 @@ double SurfaceContact::update(const Field &positions, double part) {
             const auto contact = normal_contact(facet, point, d);
             const core::Vector3 before = contact.traction() + friction(facet, point, d).traction;
             const double bound_was = point.bound;
-            if (augments_) {
-                change += point.area * std::abs(contact.pressure - point.memory.multiplier);
-                point.memory.multiplier = contact.pressure;
-            }
             point.normal = contact.gap.normal;
             point.bound = facet.law.friction * contact.pressure;
             const core::Vector3 after = contact.traction() + friction(facet, point, d).traction;
             change += point.area * (after - before).norm();
             all += point.area * after.norm();
             point.bound = bound_was + part * (point.bound - bound_was);
-            facet.remembers = facet.remembers || point.bound > 0.0 || point.memory.multiplier > 0.0;
+            facet.remembers = facet.remembers || point.bound > 0.0;
         }
     }
     return all > 0.0 ? change / all : change > 0.0 ? 1.0 : 0.0;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <vector>
 
 #include "core/mesh/facet_points.hpp"
@@ -46,38 +45,22 @@ class SurfacePressure {
     core::Vector3 origin_ = core::Vector3::Zero(); ///< that volumes are measured from [m]
 };
 
-/// Where contact is looked at, and how hard it is.
-struct ContactRule {
-    enum class At : std::uint8_t {
-        facets, ///< at the points of a quadrature on each facet, with core::touched_facets() and
-                ///< core::contact_divisions()
-        nodes   ///< at corners of facets, with a third of each facet: a ball that is small beside the edges sinks in
-    };
-    At at = At::facets;
-    /// gamma of core::touched_facets(). In nodes the penalty is gamma E / h of means over the body and the surface.
-    double stiffness = core::usual_contact_stiffness;
-    /// Whether multipliers follow, until nothing is inside the ball, whatever gamma is.
-    bool augments = false;
-
-    /// In nodes, of which nothing is inside the ball.
-    static ContactRule in_nodes(double stiffness = 10.0) { return {At::nodes, stiffness, true}; }
-};
-
 /// Contact of a surface with the ball of LoadCase::touching: the law of core::ContactLaw at points x = sum N_k x_k of
 /// its facets, with N the linear shape functions and with the area a of the surface at rest that each point stands for.
 /// Forces go to the corners by N.
 ///
 /// Within an equilibrium it is an energy, so that any search for a minimum finds it:
-///     sum over the points of a ((p^2 - lambda^2) / (2 eps) + phi(|s|)),
+///     sum over the points of a (p^2 / (2 eps) + phi(|s|)),
 ///     phi(s) = eps_t s^2 / 2 where eps_t s <= b, else b s - b^2 / (2 eps_t),
 /// with s the way of the point from its anchor across a normal. The normal and the bound b = mu p of friction are those
-/// of the equilibrium before, and so is lambda, the augmented Lagrangian's multiplier: equilibria follow one another
-/// until pressures are what these were found with. Then friction is Coulomb's. (Simo, Laursen 1992, section 3; the
-/// fixed bound is Tresca's friction, N. Kikuchi, J. T. Oden 1988, Contact Problems in Elasticity, chapter 10)
+/// of the equilibrium before: equilibria follow one another until pressures are what these were found with. Then
+/// friction is Coulomb's. (Simo, Laursen 1992, section 3; the fixed bound is Tresca's friction, N. Kikuchi, J. T. Oden
+/// 1988, Contact Problems in Elasticity, chapter 10)
 class SurfaceContact {
   public:
     /// Nothing touches yet.
-    explicit SurfaceContact(const core::Problem &problem, const ContactRule &rule = {});
+    /// @param stiffness  gamma of core::touched_facets()
+    explicit SurfaceContact(const core::Problem &problem, double stiffness = core::usual_contact_stiffness);
 
     /// Whether the load case has no ball.
     bool is_empty() const { return facets_.empty(); }
@@ -105,7 +88,7 @@ class SurfaceContact {
     void add_hessian_product(const std::vector<core::Vector3> &positions, const Eigen::VectorXd &u,
                              Eigen::VectorXd &product) const;
 
-    /// Takes multipliers, normals and bounds of friction from an equilibrium.
+    /// Takes normals and bounds of friction from an equilibrium.
     /// @param part  of the change of bounds that is taken, (0, 1]: less than all where equilibria go to and fro
     /// @return by how much forces on points change by all of that, over all of them: sum of |change| over sum of
     /// |force|
@@ -129,22 +112,18 @@ class SurfaceContact {
     };
     /// Points that the same nodes carry.
     struct Facet {
-        std::vector<int> nodes; ///< three, or the one that is a point
+        std::array<int, 3> nodes{};
         core::ContactLaw law;
         std::size_t first = 0;  ///< in points_; as many as shapes_ has
-        bool remembers = false; ///< whether a point has a multiplier or a bound that is not zero
+        bool remembers = false; ///< whether a point has a bound that is not zero
     };
     struct Friction {
         double energy = 0.0;                                 ///< phi [J/m^2]
         core::Vector3 traction = core::Vector3::Zero();      ///< minus its derivative [Pa]
         Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero(); ///< its second derivative [Pa/m], positive semi-definite
     };
-    using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 9, 9>;
+    using Block = Eigen::Matrix<double, 9, 9>;
 
-    void add_facets(const core::Problem &problem, double stiffness);
-    void add_nodes(const core::Problem &problem, double stiffness);
-    void add(std::vector<int> nodes, const core::ContactLaw &law, double area,
-             const std::vector<core::Vector3> &positions);
     core::Vector3 from_centre(const Facet &facet, const std::array<double, 3> &shape,
                               const std::vector<core::Vector3> &positions) const;
     bool may_matter(const Facet &facet, const std::vector<core::Vector3> &positions) const;
@@ -157,7 +136,6 @@ class SurfaceContact {
     Block block(const Facet &facet, const std::vector<core::Vector3> &positions, Tangent tangent) const;
 
     core::TouchingTool ball_;
-    bool augments_ = false;
     std::vector<core::FacetPoint> shapes_; ///< of the points of each facet
     std::vector<Facet> facets_;
     std::vector<Point> points_;

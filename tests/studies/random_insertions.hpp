@@ -10,7 +10,7 @@
 #include "core/tool/needle/needle_line.hpp"
 #include "models/model_table.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/needle/moving_insertion.hpp"
+#include "msm/needle/moving_needle.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"
@@ -18,6 +18,7 @@
 #include "studies/needle/insertion.hpp"
 #include "support/known_names.hpp"
 #include "tests/samples/random_needles.hpp"
+#include "tests/studies/moving_insertion.hpp"
 
 namespace livermark::tests {
 
@@ -84,7 +85,7 @@ inline std::vector<std::string> step_random_needles(const std::string &body, con
         if (time_step == 0.0)
             time_step = of_critical_step * 2.0 /
                         msm::largest_angular_frequency(*springs, problem.body->mesh.points, conditions);
-        const auto found = msm::insert_in_steps(
+        const auto found = insert_in_steps(
             *springs, problem.body->mesh, conditions, needle,
             {.speed = 0.02 + 0.08 * random.part(),
              .time_step = time_step,

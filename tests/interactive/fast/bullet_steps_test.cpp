@@ -11,8 +11,8 @@
 #include "interactive/elements/corotational_tetrahedra.hpp"
 #include "interactive/elements/critical_step.hpp"
 #include "interactive/method.hpp"
-#include "interactive/minimiser.hpp"
 #include "tests/interactive/moving_scene.hpp"
+#include "tests/oracles/backward_euler.hpp"
 
 namespace livermark {
 namespace {
@@ -162,7 +162,7 @@ TEST(BulletSteps, ImplicitNeoHookeanOnesComeToBackwardEulerAfterMoreIterationsTh
     const Field x = ours.positions(), still = Field::Zero(3, x.cols());
     const Field targets = ours.targets().colwise() + core::Vector3(0.0, 0.0, 3e-3);
     ours.set_targets(targets);
-    const auto expected = interactive::backward_euler(ours, frame);
+    const auto expected = tests::backward_euler(ours, frame);
     ASSERT_TRUE(expected.converged);
     const auto distance_of = [&](const BulletIterations &iterations) {
         BulletDeformable bullet(scene, bullet_neo_hookean(scene), iterations);
@@ -185,7 +185,7 @@ TEST(BulletSteps, ImplicitSpringsAreWhereFastMassSpringConverges) {
     benchmarks::UniformMassSpring ours(scene);
     const Field x = ours.positions(), still = Field::Zero(3, x.cols());
     ours.set_external_forces(weight.forces);
-    const auto expected = interactive::backward_euler(ours, frame);
+    const auto expected = tests::backward_euler(ours, frame);
     ASSERT_TRUE(expected.converged);
     ours.step(frame, 400);
     EXPECT_LT(distance(ours.positions(), expected.positions, x), 1e-6);

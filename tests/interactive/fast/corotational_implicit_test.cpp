@@ -6,6 +6,7 @@
 #include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"
+#include "tests/oracles/backward_euler.hpp"
 
 namespace livermark {
 namespace {
@@ -107,7 +108,7 @@ TEST(CorotationalImplicit, StepComesToBackwardEulerWithTheFourthPowerOfTheTimeSt
         for (const int node : simulation->scene().constrained_nodes)
             v.col(node).setZero();
         simulation->set_state(simulation->positions(), v);
-        const auto expected = interactive::backward_euler(*simulation, h);
+        const auto expected = tests::backward_euler(*simulation, h);
         ASSERT_TRUE(expected.converged);
         simulation->step(h, 1000);
         differences.push_back((simulation->positions() - expected.positions).norm());

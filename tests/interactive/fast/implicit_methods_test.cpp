@@ -8,6 +8,7 @@
 #include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"
+#include "tests/oracles/backward_euler.hpp"
 
 namespace livermark {
 namespace {
@@ -33,7 +34,7 @@ std::unique_ptr<interactive::Simulation> moving_bar(const interactive::Method &m
 /// elasticity.
 double distance_from_backward_euler(const interactive::Method &method, double time_step, int iterations) {
     const auto simulation = moving_bar(method, time_step);
-    const auto expected = interactive::backward_euler(*simulation, time_step);
+    const auto expected = tests::backward_euler(*simulation, time_step);
     EXPECT_TRUE(expected.converged);
     const Field predicted = interactive::inertia(*simulation, time_step).predicted;
     simulation->step(time_step, iterations);

@@ -34,41 +34,33 @@ Field bumpy(const core::Problem &problem) {
 }
 
 struct Touched {
-    explicit Touched(const tests::TouchedBlock &block, const char *springs = nullptr, const msm::ContactRule &rule = {})
+    explicit Touched(const tests::TouchedBlock &block, const char *springs = nullptr,
+                     double stiffness = core::usual_contact_stiffness)
         : problem(tests::touched_block(block)),
           body(springs ? msm::coupled_springs_with_volume(*problem.body, msm::find_coupled_springs(springs))
                        : msm::ElasticBody(msm::spring_network(*problem.body, msm::all_spring_laws().front()))) {
         const auto conditions = msm::nodal_conditions(problem, body.node_mass);
         const msm::RestStiffness rest(body, problem.body->mesh.points, conditions.displacement);
-        path = msm::follow_path(body, problem, body.node_mass, rest, rule);
+        path = msm::follow_path(body, problem, body.node_mass, rest, stiffness);
         EXPECT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
     }
 
     Vector3 force() const { return path.points.back().reaction.back(); }
-    /// From the centre of the ball.
-    double nearest() const {
-        const auto centre = problem.load_case.touching->centre_at(1.0);
-        double least = 1e300;
-        for (const auto &x : positions_of(problem, path.end.displacement))
-            least = std::min(least, (x - centre).norm());
-        return least;
-    }
 
     core::Problem problem;
     msm::ElasticBody body;
     msm::FollowedPath path;
 };
 
-/// By a rule with multipliers, so that all of the energy is there.
-void expect_derivatives(const msm::ContactRule &rule) {
+TEST(SurfaceContact, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
     tests::TouchedBlock block;
     block.friction = 0.4;
     block.bricks = {6, 6, 1};
     const auto problem = tests::touched_block(block);
-    msm::SurfaceContact contact(problem, rule);
+    msm::SurfaceContact contact(problem);
     contact.move_ball(1.0);
     auto x = bumpy(problem);
-    contact.update(x); // with multipliers and bounds of friction that are not zero
+    contact.update(x); // with bounds of friction that are not zero
     for (auto &point : x)
         point += Vector3(4e-4, -2e-4, 1e-4);
     Field gradient(x.size(), Vector3::Zero());
@@ -104,11 +96,6 @@ void expect_derivatives(const msm::ContactRule &rule) {
     EXPECT_LT((sum - contact.force(x)).norm(), 1e-12 * sum.norm());
 }
 
-TEST(SurfaceContact, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
-    expect_derivatives({.augments = true});
-    expect_derivatives(msm::ContactRule::in_nodes());
-}
-
 /// What the ball exerts the floor bears, and it pushes and does not pull.
 void expect_balance(const Touched &touched) {
     ASSERT_EQ(touched.path.points.size(), 4U);
@@ -134,32 +121,6 @@ TEST(SurfaceContact, IsBorneByWhatHoldsTheBody) {
     expect_power_of_depth(coupled);
 }
 
-/// No node is inside the ball.
-TEST(SurfaceContactInNodes, IsBorneByWhatHoldsTheBody) {
-    for (const char *springs : {static_cast<const char *>(nullptr), "nodal_neo_hookean"}) {
-        const Touched touched({}, springs, msm::ContactRule::in_nodes());
-        expect_balance(touched);
-        expect_power_of_depth(touched);
-        EXPECT_GT(touched.nearest(), 0.02 - 1e-8);
-        EXPECT_LT(touched.nearest(), 0.02 + 1e-8);
-    }
-}
-
-TEST(SurfaceContactInNodes, DoesNotDependOnThePenalty) {
-    const auto problem = tests::touched_block();
-    const auto body = msm::ElasticBody(msm::spring_network(*problem.body, msm::all_spring_laws().front()));
-    const auto conditions = msm::nodal_conditions(problem, body.node_mass);
-    const msm::RestStiffness rest(body, problem.body->mesh.points, conditions.displacement);
-    const auto with = [&](double stiffness) {
-        return msm::follow_path(body, problem, body.node_mass, rest, msm::ContactRule::in_nodes(stiffness))
-            .points.back()
-            .reaction.back();
-    };
-    const Vector3 soft = with(3.0), hard = with(30.0);
-    EXPECT_GT(soft.norm(), 0.01);
-    EXPECT_LT((soft - hard).norm(), 2e-5 * hard.norm());
-}
-
 /// A flat surface that has come straight into a ball: p = eps g, and the integral of p n . e over it, with z0 from its
 /// plane to the centre, is pi eps z0 (R - z0)^2.
 TEST(SurfaceContact, IntegratesPressureOverFacetsOfAnySize) {
@@ -172,7 +133,7 @@ TEST(SurfaceContact, IntegratesPressureOverFacetsOfAnySize) {
         msm::SurfaceContact contact(problem);
         contact.move_ball(1.0);
         const double side = block.size.x() / bricks, mean_side = side * (2.0 + std::numbers::sqrt2) / 3.0;
-        const double eps = msm::ContactRule{}.stiffness * material.young_modulus /
+        const double eps = core::usual_contact_stiffness * material.young_modulus /
                            (1.0 - material.poisson_ratio * material.poisson_ratio) / mean_side;
         const double depth = -block.press.z(), to_centre = block.radius - depth;
         const double expected = std::numbers::pi * eps * to_centre * depth * depth;
@@ -247,7 +208,7 @@ TEST(SurfaceContact, DoesNotDependOnTheNumbersOfNodes) {
 TEST(SurfaceContact, SinksInByLessWhereItIsStiffer) {
     double before = 5e-3;
     for (const double stiffness : {10.0, 1000.0}) {
-        const Touched touched({}, nullptr, {.stiffness = stiffness});
+        const Touched touched({}, nullptr, stiffness);
         msm::SurfaceContact contact(touched.problem);
         contact.move_ball(1.0);
         const double depth = contact.depth(positions_of(touched.problem, touched.path.end.displacement));

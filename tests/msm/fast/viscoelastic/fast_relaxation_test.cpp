@@ -14,7 +14,7 @@
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/viscoelastic/relaxing_stepper.hpp"
-#include "msm/viscoelastic/relaxing_steps.hpp"
+#include "tests/oracles/relaxing_steps.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -85,7 +85,7 @@ void expect_what_relaxing_steps_do(const Sample &sample) {
         const Eigen::VectorXd x = msm::to_unknowns(sample.positions) + start.displacement;
         body.go_on(x, step);
         body.go_on(x, stay);
-        msm::RelaxingSteps oracle(std::move(body), sample.positions, sample.conditions, damping, step);
+        tests::RelaxingSteps oracle(std::move(body), sample.positions, sample.conditions, damping, step);
         auto expected = start;
         oracle.take(expected, 4);
         for (const auto precision : tests::both_precisions) {

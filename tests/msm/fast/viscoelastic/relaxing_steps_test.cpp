@@ -7,10 +7,11 @@
 
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
+#include "msm/kernels/relaxation.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/viscoelastic/relaxing_stepper.hpp"
-#include "msm/viscoelastic/relaxing_steps.hpp"
+#include "tests/oracles/relaxing_steps.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -38,7 +39,7 @@ struct OneMass {
         state.velocity[3] = 0.5 * step * stiffness / mass * start; // half a step before
         msm::RelaxingBody body(springs, series);
         body.go_on(msm::to_unknowns(positions) + state.displacement, 0.0);
-        msm::RelaxingSteps steps(std::move(body), positions, conditions, {}, step);
+        tests::RelaxingSteps steps(std::move(body), positions, conditions, {}, step);
         steps.take(state, num_steps);
         return state.displacement[3];
     }
@@ -121,7 +122,7 @@ struct PushedBlock {
         state.velocity = Eigen::VectorXd::Zero(state.displacement.size());
     }
     const std::vector<Vector3> &points() const { return body->mesh.points; }
-    msm::RelaxingSteps steps(const core::PronySeries &series, double step) const {
+    tests::RelaxingSteps steps(const core::PronySeries &series, double step) const {
         msm::RelaxingBody relaxing(elastic, series);
         relaxing.go_on(msm::to_unknowns(points()) + state.displacement, 0.0);
         return {std::move(relaxing), points(), conditions, {}, step};
@@ -164,7 +165,7 @@ TEST(RelaxingSteps, LoseExactlyWhatBecomesHeat) {
         EXPECT_GE(steps.body().dissipated_energy(), heat);
         heat = steps.body().dissipated_energy();
         auto after = next;
-        msm::RelaxingSteps copy = steps;
+        tests::RelaxingSteps copy = steps;
         copy.take(after, 1);
         const State middle{next.displacement, 0.5 * (next.velocity + after.velocity)};
         EXPECT_NEAR(msm::kinetic_energy(equation, middle) + steps.body().stored_energy(rest + next.displacement) + heat,
@@ -188,7 +189,7 @@ TEST(RelaxingSteps, AreElasticOnesWhereTimesAreZeroOrInfinite) {
     const auto moved = [&](double time_constant, const core::RayleighDamping &of) {
         msm::RelaxingBody relaxing(block.elastic, {"one", {0.7}, {time_constant}});
         relaxing.go_on(msm::to_unknowns(block.points()) + block.state.displacement, time_constant > 1.0 ? 0.0 : 1.0);
-        msm::RelaxingSteps steps(std::move(relaxing), block.points(), block.conditions, of, step);
+        tests::RelaxingSteps steps(std::move(relaxing), block.points(), block.conditions, of, step);
         auto state = block.state;
         steps.take(state, 50);
         return state.displacement;

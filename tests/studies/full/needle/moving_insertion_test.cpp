@@ -1,4 +1,3 @@
-#include "msm/needle/moving_insertion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +14,7 @@
 #include "studies/needle/insertion.hpp"
 #include "support/known_names.hpp"
 #include "tests/samples/test_meshes.hpp"
+#include "tests/studies/moving_insertion.hpp"
 
 namespace livermark::studies {
 namespace {
@@ -41,9 +41,9 @@ struct Block {
         const auto line = core::needle_line(needle);
         return insert(msm::compliance(body, problem, line.places).matrix, line, needle);
     }
-    msm::MovingInsertion in_steps(const msm::ElasticBody &body, const msm::MovingInsertionOptions &options) const {
-        return msm::insert_in_steps(body, problem.body->mesh, msm::nodal_conditions(problem, body.node_mass), needle,
-                                    options);
+    tests::MovingInsertion in_steps(const msm::ElasticBody &body, const tests::MovingInsertionOptions &options) const {
+        return tests::insert_in_steps(body, problem.body->mesh, msm::nodal_conditions(problem, body.node_mass), needle,
+                                      options);
     }
 };
 

@@ -1,23 +1,51 @@
-#include "msm/needle/moving_insertion.hpp"
+#pragma once
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
-namespace livermark::msm {
+#include "core/rayleigh_damping.hpp"
+#include "msm/elastic_body.hpp"
+#include "msm/needle/moving_needle.hpp"
 
-namespace {
+namespace livermark::tests {
 
-/// Of lengths, over the step of the needle.
-constexpr double of_needle_step = 1e-9;
+/// How a needle is driven in steps.
+struct MovingInsertionOptions {
+    double speed = 0.01;     ///< of the hand [m/s], > 0
+    double time_step = 1e-3; ///< of symplectic Euler [s], > 0
+    core::RayleighDamping damping{.alpha = 10.0, .beta = 0.0};
+    msm::ForcePrecision precision = msm::ForcePrecision::double_precision;
+};
+
+/// What a needle in steps meets. At a record, work of the hand = stored + kinetic + friction + tearing + holding +
+/// damping.
+struct MovingInsertion {
+    core::Insertion record;      ///< `stored` is elastic; forces are means over the steps from record to record
+    std::vector<double> kinetic; ///< (J) [J]
+    std::vector<double> damping; ///< (J) lost by damping of the masses so far [J]
+
+    /// The largest that the two sides of the balance differ by at a record, over the work that the hand has done until
+    /// the tip was at the target.
+    double energy_error() const {
+        double largest = 0.0;
+        for (std::size_t j = 0; j < kinetic.size(); ++j)
+            largest = std::max(largest, std::abs(record.work[j] - record.stored[j] - kinetic[j] - record.friction[j] -
+                                                 record.tearing[j] - record.holding[j] - damping[j]));
+        return largest / record.work[static_cast<std::size_t>(record.at_plan)];
+    }
+};
 
 /// A needle in a body, one record after the other.
 class DrivingInSteps {
   public:
-    DrivingInSteps(const ElasticBody &body, const core::TetraMesh &mesh, const NodalConditions &conditions,
+    DrivingInSteps(const msm::ElasticBody &body, const core::TetraMesh &mesh, const msm::NodalConditions &conditions,
                    const core::Needle &needle, const MovingInsertionOptions &options)
         : body_(body), mesh_(mesh), options_(options), needle_(needle, mesh, body.node_mass, conditions) {
-        auto steps = FastSteps::prepare(body, mesh.points, conditions, options.damping, "symplectic_euler",
+        auto steps = msm::FastSteps::prepare(body, mesh.points, conditions, options.damping, "symplectic_euler",
                                         options.time_step, {.precision = options.precision});
         if (!steps || options.damping.beta != 0.0)
             throw std::invalid_argument("fast kernels do not know this body, or its damping is not told apart");
@@ -52,10 +80,10 @@ class DrivingInSteps {
             lost_ += 2.0 * h * options_.damping.alpha * kinetic(steps_->state());
     }
 
-    double kinetic(const State &state) const {
+    double kinetic(const msm::State &state) const {
         double sum = 0.0;
         for (std::size_t i = 0; i < body_.node_mass.size(); ++i)
-            sum += 0.5 * body_.node_mass[i] * of_node(state.velocity, static_cast<int>(i)).squaredNorm();
+            sum += 0.5 * body_.node_mass[i] * msm::of_node(state.velocity, static_cast<int>(i)).squaredNorm();
         return sum;
     }
 
@@ -63,7 +91,7 @@ class DrivingInSteps {
         const auto state = steps_->state();
         auto positions = mesh_.points;
         for (std::size_t i = 0; i < positions.size(); ++i)
-            positions[i] += of_node(state.displacement, static_cast<int>(i));
+            positions[i] += msm::of_node(state.displacement, static_cast<int>(i));
         auto &record = found_.record;
         const auto &work = needle_.work();
         record.depth.push_back(needle_.depth());
@@ -72,7 +100,7 @@ class DrivingInSteps {
         record.target.push_back(needle_.target_displacement(*steps_));
         record.entry.push_back(needle_.entry_displacement());
         record.work.push_back(work.hand);
-        record.stored.push_back(elastic_energy(body_, positions) - elastic_energy(body_, mesh_.points));
+        record.stored.push_back(msm::elastic_energy(body_, positions) - msm::elastic_energy(body_, mesh_.points));
         record.friction.push_back(work.friction);
         record.tearing.push_back(work.tearing);
         found_.kinetic.push_back(kinetic(state));
@@ -80,29 +108,25 @@ class DrivingInSteps {
         found_.damping.push_back(lost_);
     }
 
-    const ElasticBody &body_;
+    const msm::ElasticBody &body_;
     const core::TetraMesh &mesh_;
     MovingInsertionOptions options_;
-    MovingNeedle needle_;
-    std::optional<FastSteps> steps_;
+    msm::MovingNeedle needle_;
+    std::optional<msm::FastSteps> steps_;
     double lost_ = 0.0;
     MovingInsertion found_;
 };
 
-} // namespace
-
-double MovingInsertion::energy_error() const {
-    double largest = 0.0;
-    for (std::size_t j = 0; j < kinetic.size(); ++j)
-        largest = std::max(largest, std::abs(record.work[j] - record.stored[j] - kinetic[j] - record.friction[j] -
-                                             record.tearing[j] - record.holding[j] - damping[j]));
-    return largest / record.work[static_cast<std::size_t>(record.at_plan)];
-}
-
-MovingInsertion insert_in_steps(const ElasticBody &body, const core::TetraMesh &mesh, const NodalConditions &conditions,
-                                const core::Needle &needle, const MovingInsertionOptions &options) {
+/// Drives a needle into a body at a given speed and draws it out at the same, with the records of studies::insert():
+/// slowly, that is what the needle meets there.
+/// @param body  at rest on the mesh; fast kernels know it
+/// @throws std::invalid_argument if they do not, or as msm::MovingNeedle
+inline MovingInsertion insert_in_steps(const msm::ElasticBody &body, const core::TetraMesh &mesh,
+                                       const msm::NodalConditions &conditions, const core::Needle &needle,
+                                       const MovingInsertionOptions &options) {
+    constexpr double rounding = 1e-9; // of lengths, over the step of the needle
     DrivingInSteps driving(body, mesh, conditions, needle, options);
-    const int steps = std::max(1, static_cast<int>(std::ceil(needle.depth() / needle.step - of_needle_step)));
+    const int steps = std::max(1, static_cast<int>(std::ceil(needle.depth() / needle.step - rounding)));
     for (int step = 1; step <= steps; ++step)
         driving.go_to(needle.depth() * step / steps);
     driving.plan_is_reached();
@@ -111,4 +135,4 @@ MovingInsertion insert_in_steps(const ElasticBody &body, const core::TetraMesh &
     return std::move(driving).take();
 }
 
-} // namespace livermark::msm
+} // namespace livermark::tests

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+#include <utility>
 #include <vector>
 
 #include "core/load_case.hpp"
@@ -7,7 +9,7 @@
 #include "msm/nodal_conditions.hpp"
 #include "msm/viscoelastic/relaxing_body.hpp"
 
-namespace livermark::msm {
+namespace livermark::tests {
 
 /// Explicit steps of point masses on springs that relax, the slow and obvious ones: with the stresses that
 /// RelaxingBody has at x,
@@ -27,20 +29,41 @@ class RelaxingSteps {
     /// @param positions   shape (N) [m], where the body is at rest
     /// @param conditions  loads, and which components are constrained; these stay where they start
     /// @param time_step   h [s], > 0
-    RelaxingSteps(RelaxingBody body, const std::vector<core::Vector3> &positions, const NodalConditions &conditions,
-                  const core::RayleighDamping &damping, double time_step);
+    RelaxingSteps(msm::RelaxingBody body, const std::vector<core::Vector3> &positions,
+                  const msm::NodalConditions &conditions, const core::RayleighDamping &damping, double time_step)
+        : body_(std::move(body)), rest_(msm::to_unknowns(positions)), load_(msm::to_unknowns(conditions.force)),
+          free_(rest_.size()), free_per_mass_(rest_.size()), damping_(damping), time_step_(time_step) {
+        for (std::size_t i = 0; i < positions.size(); ++i)
+            for (int c = 0; c < 3; ++c) {
+                const auto at = 3 * static_cast<Eigen::Index>(i) + c;
+                free_[at] = std::isnan(conditions.displacement[i][c]) ? 1.0 : 0.0;
+                free_per_mass_[at] = free_[at] / body_.instant().node_mass[i];
+            }
+    }
 
     /// Takes that many steps.
     /// @param state  of which the displacement is where the body went on to last
-    void take(State &state, int num_steps);
+    void take(msm::State &state, int num_steps) {
+        auto &[displacement, velocity] = state;
+        Eigen::VectorXd x = rest_ + displacement, force;
+        for (int s = 0; s < num_steps; ++s) {
+            force = load_;
+            body_.add_force(x, velocity, damping_.beta, force);
+            velocity +=
+                time_step_ * (force.cwiseProduct(free_per_mass_) - damping_.alpha * velocity.cwiseProduct(free_));
+            displacement += time_step_ * velocity;
+            x = rest_ + displacement;
+            body_.go_on(x, time_step_);
+        }
+    }
 
-    const RelaxingBody &body() const { return body_; }
+    const msm::RelaxingBody &body() const { return body_; }
 
   private:
-    RelaxingBody body_;
+    msm::RelaxingBody body_;
     Eigen::VectorXd rest_, load_, free_, free_per_mass_; // (3N)
     core::RayleighDamping damping_;
     double time_step_;
 };
 
-} // namespace livermark::msm
+} // namespace livermark::tests
