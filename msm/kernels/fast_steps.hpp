@@ -144,9 +144,8 @@ class FastSteps {
     /// Memory that every step reads or writes [bytes].
     std::size_t working_set() const;
 
-    class Implementation;
-
   private:
+    struct Implementation;
     explicit FastSteps(std::shared_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
     std::shared_ptr<Implementation> implementation_;
 };
