@@ -7,7 +7,6 @@
 #include <utility>
 #include <variant>
 
-#include "msm/kernels/make_workspace.hpp"
 #include "msm/kernels/relaxation.hpp"
 #include "msm/kernels/scaled_mass_steps.hpp"
 #include "msm/kernels/step_workspace.hpp"
