@@ -7,7 +7,7 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/problem.hpp"
-#include "msm/cutting/cut_changes.hpp"
+#include "msm/cutting/cut_parts.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
 

@@ -6,9 +6,7 @@
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/spring_curve.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/volume_term.hpp"
 
 namespace livermark::msm {
 
