@@ -22,8 +22,9 @@ struct SpringLaw {
     /// @param edges  of the body's mesh
     /// @return shape (S) [N/m], > 0
     std::function<std::vector<double>(const core::Body &body, const core::EdgeTable &edges)> stiffness;
-    /// What a tetrahedron adds to its six edges, in the order of core::tetrahedron_edges [N/m], where the stiffness of
-    /// an edge is the sum of this over the tetrahedra around it; null for laws that look at the whole body.
+    /// Stiffness that a tetrahedron adds to its six edges, in the order of core::tetrahedron_edges [N/m], where the
+    /// stiffness of an edge is the sum of this over the tetrahedra around it; null for laws that look at the whole
+    /// body.
     std::array<double, 6> (*of_tetrahedron)(const core::Body &body, std::size_t tetrahedron) = nullptr;
 };
 

@@ -27,7 +27,7 @@ class NumberLists {
   public:
     NumberLists() = default;
 
-    /// Of each number, the things that have it, ascending.
+    /// The things that have each number, ascending.
     /// @param numbers  shape (things), of each thing the numbers that it has, below count
     template <std::size_t n> NumberLists(const std::vector<std::array<int, n>> &numbers, std::size_t count) {
         start_.assign(count, 0);
@@ -105,8 +105,8 @@ struct CutChanges {
     std::vector<int> edge_parts; ///< means around edges that have lost tetrahedra
 };
 
-/// What a blade without thickness does: all tetrahedra stay, and some have other nodes, which are in the places of
-/// those before.
+/// Changes that a blade without thickness makes: all tetrahedra stay, and some have other nodes, which are in the
+/// places of those before.
 struct Parting {
     std::vector<int> tetrahedra;           ///< that have other nodes, ascending
     std::vector<std::array<int, 4>> nodes; ///< all nodes of these from now on; new ones are numbered from N on
@@ -125,20 +125,20 @@ struct PartingChanges {
     int first_new_spring = 0;
     std::vector<int> volumes;    ///< control volumes around a node of these tetrahedra, before or now
     std::vector<int> edge_parts; ///< means around an edge of these tetrahedra, before or now
-    /// Of each new part around an edge, the one before whose tetrahedra it has
+    /// The part before whose tetrahedra each new part around an edge has
     std::vector<int> parent_edge_part;
 };
 
-/// Where the stiffness of springs comes from: factor times what a law makes of a body.
+/// Source of the stiffness of springs: factor times that of a law.
 struct SpringSource {
     SpringLaw law;
     core::Body body;     ///< as the law sees it: Young's moduli of springs_beside_volume() are others
     double factor = 1.0; ///< of all springs
 };
 
-/// What fast kernels know of a body from which tetrahedra are taken away, or that is parted, one cut after the other.
-/// Nodes, springs and tetrahedra keep their numbers; new ones are numbered behind them. What a cut changes is found
-/// around it alone: the stiffness of springs as sums over the tetrahedra that are left around an edge, masses and
+/// Parts that fast kernels know of a body from which tetrahedra are taken away, or that is parted, one cut after the
+/// other. Nodes, springs and tetrahedra keep their numbers; new ones are numbered behind them. What a cut changes is
+/// found around it alone: the stiffness of springs as sums over the tetrahedra that are left around an edge, masses and
 /// volumes of nodes likewise, in the order in which a set-up from nothing sums, so the numbers are those of the cut
 /// body set up anew, to the bit. Laws that look at the whole body (uniform, patch) are asked again.
 class CutParts {

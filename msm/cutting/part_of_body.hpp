@@ -40,7 +40,7 @@ double frequency_around(const core::Body &body, const std::vector<char> &is_remo
                         const std::function<ElasticBody(const core::Body &)> &make, const NodalConditions &conditions,
                         double tolerance);
 
-/// What a cut along facets does to a body whose nodes and tetrahedra keep their numbers.
+/// Numbers after a cut along facets, in a body whose nodes and tetrahedra keep their numbers.
 struct FacetCut {
     std::vector<int> removed; ///< tetrahedra, ascending
     Parting parting;          ///< of those that are left; nothing if no node is parted

@@ -13,7 +13,7 @@
 
 namespace livermark::msm {
 
-/// What a user may choose about steps in time.
+/// Choices of a user about steps in time.
 struct TimeStepping {
     /// A name of all_integrators(); by default runge_kutta_4 or runge_kutta_chebyshev, whichever needs fewer forces.
     std::optional<std::string> integrator{};

@@ -20,7 +20,7 @@ namespace livermark::msm {
 /// PronySeries::remaining() what is left after all time. Also of its preconditioner.
 ElasticBody relaxed(const ElasticBody &body, double part);
 
-/// How far the stresses of a body have relaxed. Along each of them stand Maxwell branches, one for each time of the
+/// Relaxation of the stresses of a body. Along each of them stand Maxwell branches, one for each time of the
 /// series: their stresses h follow the stress s of the elastic law as core::BranchStep says, exactly where s is linear
 /// in time over a step, and the stress is s_e + remaining() s + sum over branches of h.
 ///
@@ -49,11 +49,11 @@ class RelaxingBody {
     /// @param x  where it went on to last
     void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta, Eigen::VectorXd &force) const;
 
-    /// What the springs of branches and what stays elastic store, with moduli of branches as at rest [J].
+    /// Energy that the springs of branches and what stays elastic store, with moduli of branches as at rest [J].
     /// @param x  where it went on to last
     double stored_energy(const Eigen::VectorXd &x) const;
 
-    /// What the dashpots of branches have turned into heat, with moduli as at rest [J].
+    /// Heat that the dashpots of branches have made, with moduli as at rest [J].
     double dissipated_energy() const { return dissipated_; }
 
   private:
