@@ -49,7 +49,7 @@ set(factorising_statics "(statics/(dynamic|equilibrium|load_path|rest|surface_)|
 livermark_install_headers(core support ONLY "^input_error")
 livermark_install_headers(core core)
 livermark_install_headers(msm msm
-  EXCEPT "-inl" "^kernels/(equilibria|layout|simd|threads)/" "^kernels/(relaxation|scaled_mass_steps|step_workspace|make_workspace|steps_of_body)" "^implicit" "dynamics/(release|spectrum)"
+  EXCEPT "-inl" "^kernels/(equilibria|layout|simd|threads)/" "^kernels/(relaxation|scaled_mass_steps|step_workspace)" "^implicit" "dynamics/(release|spectrum)"
     "${factorising_statics}")
 set(components core msm)
 if(LIVERMARK_WITH_FEM_REFERENCE)

@@ -21,7 +21,7 @@ function(livermark_portable_sources target top)
   livermark_extensions(${target} spring_laws TYPE SpringLaw HEADER msm/spring_law.hpp)
   livermark_extensions(${target} spring_energies TYPE SpringEnergy HEADER msm/spring_energy.hpp)
   livermark_extensions(${target} integrators TYPE Integrator HEADER msm/integrator.hpp)
-  livermark_extensions(${target} volume_terms TYPE VolumeTerm HEADER msm/volume_term.hpp)
+  livermark_extensions(${target} volume_terms TYPE VolumeTerm HEADER msm/spring_law.hpp)
   target_include_directories(${target} PRIVATE ${top})
   target_compile_definitions(${target} PRIVATE HWY_COMPILE_ONLY_STATIC LIVERMARK_EXACT_ROOTS
     EIGEN_DONT_VECTORIZE FMT_HEADER_ONLY NDEBUG)

@@ -8,7 +8,6 @@
 #include "msm/spring_law.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/volume_term.hpp"
 #include "support/known_names.hpp"
 
 namespace livermark::live {

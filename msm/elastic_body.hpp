@@ -14,7 +14,7 @@ namespace livermark::msm {
 
 struct StepParts;
 
-/// What of the second derivative of an energy to keep.
+/// Part of the second derivative of an energy to keep.
 enum class Tangent {
     exact,         ///< all of it
     semi_definite, ///< without the part that compression makes negative
@@ -126,7 +126,7 @@ inline auto of_node(Eigen::VectorXd &field, int node) {
     return field.segment<3>(3 * static_cast<Eigen::Index>(node));
 }
 
-/// What terms can do whose forces take long: work out once what depends on where the body is and not on how it moves.
+/// A term whose forces take long, and that can work out once what depends on where the body is and not on how it moves.
 class FixableTerm {
   public:
     virtual ~FixableTerm() = default;
@@ -158,7 +158,7 @@ class RelaxingTerm : public ElasticTerm {
     virtual void add_force_of(const Eigen::VectorXd &x, const Eigen::VectorXd &stress,
                               Eigen::VectorXd &force) const = 0;
 
-    /// What a stress has to be squared and multiplied with to be twice its energy, at rest: the volume over 2 mu, or
+    /// Factor with which the square of a stress is twice its energy, at rest: the volume over 2 mu, or
     /// one over the stiffness of a spring [J], per squared unit of s.
     virtual Eigen::VectorXd relaxing_compliance() const = 0;
 

@@ -9,7 +9,7 @@
 
 namespace livermark::msm {
 
-/// Where n unknowns are and how they move.
+/// Displacements of n unknowns and how they move.
 struct State {
     Eigen::VectorXd displacement; ///< (n) u [m]
     Eigen::VectorXd velocity;     ///< (n) v [m/s]
@@ -25,7 +25,7 @@ struct EquationOfMotion {
     std::function<Eigen::SparseMatrix<double>(const Eigen::VectorXd &u, double d, double k)> effective_mass;
 };
 
-/// How a stage of a Runge-Kutta-Chebyshev method comes from those before. For y' = f(y), with the stages as differences
+/// A stage of a Runge-Kutta-Chebyshev method, from those before. For y' = f(y), with the stages as differences
 /// D_j = Y_j - y_0 from where the step starts, D_0 = 0, and F_j = f(Y_j),
 ///     D_1 = mu~_1 h F_0,   D_j = mu_j D_(j-1) + nu_j D_(j-2) + mu~_j h F_(j-1) + gamma~_j h F_0.
 struct ChebyshevStage {
@@ -44,7 +44,7 @@ struct ChebyshevStage {
 /// @return stages 1 to s
 std::vector<ChebyshevStage> chebyshev_stages(int num_stages, double epsilon);
 
-/// Those of the integrator runge_kutta_chebyshev.
+/// Stages of the integrator runge_kutta_chebyshev.
 std::vector<ChebyshevStage> chebyshev_stages(int num_stages);
 
 /// A step gets longer with s^2, until it is so long that accuracy limits it: on livers with tumours, of 5 to 20 stages

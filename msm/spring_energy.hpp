@@ -11,7 +11,7 @@
 
 namespace livermark::msm {
 
-/// What springs that are coupled to each other resist with: a hyperelastic material. The squared lengths of the six
+/// Energy of springs that are coupled to each other: a hyperelastic material. The squared lengths of the six
 /// edges of a tetrahedron give its Green strain E, and so its right Cauchy-Green tensor C = I + 2 E, which is linear in
 /// them (tetrahedron.hpp). So any energy of C is one of squared lengths of edges. The energy per volume at rest is
 ///     W(C) = W_s(C) + (lambda - mu) / 2 g(J)^2,   J^2 = det C,

@@ -8,7 +8,7 @@
 #include "fem_reference/dynamics/mass_matrix.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/springs/linear_elements.hpp"
+#include "msm/springs/tetrahedron.hpp"
 
 namespace livermark::benchmarks::peers {
 

@@ -7,7 +7,7 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/problem.hpp"
-#include "msm/cutting/cut_changes.hpp"
+#include "msm/cutting/cut_parts.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
 
@@ -40,7 +40,7 @@ double frequency_around(const core::Body &body, const std::vector<char> &is_remo
                         const std::function<ElasticBody(const core::Body &)> &make, const NodalConditions &conditions,
                         double tolerance);
 
-/// What a cut along facets does to a body whose nodes and tetrahedra keep their numbers.
+/// Numbers after a cut along facets, in a body whose nodes and tetrahedra keep their numbers.
 struct FacetCut {
     std::vector<int> removed; ///< tetrahedra, ascending
     Parting parting;          ///< of those that are left; nothing if no node is parted

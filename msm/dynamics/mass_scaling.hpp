@@ -50,7 +50,7 @@ MassScaling scale_masses(const core::Body &body, const ElasticBody &springs, con
 /// The same factors where more is constrained. A part that loses nodes has no slow deformations any more.
 MassScaling constrained(const MassScaling &scaling, const NodalConditions &conditions);
 
-/// Of a moment sum of m x rest^T, x and rest from their centres of mass: how a part has turned since rest.
+/// Rotation of a part since rest, of its moment sum of m x rest^T with x and rest from their centres of mass.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d &moment);
 
 /// Takes what a field does besides moving a part as a rigid body, or slowly deforming it, times a factor. Its momentum

@@ -13,7 +13,6 @@
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/implicit_integrators.hpp"
-#include "msm/viscoelastic/relaxing_body.hpp"
 #include "msm/viscoelastic/relaxing_stepper.hpp"
 #include "support/input_error.hpp"
 

@@ -29,13 +29,13 @@ EquationOfMotion elastic_motion(const ElasticBody &body, const std::vector<core:
 /// 1/2 v^T M v [J]
 double kinetic_energy(const EquationOfMotion &equation, const State &state);
 
-/// What takes steps of one length.
+/// Steps of one length.
 struct Stepper {
     StepKernel kernel; ///< the scalar one where the wanted one does not know the body or the integrator
     std::function<void(State &, int num_steps)> take; ///< moves a state on
 };
 
-/// Of the motion that elastic_motion() describes.
+/// Steps of the motion that elastic_motion() describes.
 /// @param positions   shape (N) [m], where the body is at rest
 /// @param conditions  loads, and which components are constrained
 /// @param time_step   h [s], > 0
@@ -44,7 +44,7 @@ Stepper make_stepper(const ElasticBody &body, const std::vector<core::Vector3> &
                      const Integrator &integrator, double time_step, StepKernel wanted);
 
 struct ObservationOptions {
-    /// How long one run is, in evaluations of the acceleration, so that every integrator may work equally long. A step
+    /// Length of one run, in evaluations of the acceleration, so that every integrator may work equally long. A step
     /// just above the critical one needs a long run to be found out.
     int num_accelerations = 4000;
     int num_steps = 0; ///< and at least this many steps
@@ -68,7 +68,7 @@ double observed_time_step(const Integrator &integrator, const ElasticBody &body,
                           const std::vector<core::Vector3> &positions, const NodalConditions &conditions,
                           const core::RayleighDamping &damping, double guess, const ObservationOptions &options = {});
 
-/// What explicit time steps of a body come to: the critical step 2 / omega_max of symplectic Euler without damping, and
+/// Explicit time steps of a body: the critical step 2 / omega_max of symplectic Euler without damping, and
 /// the time of such a step on the fastest kernel that knows the body, the shortest of a few dozen that are
 /// really taken.
 /// @param positions   shape (N) [m], where the body is at rest
@@ -77,7 +77,7 @@ double observed_time_step(const Integrator &integrator, const ElasticBody &body,
 core::ExplicitSteps explicit_steps(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                                    const NodalConditions &conditions, double highest);
 
-/// Those of the same body where other components are constrained, which changes how long steps are but not how long
+/// Steps of the same body where other components are constrained, which changes how long steps are but not how long
 /// they take.
 /// @param steps    of the body; measured
 /// @param highest  with these constrained [rad/s]

@@ -22,7 +22,7 @@ class FreeComponents {
     /// Number of a component among the unknowns, -1 where it is prescribed.
     Eigen::Index number(Eigen::Index component) const { return number_[component]; }
     bool is_free(Eigen::Index component) const { return number_[component] >= 0; }
-    /// Of all components, shape (3N).
+    /// Freedom of all components, shape (3N).
     std::vector<bool> are_free() const;
 
     /// The free components of a nodal field.
@@ -42,7 +42,7 @@ class FreeComponents {
 /// @return shape (free.size()) [kg^-1/2]
 Eigen::VectorXd inverse_root_mass(const std::vector<double> &node_mass, const FreeComponents &free);
 
-// What limits explicit steps: the highest frequency of a body linearised at rest, K phi = omega^2 M phi with K the
+// Limit of explicit steps: the highest frequency of a body linearised at rest, K phi = omega^2 M phi with K the
 // material tangent and M the node masses. What is prescribed is constrained at zero, whatever its value; loads do not
 // count.
 
@@ -106,7 +106,7 @@ std::vector<double> nodal_frequency_bounds(const ElasticBody &body, const std::v
 /// @param time_step      [s], > 0
 bool is_stable(const Integrator &integrator, double omega, double damping_ratio, double time_step);
 
-/// What one step makes of the fastest growing oscillation at most, where angular frequencies and damping ratios are as
+/// Growth of the fastest growing oscillation in one step at most, where angular frequencies and damping ratios are as
 /// in critical_time_step(): the largest modulus of an eigenvalue of that matrix. For steps that are clearly stable or
 /// not; near 1 half the digits may be lost, so is_stable() does not ask it.
 double largest_amplification(const Integrator &integrator, const core::RayleighDamping &damping, double lowest,

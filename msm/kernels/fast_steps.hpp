@@ -9,7 +9,7 @@
 
 #include "core/load_case.hpp"
 #include "core/relaxation.hpp"
-#include "msm/cutting/cut_changes.hpp"
+#include "msm/cutting/cut_parts.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
@@ -144,9 +144,8 @@ class FastSteps {
     /// Memory that every step reads or writes [bytes].
     std::size_t working_set() const;
 
-    class Implementation;
-
   private:
+    struct Implementation;
     explicit FastSteps(std::shared_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
     std::shared_ptr<Implementation> implementation_;
 };

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "msm/spring_curve.hpp"
+#include "msm/spring_law.hpp"
 
 namespace livermark::msm::spring_curves {
 

@@ -1,4 +1,4 @@
-#include "msm/spring_curve.hpp"
+#include "msm/spring_law.hpp"
 
 namespace livermark::msm::spring_curves {
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "msm/elastic_body.hpp"
-#include "msm/springs/linear_elements.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/springs/strain_measures.hpp"
 #include "msm/springs/tetrahedron.hpp"

@@ -11,7 +11,7 @@
 
 namespace livermark::msm {
 
-/// How much of the stiffness of coupled springs acts on means of the strain over each kind of parts of a body: around
+/// Parts of the stiffness of coupled springs that act on means of the strain over each kind of parts of a body: around
 /// nodes (a quarter of each tetrahedron there), around edges (a sixth), and over tetrahedra, which have one strain.
 /// Not negative, with the sum 1.
 struct StrainDomains {
@@ -68,7 +68,7 @@ CoupledSprings with_part_inside(CoupledSprings springs, double part);
 /// @param body  at rest, positive volumes
 std::shared_ptr<const ElasticTerm> coupled_springs(const core::Body &body, const CoupledSprings &springs);
 
-/// What is left of lambda on the volumes around nodes, (lambda - mu) / 2 g(J)^2.
+/// The rest of lambda on the volumes around nodes, (lambda - mu) / 2 g(J)^2.
 /// @return null if nothing is left: at Poisson's ratio 1/4
 std::shared_ptr<const ElasticTerm> volume_beside_coupled_springs(const core::Body &body, const CoupledSprings &springs);
 

@@ -6,9 +6,7 @@
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/spring_curve.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/volume_term.hpp"
 
 namespace livermark::msm {
 
@@ -27,7 +25,7 @@ std::shared_ptr<const ElasticTerm> spring_term(const core::SpringNetwork &spring
 // Springs that carry lambda = mu of the material beside a volume term that carries the rest, so that any Poisson's
 // ratio can be had.
 
-/// What a mass-spring model makes of a body.
+/// Springs that a mass-spring model makes of a body.
 struct MassSprings {
     core::SpringNetwork springs; ///< kept in the result file
     ElasticBody body;            ///< what moves: the springs, and what else resists
@@ -40,13 +38,13 @@ core::Body for_springs_beside_volume(core::Body body);
 /// Poisson's ratio 1/4.
 core::SpringNetwork springs_beside_volume(const core::Body &body, const SpringLaw &law);
 
-/// What is left of lambda for a volume term [Pa].
+/// The rest of lambda, for a volume term [Pa].
 double modulus_beside_springs(const core::Material &material);
 
 /// Whether anything is left of lambda: not at Poisson's ratio 1/4.
 bool needs_volume(const core::Body &body);
 
-/// What resists changes of volume with what is left of lambda.
+/// A term that resists changes of volume with the rest of lambda.
 std::shared_ptr<const ElasticTerm> volume_beside_springs(const core::Body &body, const VolumeTerm &term);
 
 /// Both together, at Poisson's ratio 1/4 the springs alone. Tetrahedra are kept from turning inside out.
@@ -56,8 +54,8 @@ MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork spri
 /// @throws support::InputError if there is no volume term of that name
 const VolumeTerm &find_volume_term(std::string_view name);
 
-/// What keeps tetrahedra from turning inside out, and turns them back: springs are content with a mirror image, and a
-/// volume around a node may be kept while one of its tetrahedra is inverted.
+/// A guard that keeps tetrahedra from turning inside out, and turns them back: springs are content with a mirror image,
+/// and a volume around a node may be kept while one of its tetrahedra is inverted.
 ///   U = sum over tetrahedra t of m_t / 2 (max(0, c V0_t - V_t))^2 / V0_t,   m_t = 4 (lambda + 2 mu),   c = 1/2
 /// It is zero, with all its derivatives, as long as each tetrahedron keeps half its volume, so it changes no solution
 /// to a small load and no critical time step; steps that are to bear it have to be shorter.

@@ -12,7 +12,7 @@
 
 namespace livermark::msm {
 
-// What of the deformation of a tetrahedron coupled springs average, as vectors m that means are taken of, and what a
+// Measures of the deformation of a tetrahedron, as vectors m that coupled springs take means of, and what a
 // mean resists with. Each measure has
 //   of(x)                          m of the tetrahedron at positions x
 //   rate(x, u)                     its derivative along u
@@ -28,7 +28,7 @@ namespace livermark::msm {
 
 using Matrix12 = Eigen::Matrix<double, 12, 12>;
 
-/// What a mean resists with: W_s without what has faded of its isochoric part, and beside that a stress of its own.
+/// Law of a mean: W_s without what has faded of its isochoric part, and beside that a stress of its own.
 struct MeanLaw {
     const SpringEnergy &spring_energy;
     double mu;                       ///< [Pa]
@@ -42,7 +42,7 @@ struct MeanLaw {
     Matrix6 stiffness_at_rest() const;
 };
 
-/// What measures of strains resist with: m are the components of E, see tetrahedron.hpp.
+/// Response of measures of strains: m are the components of E, see tetrahedron.hpp.
 struct StrainOfMean {
     static constexpr int size = 6;
     using Value = Vector6;
@@ -55,7 +55,7 @@ struct StrainOfMean {
     static Value push(const Value & /*strain*/, const Vector6 &stress) { return stress; }
 };
 
-/// What both measures of lengths know of a tetrahedron.
+/// Data that both measures of lengths have of a tetrahedron.
 class StrainOfEdges : public StrainOfMean {
   protected:
     StrainOfEdges(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest)

@@ -11,7 +11,7 @@ struct RelaxationOptions {
     int max_steps = 100000;
 };
 
-/// What a relaxation took.
+/// Cost of a relaxation.
 struct Relaxation {
     Equilibrium equilibrium; ///< without the linear solution; num_iterations are steps
     double time_step = 0.0;  ///< [s]

@@ -38,7 +38,7 @@ conjugate_gradients(const LinearMap &matrix, const LinearMap &inverse, const Eig
                     int max_steps,
                     const std::function<void(const Eigen::VectorXd &, const Eigen::VectorXd &)> &see = {});
 
-/// What the last steps downhill say of the second derivative of an energy: a first inverse with their corrections of
+/// Inverse second derivative of an energy from the last steps downhill: a first inverse with their corrections of
 /// rank two (limited-memory BFGS; the two loops of Nocedal 1980, Updating quasi-Newton matrices with limited storage,
 /// Math. Comput. 35).
 class LimitedMemory {
@@ -76,7 +76,7 @@ class RestStiffness {
     ///                    empty if there is no such thing
     static RestStiffness of_many(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                                  std::vector<core::Vector3> common);
-    /// Of a single set of constrained components.
+    /// Factor for a single set of constrained components.
     /// @param positions   shape (N) of rest [m]
     /// @param prescribed  see constrain()
     RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
@@ -129,7 +129,7 @@ class RestStiffness {
     double constrain_seconds_ = 0.0;
 };
 
-/// How a body of point masses gives way inside, linearised at rest: nodes take forces on places, and places the means
+/// Compliance of a body of point masses inside, linearised at rest: nodes take forces on places, and places the means
 /// of displacements, with the weights of linear tetrahedra.
 /// @param body  at rest on the mesh of the problem
 /// @return without seconds

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <span>
 #include <vector>
@@ -14,6 +15,62 @@
 #include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {
+
+/// The body with the stresses s_e + part s of its terms that relax (RelaxingTerm), and nothing added: with
+/// PronySeries::remaining() what is left after all time. Also of its preconditioner.
+ElasticBody relaxed(const ElasticBody &body, double part);
+
+/// Relaxation of the stresses of a body. Along each of them stand Maxwell branches, one for each time of the
+/// series: their stresses h follow the stress s of the elastic law as core::BranchStep says, exactly where s is linear
+/// in time over a step, and the stress is s_e + remaining() s + sum over branches of h.
+///
+/// Over a step h is known but for the s at its end. So the equilibrium there is that of an elastic body again, with the
+/// energy U_e + instant_part() U_s + sum of (sum over branches of fade h - gain s at the start) e (the incremental
+/// potential of Ortiz and Stainier 1999, Comput. Methods Appl. Mech. Engrg. 171). It is found as all others are.
+class RelaxingBody {
+  public:
+    /// Without stress before.
+    /// @param body  of which the terms that are RelaxingTerms relax
+    RelaxingBody(ElasticBody body, core::PronySeries relaxation);
+
+    const ElasticBody &instant() const { return body_; }
+    const core::PronySeries &relaxation() const { return relaxation_; }
+
+    /// The elastic body that stands for this one at the end of a step from now.
+    /// @param step  [s], at least 0
+    ElasticBody after(double step) const;
+
+    /// Goes on to where that body came to.
+    /// @param x  shape (3N) positions [m]
+    void go_on(const Eigen::VectorXd &x, double step);
+
+    /// Adds the forces of the terms and branches on the nodes, with dashpots of the instant stiffness: see
+    /// ElasticTerm::add_force() [N].
+    /// @param x  where it went on to last
+    void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta, Eigen::VectorXd &force) const;
+
+    /// Energy that the springs of branches and what stays elastic store, with moduli of branches as at rest [J].
+    /// @param x  where it went on to last
+    double stored_energy(const Eigen::VectorXd &x) const;
+
+    /// Heat that the dashpots of branches have made, with moduli as at rest [J].
+    double dissipated_energy() const { return dissipated_; }
+
+  private:
+    /// One term that relaxes.
+    struct Part {
+        std::size_t term;                                     ///< of the body
+        std::shared_ptr<const RelaxingTerm> instant, remains; ///< the term at once and after all time
+        Eigen::VectorXd compliance;                           ///< (S)
+        Eigen::VectorXd stress;                               ///< (S) s where it went on to last
+        std::vector<Eigen::VectorXd> branches;                ///< (B) of (S), h
+    };
+
+    ElasticBody body_;
+    core::PronySeries relaxation_;
+    std::vector<Part> parts_;
+    double dissipated_ = 0.0;
+};
 
 /// Steps of any integrator of point masses on springs that relax, the slow and obvious ones: elastic_motion() with what
 /// the branches have taken off the stresses of RelaxingTerms. Of each branch that is q, with dq/dt = (g s - q) / tau.

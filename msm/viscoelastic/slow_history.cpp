@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "msm/statics/load_path.hpp"
-#include "msm/viscoelastic/relaxing_body.hpp"
+#include "msm/viscoelastic/relaxing_stepper.hpp"
 
 namespace livermark::msm {
 

@@ -8,7 +8,7 @@
 
 namespace livermark::msm {
 
-/// What a body that relaxes does under a slow history.
+/// Motion of a body that relaxes under a slow history.
 struct FollowedHistory {
     /// At SlowHistory::whole_load_record(), or where it ended; iterations and factors are those of the whole history.
     Equilibrium end;

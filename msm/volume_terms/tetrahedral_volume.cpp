@@ -1,5 +1,5 @@
+#include "msm/spring_law.hpp"
 #include "msm/springs/volume_penalty.hpp"
-#include "msm/volume_term.hpp"
 
 namespace livermark::msm::volume_terms {
 

@@ -12,8 +12,8 @@
 #include "msm/spring_law.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/volume_term.hpp"
 #include "python/bindings/arrays.hpp"
+#include "python/bindings/body.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

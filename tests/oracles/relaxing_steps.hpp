@@ -7,7 +7,7 @@
 #include "core/load_case.hpp"
 #include "msm/integrator.hpp"
 #include "msm/nodal_conditions.hpp"
-#include "msm/viscoelastic/relaxing_body.hpp"
+#include "msm/viscoelastic/relaxing_stepper.hpp"
 
 namespace livermark::tests {
 

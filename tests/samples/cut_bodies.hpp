@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "msm/cutting/cut_changes.hpp"
+#include "msm/cutting/cut_parts.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 /// Bodies from which tetrahedra are taken away.

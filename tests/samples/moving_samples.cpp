@@ -5,8 +5,8 @@
 
 #include "msm/dynamics/stepper.hpp"
 #include "msm/integrator.hpp"
+#include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/volume_term.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "msm/cutting/cut_changes.hpp"
+#include "msm/cutting/cut_parts.hpp"
 #include "msm/elastic_body.hpp"
 
 namespace livermark::msm {

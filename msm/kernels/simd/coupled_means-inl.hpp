@@ -10,7 +10,7 @@
 #include <array>
 
 #include "msm/kernels/equilibria/vector_springs.hpp"
-#include "msm/kernels/simd/energy_laws-inl.hpp"
+#include "msm/kernels/simd/neo_hookean_law-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

@@ -332,7 +332,7 @@ template <class D> HWY_INLINE Columns<D> gradient(const OfCorners<D> &field, con
             combined<D>(rest.a.z, field.a, rest.b.z, field.b, rest.c.z, field.c)};
 }
 
-/// F^T F - 1, twice Green's strain. All six stretches of edges are in it (linear_elements.hpp), and with the
+/// F^T F - 1, twice Green's strain. All six stretches of edges are in it (springs/tetrahedron.hpp), and with the
 /// gradient F it takes neither lengths nor as many digits from tetrahedra that are thin.
 template <class D> HWY_INLINE Symmetric<D> twice_strain(D d, const Columns<D> &f) {
     const auto one = hn::Set(d, hn::TFromD<D>(1));

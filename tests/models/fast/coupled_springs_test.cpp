@@ -4,8 +4,8 @@
 
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/linear_elements.hpp"
 #include "msm/springs/spring_network.hpp"
+#include "msm/springs/tetrahedron.hpp"
 #include "msm/springs/volume_penalty.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"

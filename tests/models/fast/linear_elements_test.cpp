@@ -5,7 +5,7 @@
 
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/springs/linear_elements.hpp"
+#include "msm/springs/tetrahedron.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/samples/test_meshes.hpp"

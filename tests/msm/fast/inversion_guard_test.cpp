@@ -4,8 +4,8 @@
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
+#include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/volume_term.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -7,8 +7,8 @@
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/linear_elements.hpp"
 #include "msm/springs/spring_network.hpp"
+#include "msm/springs/tetrahedron.hpp"
 #include "tests/samples/moving_samples.hpp"
 
 namespace livermark {

@@ -12,7 +12,7 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/viscoelastic/relaxing_body.hpp"
+#include "msm/viscoelastic/relaxing_stepper.hpp"
 #include "msm/viscoelastic/slow_history.hpp"
 #include "tests/samples/test_meshes.hpp"
 

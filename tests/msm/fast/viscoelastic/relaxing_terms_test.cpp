@@ -7,10 +7,10 @@
 #include <string>
 
 #include "msm/elastic_body.hpp"
+#include "msm/spring_law.hpp"
 #include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/linear_elements.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/volume_term.hpp"
+#include "msm/springs/tetrahedron.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {

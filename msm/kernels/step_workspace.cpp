@@ -1,9 +1,10 @@
-#include "msm/kernels/make_workspace.hpp"
+#include "msm/kernels/step_workspace.hpp"
 
 #include <algorithm>
 #include <set>
 
-#include "msm/kernels/step_workspace.hpp"
+#include "msm/kernels/fast_steps.hpp"
+#include "msm/kernels/layout/slicing.hpp"
 
 namespace livermark::msm {
 
