@@ -6,7 +6,7 @@
 
 #include "core/problem.hpp"
 #include "results/hdf5/io/columns.hpp"
-#include "results/hdf5/io/hdf5_checks.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
 #include "results/records/result.hpp"
 #include "support/whole_file.hpp"
 

@@ -11,7 +11,6 @@
 #include <system_error>
 #include <utility>
 
-#include "results/hdf5/io/hdf5_checks.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/problem_key.hpp"

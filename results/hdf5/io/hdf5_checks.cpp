@@ -1,4 +1,4 @@
-#include "results/hdf5/io/hdf5_checks.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
 
 #include <algorithm>
 #include <array>

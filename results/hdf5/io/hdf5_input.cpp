@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <fstream>
 
-#include "results/hdf5/io/hdf5_checks.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::results::hdf5 {

@@ -8,7 +8,7 @@
 #include <pthread.h>
 #include <stdexcept>
 
-#include "results/hdf5/io/hdf5_checks.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
 
 namespace livermark::results::hdf5 {
 
