@@ -11,7 +11,7 @@ namespace livermark::core {
 
 namespace {
 
-constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_stiffness = std::numeric_limits<double>::quiet_NaN();
 
 /// Part of what its forces could do on the displacements of their nodes, below which the work of a traction is
 /// rounding.
@@ -95,14 +95,14 @@ void compare_works(const TetraMesh &mesh, const LoadCase &load_case, const ToolP
         for (const auto &[node, force] : forces)
             possible += force.norm() * static_cast<double>(of_reference[node].norm());
         const double work = work_of(forces, of_reference);
-        return std::abs(work) > smallest_work * possible ? work / work_of(forces, of_solution) : no_number;
+        return std::abs(work) > smallest_work * possible ? work / work_of(forces, of_solution) : no_stiffness;
     };
     const double at_end = ratio_of(reference.displacement, solution.displacement);
     errors.stiffness = ratio * at_end - 1.0;
     const auto num_points = load_case.slow_history ? 0 : std::min(solution.path.size(), reference.path.size());
     for (std::size_t k = 0; k < num_points; ++k)
         errors.path.push_back(std::isnan(at_end)
-                                  ? no_number
+                                  ? no_stiffness
                                   : ratio_of(reference.path[k].displacement, solution.path[k].displacement) - 1.0);
 }
 
@@ -115,10 +115,10 @@ void compare_forces(int constraint, std::size_t num_points, const Solution &solu
     const auto has_force = [&](const Vector3 &of_reference) { return of_reference.norm() > smallest_force; };
     const bool ends_with_force = has_force(reference.reaction[constraint]);
     errors.stiffness =
-        ends_with_force ? along(solution.reaction[constraint], reference.reaction[constraint]) : no_number;
+        ends_with_force ? along(solution.reaction[constraint], reference.reaction[constraint]) : no_stiffness;
     for (std::size_t k = 0; k < num_points; ++k) {
         const Vector3 &expected = reference.path[k].reaction[constraint];
-        errors.path.push_back(has_force(expected) ? along(solution.path[k].reaction[constraint], expected) : no_number);
+        errors.path.push_back(has_force(expected) ? along(solution.path[k].reaction[constraint], expected) : no_stiffness);
     }
 }
 
@@ -131,7 +131,7 @@ double error_around(const TetraMesh &mesh, std::span<const double> volumes, cons
             difference += volumes[i] * (solution.displacement[i] - reference.displacement[i]).squaredNorm();
             total += volumes[i] * reference.displacement[i].squaredNorm();
         }
-    return total > 0.0 ? std::sqrt(difference / total) : no_number;
+    return total > 0.0 ? std::sqrt(difference / total) : no_stiffness;
 }
 
 /// The one of the largest absolute value; a NaN gives way to any number.
@@ -211,7 +211,7 @@ const PlaceErrors &ToolComparison::worst_place() const {
 }
 
 std::vector<double> ToolComparison::along_path() const {
-    std::vector<double> worst(places.front().path.size(), no_number);
+    std::vector<double> worst(places.front().path.size(), no_stiffness);
     for (const auto &place : places)
         for (std::size_t k = 0; k < worst.size(); ++k)
             worst[k] = larger_in_size(worst[k], place.path[k]);
@@ -286,7 +286,7 @@ double stiffness_at(const TetraMesh &mesh, const LoadCase &load_case, std::span<
                std::max(load_case.contact_depth(), std::abs(load_case.press_depth));
     if (tool.drive == ToolDrive::displacement) {
         const Vector3 moved = mean_prescribed(mesh, load_case, tool);
-        return moved.isZero(0.0) ? no_number : solution.reaction[tool.constraint].dot(moved) / moved.squaredNorm();
+        return moved.isZero(0.0) ? no_stiffness : solution.reaction[tool.constraint].dot(moved) / moved.squaredNorm();
     }
     Vector3 resultant = Vector3::Zero();
     double possible = 0.0;
@@ -297,7 +297,7 @@ double stiffness_at(const TetraMesh &mesh, const LoadCase &load_case, std::span<
     }
     const double work = work_correction(mesh, load_case, places, solution) * work_of(forces, solution.displacement);
     constexpr double least_resultant = 1e-6; // below this part of what it could be it is rounding, as under torsion
-    return resultant.norm() > least_resultant * possible && work != 0.0 ? resultant.squaredNorm() / work : no_number;
+    return resultant.norm() > least_resultant * possible && work != 0.0 ? resultant.squaredNorm() / work : no_stiffness;
 }
 
 } // namespace livermark::core

@@ -133,9 +133,7 @@ void refuse_what_ends_before_a_release(const toml::table &table, const toml::tab
                         support::place_of(*table.get("regime"))));
 }
 
-void refuse_company_of_history(const Reading &reading) {
-    const auto &[table, file, mesh, load_case] = reading;
-    const auto &history = support::required_table(table, "history");
+void refuse_company_of_history(const toml::table &table, const toml::table &history) {
     support::refuse_unknown_keys(history, {"relaxation", "press", "hold", "release", "rest", "frequency", "cycles"});
     for (const auto *key : {"tool", "needle", "path"})
         if (table.contains(key))
@@ -191,7 +189,9 @@ core::SlowHistory slow_history_of(const toml::table &read, const std::filesystem
 }
 
 void read_history(const Reading &reading) {
-    reading.load_case.slow_history = slow_history_of(support::required_table(reading.table, "history"), reading.file);
+    const auto &history = support::required_table(reading.table, "history");
+    refuse_company_of_history(reading.table, history);
+    reading.load_case.slow_history = slow_history_of(history, reading.file);
     reading.load_case.path.clear();
 }
 
@@ -219,8 +219,7 @@ EventReader history() {
             .what = "is of tissue that relaxes",
             .folder = "load_cases/slow",
             .in_time = true,
-            .refuse_company = refuse_company_of_history,
-            .read = read_history,
+            .begin = read_history,
             .check = refuse_history_of_rest};
 }
 

@@ -16,7 +16,7 @@ struct Reading {
     const toml::table &table; ///< the whole file, lengths in metres
     const std::filesystem::path &file;
     const core::TetraMesh &mesh;
-    core::LoadCase &load_case; ///< with its conditions
+    core::LoadCase &load_case;
 };
 
 /// Keys of a table that are more than numbers in SI units along the axes of the mesh.
@@ -39,9 +39,11 @@ struct EventReader {
     std::vector<std::string_view> required{}; ///< keys whose lack is said together with all else that is missing
     /// Adds what else is missing. Empty if nothing is.
     void (*look_for_missing)(const toml::table &load_case, std::vector<std::string> &missing) = nullptr;
-    /// Refuses what it does not go together with, before any event is read. Empty if it goes with all.
+    /// Reads what needs no body, before conditions are. Empty if all of it needs one.
+    void (*begin)(const Reading &) = nullptr;
+    /// Refuses what it does not go together with, once conditions are read. Empty if it goes with all.
     void (*refuse_company)(const Reading &) = nullptr;
-    /// Reads it. Empty where the command of these load cases does so.
+    /// Reads it. Empty if it is read, or if the command of these load cases does so.
     void (*read)(const Reading &) = nullptr;
     /// Refuses what makes no sense once all is read. Empty if nothing is left to refuse.
     void (*check)(const Reading &) = nullptr;

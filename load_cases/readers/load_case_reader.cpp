@@ -246,6 +246,13 @@ core::LoadCase load_case_of_table(toml::table &table, const std::filesystem::pat
     refuse_missing_parts(table);
     load_case.title = title_of(table, file);
     read_regime(table, load_case);
+    const Reading reading{table, file, mesh, load_case};
+    const auto for_each_named = [&](auto hook) {
+        for (const auto &event : all_events())
+            if (event.*hook && speaks_of(table, event))
+                (event.*hook)(reading);
+    };
+    for_each_named(&EventReader::begin);
     load_case.scale_to_target = support::optional_flag(table, "scale_to_target");
     read_target(table, load_case);
     if (table.contains("acceleration"))
@@ -257,12 +264,6 @@ core::LoadCase load_case_of_table(toml::table &table, const std::filesystem::pat
     if (!load_case.has(core::ConditionKind::displacement))
         throw support::InputError(
             fmt::format("{}: nothing constrains the body; add a [[condition]] with a displacement", file.string()));
-    const Reading reading{table, file, mesh, load_case};
-    const auto for_each_named = [&](auto hook) {
-        for (const auto &event : all_events())
-            if (event.*hook && speaks_of(table, event))
-                (event.*hook)(reading);
-    };
     for_each_named(&EventReader::refuse_company);
     for_each_named(&EventReader::read);
     if (load_case.scale_to_target && !core::is_driven(load_case))
