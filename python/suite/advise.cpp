@@ -4,7 +4,6 @@
 #include "python/bindings/body.hpp"
 #include "python/bindings/without_interpreter.hpp"
 #include "python/suite/problem.hpp"
-#include "studies/advise/advice_json.hpp"
 #include "studies/files.hpp"
 #include "support/file_ending.hpp"
 

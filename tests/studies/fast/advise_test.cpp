@@ -8,7 +8,6 @@
 #include "meshes/generators/box_generator.hpp"
 #include "models/mass_spring_model.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
-#include "studies/advise/advice_json.hpp"
 #include "support/known_names.hpp"
 #include "tests/bad_input.hpp"
 
