@@ -15,7 +15,6 @@
 #include "msm/dynamics/time_step.hpp"
 #include "results/tables/table_layout.hpp"
 #include "results/tables/tool_cells.hpp"
-#include "studies/advise/advice_json.hpp"
 #include "studies/advise/advise.hpp"
 #include "studies/files.hpp"
 #include "support/file_ending.hpp"

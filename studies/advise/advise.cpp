@@ -1,14 +1,19 @@
 #include "studies/advise/advise.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <functional>
 #include <limits>
 #include <map>
 #include <memory>
+#include <numbers>
+#include <sstream>
+#include <toml++/toml.h>
 #include <utility>
 
+#include "core/mesh/parts_by_faces.hpp"
 #include "models/mass_spring_model.hpp"
 #include "models/model_table.hpp"
 #include "support/input_error.hpp"
@@ -16,6 +21,76 @@
 namespace livermark::studies {
 
 namespace {
+
+/// Tetrahedra of one region that faces join.
+std::vector<std::vector<int>> parts_of_regions(const core::TetraMesh &mesh) {
+    const auto part =
+        core::parts_by_faces(mesh.tetrahedra, [&](int t, int other) { return mesh.region[t] == mesh.region[other]; });
+    std::vector<std::vector<int>> parts(part.empty() ? 0 : *std::ranges::max_element(part) + 1);
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+        parts[part[t]].push_back(t);
+    return parts;
+}
+
+double mean_edge_of(const core::TetraMesh &mesh, const std::vector<int> &tetrahedra) {
+    double sum = 0.0;
+    for (const int t : tetrahedra)
+        for (const auto &[a, b] : core::tetrahedron_edges)
+            sum += (mesh.points[mesh.tetrahedra[t][b]] - mesh.points[mesh.tetrahedra[t][a]]).norm();
+    return sum / (static_cast<double>(core::tetrahedron_edges.size()) * static_cast<double>(tetrahedra.size()));
+}
+
+double diameter_of_ball(double volume) {
+    return std::cbrt(6.0 * volume / std::numbers::pi);
+}
+
+std::vector<RegionFigures> region_figures(const core::Body &body, const std::vector<double> &volumes) {
+    const auto &mesh = body.mesh;
+    std::vector<RegionFigures> regions(mesh.region_names.size());
+    std::vector<double> smallest(regions.size(), 0.0);
+    for (std::size_t r = 0; r < regions.size(); ++r) {
+        regions[r].name = mesh.region_names[r];
+        regions[r].material = body.materials[r];
+    }
+    for (const auto &part : parts_of_regions(mesh)) {
+        const auto r = static_cast<std::size_t>(mesh.region[part.front()]);
+        double volume = 0.0;
+        for (const int t : part)
+            volume += volumes[t];
+        auto &region = regions[r];
+        region.volume += volume;
+        region.num_tetrahedra += static_cast<int>(part.size());
+        if (++region.num_parts == 1 || volume < smallest[r]) {
+            smallest[r] = volume;
+            region.smallest_part_tetrahedra = static_cast<int>(part.size());
+            region.smallest_part_in_edges = diameter_of_ball(volume) / mean_edge_of(mesh, part);
+        }
+    }
+    return regions;
+}
+
+double mean_edge_of_surface(const core::TetraMesh &mesh, const std::vector<std::array<int, 3>> &faces) {
+    double sum = 0.0; // each edge of a closed surface is there twice
+    for (const auto &face : faces)
+        for (std::size_t c = 0; c < 3; ++c)
+            sum += (mesh.points[face[(c + 1) % 3]] - mesh.points[face[c]]).norm();
+    return sum / (3.0 * static_cast<double>(faces.size()));
+}
+
+double part_with_one_layer(const core::TetraMesh &mesh, const std::vector<std::array<int, 3>> &faces,
+                           const std::vector<double> &volumes) {
+    std::vector<bool> is_outside(mesh.points.size(), false);
+    for (const auto &face : faces)
+        for (const int node : face)
+            is_outside[node] = true;
+    double thin = 0.0, whole = 0.0;
+    for (std::size_t t = 0; t < volumes.size(); ++t) {
+        whole += volumes[t];
+        if (std::ranges::all_of(mesh.tetrahedra[t], [&](int node) { return is_outside[node]; }))
+            thin += volumes[t];
+    }
+    return thin / whole;
+}
 
 /// Springs of the suite on a body, of those models that errors are known of.
 struct KnownSprings {
@@ -99,7 +174,114 @@ void refuse_budget(const std::vector<KnownSprings> &known, Costs &costs, double 
                     1e3 * budget, 1e3 * least));
 }
 
+/// JSON has no NaN.
+void insert_known(toml::table &table, const char *key, double value) {
+    if (std::isfinite(value))
+        table.insert(key, value);
+}
+
+toml::array json_array(const std::vector<std::string> &texts) {
+    toml::array array;
+    for (const auto &text : texts)
+        array.push_back(text);
+    return array;
+}
+
+toml::table json_of_error(const ExpectedError &error) {
+    toml::table table{{"model", error.model},
+                      {"num_at_tool", static_cast<std::int64_t>(error.num_at_tool)},
+                      {"num_l2", static_cast<std::int64_t>(error.num_l2)},
+                      {"num_large", static_cast<std::int64_t>(error.num_large)},
+                      {"num_failed", static_cast<std::int64_t>(error.num_failed)},
+                      {"num_large_failed", static_cast<std::int64_t>(error.num_large_failed)},
+                      {"worst_load_case", error.worst_load_case}};
+    insert_known(table, "at_tool", error.at_tool);
+    insert_known(table, "worst_at_tool", error.worst_at_tool);
+    insert_known(table, "relative_l2", error.relative_l2);
+    insert_known(table, "worst_relative_l2", error.worst_relative_l2);
+    insert_known(table, "large_at_tool", error.large_at_tool);
+    insert_known(table, "large_relative_l2", error.large_relative_l2);
+    return table;
+}
+
+toml::array json_of_models(const std::vector<ModelAdvice> &models) {
+    toml::array array;
+    for (const auto &[error, summary, cost] : models) {
+        auto table = json_of_error(error);
+        table.insert("summary", summary);
+        table.insert("critical_time_step", cost.critical_time_step);
+        table.insert("time_step", cost.safe_time_step());
+        table.insert("steps_per_frame", cost.steps_per_frame());
+        table.insert("seconds_per_step", cost.seconds_per_step);
+        table.insert("seconds_per_frame", cost.seconds_per_frame());
+        table.insert("is_on_vector_units", cost.is_on_vector_units);
+        array.push_back(std::move(table));
+    }
+    return array;
+}
+
+toml::array json_of_regions(const std::vector<RegionFigures> &regions) {
+    toml::array array;
+    for (const auto &region : regions)
+        array.push_back(toml::table{{"name", region.name},
+                                    {"density", region.material.density},
+                                    {"young_modulus", region.material.young_modulus},
+                                    {"poisson_ratio", region.material.poisson_ratio},
+                                    {"volume", region.volume},
+                                    {"tetrahedra", region.num_tetrahedra},
+                                    {"parts", region.num_parts},
+                                    {"smallest_part_tetrahedra", region.smallest_part_tetrahedra},
+                                    {"smallest_part_in_edges", region.smallest_part_in_edges}});
+    return array;
+}
+
+toml::table json_of_body(const BodyFigures &body) {
+    const auto &mesh = body.mesh;
+    return toml::table{{"name", body.name},
+                       {"tetrahedra", mesh.num_tetrahedra},
+                       {"nodes", mesh.num_nodes},
+                       {"volume", mesh.volume},
+                       {"extent", toml::array{mesh.extent.x(), mesh.extent.y(), mesh.extent.z()}},
+                       {"mean_edge", mesh.mean_edge},
+                       {"shortest_edge", mesh.shortest_edge},
+                       {"smallest_quality", mesh.smallest_quality},
+                       {"surface_edge", body.surface_edge},
+                       {"tool_radius", body.tool_radius},
+                       {"tool_radius_in_edges", body.tool_radius_in_edges()},
+                       {"thin_part", body.thin_part},
+                       {"regions", json_of_regions(body.regions)}};
+}
+
+toml::table json_of_evidence(const Evidence &evidence) {
+    toml::table table{{"poisson_ratio", evidence.poisson_ratio},
+                      {"tetrahedra", evidence.tetrahedra},
+                      {"bodies", static_cast<std::int64_t>(evidence.num_bodies)},
+                      {"reference", evidence.reference},
+                      {"sources", json_array(evidence.sources)}};
+    if (!evidence.large_reference.empty()) {
+        table.insert("large_reference", evidence.large_reference);
+        table.insert("large_poisson_ratio", evidence.large_poisson_ratio);
+    }
+    insert_known(table, "least_radius_in_edges", evidence.least_radius);
+    insert_known(table, "largest_radius_in_edges", evidence.largest_radius);
+    return table;
+}
+
 } // namespace
+
+BodyFigures body_figures(const core::Body &body, double tool_radius) {
+    const auto volumes = core::tetrahedron_volumes(body.mesh);
+    const auto faces = core::outer_faces(body.mesh.tetrahedra);
+    BodyFigures figures{.name = body.name,
+                        .mesh = meshes::mesh_figures(body.mesh),
+                        .regions = region_figures(body, volumes),
+                        .surface_edge = mean_edge_of_surface(body.mesh, faces),
+                        .tool_radius = tool_radius,
+                        .thin_part = part_with_one_layer(body.mesh, faces, volumes)};
+    const auto largest = std::ranges::max_element(figures.regions, {}, &RegionFigures::volume);
+    figures.main_region = static_cast<std::size_t>(largest - figures.regions.begin());
+    return figures;
+}
 
 Advice advise(const core::Body &body, const AdviceOptions &options, const ProgressReport &report) {
     Advice advice;
@@ -130,6 +312,26 @@ Advice advise(const core::Body &body, const AdviceOptions &options, const Progre
     if (advice.caveats.size() > num_ranked)
         advice.caveats.resize(num_ranked);
     return advice;
+}
+
+std::string to_json(const Advice &advice) {
+    toml::array caveats;
+    for (const auto &caveat : advice.caveats)
+        caveats.push_back(toml::table{{"about", caveat.about}, {"weight", caveat.weight}, {"text", caveat.text}});
+    toml::table all{{"body", json_of_body(advice.body)},
+                    {"evidence", json_of_evidence(advice.evidence)},
+                    {"touch", json_of_models(advice.touch)},
+                    {"position", json_of_models(advice.position)},
+                    {"uncoupled", json_of_models(advice.uncoupled)},
+                    {"over_budget", json_array(advice.over_budget)},
+                    {"caveats", std::move(caveats)}};
+    if (advice.linear_tetrahedra)
+        all.insert("linear_tetrahedra", json_of_error(*advice.linear_tetrahedra));
+    if (advice.budget)
+        all.insert("budget", *advice.budget);
+    std::ostringstream stream;
+    stream << toml::json_formatter(all);
+    return stream.str();
 }
 
 } // namespace livermark::studies

@@ -1,18 +1,123 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <functional>
+#include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/problem.hpp"
-#include "studies/advise/body_figures.hpp"
-#include "studies/advise/evidence.hpp"
+#include "meshes/io/mesh_figures.hpp"
+#include "results/hdf5/files/cohort_file.hpp"
 #include "studies/advise/step_cost.hpp"
 #include "studies/progress.hpp"
 
-/// Which springs to take for a body: what models were off by on other bodies like it, and what they cost on it.
+/// Springs for a body: errors of models on other bodies like it, on which nothing of theirs was chosen, and their cost
+/// on it.
 namespace livermark::studies {
+
+/// Where cohort files that ship stand below the root.
+inline constexpr const char *cohorts_folder = "results/cohorts";
+
+/// The body in question, as far as errors depend on it.
+struct BodyInQuestion {
+    double poisson_ratio = 0.0;        ///< of the region of the largest volume
+    double tool_radius_in_edges = 0.0; ///< radius of the tool over the mean length of edges of the surface, > 0
+    int tetrahedra = 0;
+};
+
+/// What is known of one model. Errors are relative, and NaN where nothing is known. Where a model has not come to an
+/// end it counts in medians as infinitely wrong.
+struct ExpectedError {
+    std::string model;
+    double at_tool = nan;          ///< median of the absolute value of stiffness at the tool under small loads
+    double worst_at_tool = nan;    ///< the one of the largest absolute value, with its sign
+    std::string worst_load_case{}; ///< of that one
+    double relative_l2 = nan;      ///< median under small loads
+    double worst_relative_l2 = nan;
+    double large_at_tool = nan, large_relative_l2 = nan; ///< medians under large loads, along their paths at the tool
+    std::size_t num_at_tool = 0, num_l2 = 0, num_large = 0; ///< of how many load cases on bodies these are
+    std::size_t num_failed = 0, num_large_failed = 0;       ///< and on how many of these it has not come to an end
+
+    static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    /// The larger one of both regimes; NaN unless both are known.
+    double in_both_at_tool() const { return std::isnan(at_tool) ? nan : std::max(large_at_tool, at_tool); }
+    double in_both_relative_l2() const {
+        return std::isnan(relative_l2) ? nan : std::max(large_relative_l2, relative_l2);
+    }
+};
+
+/// Errors of all models, and what they are of.
+struct Evidence {
+    double poisson_ratio = 0.0;                                    ///< the nearest one at which errors are known
+    double least_poisson_ratio = 0.0, largest_poisson_ratio = 0.0; ///< of all that are known
+    double least_radius = 0.0, largest_radius = 0.0;               ///< of the tools of ExpectedError::at_tool, in edges
+    int tetrahedra = 0;                ///< of the bodies of ExpectedError::relative_l2, as results::Cohort has it
+    std::size_t num_bodies = 0;        ///< of the same
+    std::string reference;             ///< that errors under small loads are against
+    std::string large_reference{};     ///< the same of large ones; empty where none are known
+    double large_poisson_ratio = 0.0;  ///< of these
+    std::vector<ExpectedError> models; ///< in alphabetical order
+    std::vector<std::string> sources;  ///< a sentence for each file
+
+    /// @return nullptr for a model of which nothing is known
+    const ExpectedError *find(const std::string &model) const;
+};
+
+/// A cohort file that was read.
+struct KnownCohort {
+    std::string file; ///< for people
+    results::Cohort cohort;
+};
+
+/// Those that ship.
+/// @throws support::InputError if there is none, or one cannot be read
+std::vector<KnownCohort> shipped_cohorts();
+
+/// "livers of about 5000 tetrahedra".
+/// @param tetrahedra  of results::Cohort: 0 where nobody asked for another number than the livers that ship have
+std::string size_in_words(const char *bodies, int tetrahedra);
+
+/// Errors of the unseen halves at the nearest Poisson's ratio. Under small loads those at the tool are of all cohorts
+/// and of load cases whose tools have nearly as many edges in their radius; those of the displacement are of the cohort
+/// of nearest number of tetrahedra and of all load cases. Under large loads both are of all that is known.
+/// @throws support::InputError if the cohorts have no errors under small loads
+Evidence find_evidence(std::span<const KnownCohort> cohorts, const BodyInQuestion &question);
+
+/// The same of what ships.
+Evidence shipped_evidence(const BodyInQuestion &question);
+
+struct RegionFigures {
+    std::string name;
+    core::Material material;
+    double volume = 0.0; ///< [m^3]
+    int num_tetrahedra = 0;
+    int num_parts = 0; ///< that are joined by faces
+    /// Of the smallest part: its tetrahedra, and the diameter of the ball of its volume over the mean length of its
+    /// edges.
+    int smallest_part_tetrahedra = 0;
+    double smallest_part_in_edges = 0.0;
+};
+
+struct BodyFigures {
+    std::string name;
+    meshes::MeshFigures mesh;
+    std::vector<RegionFigures> regions; ///< (R) as in the mesh
+    std::size_t main_region = 0;        ///< that of the largest volume
+    double surface_edge = 0.0;          ///< mean length of the edges of the surface [m]
+    double tool_radius = 0.0;           ///< [m]
+    double thin_part = 0.0; ///< of the volume, in tetrahedra that have all corners on the surface: there is one layer
+
+    double tool_radius_in_edges() const { return tool_radius / surface_edge; }
+    const core::Material &material() const { return regions[main_region].material; }
+};
+
+/// @param tool_radius  [m], > 0
+BodyFigures body_figures(const core::Body &body, double tool_radius);
 
 /// Half of a fingertip 24 mm across, as in load_cases/palpation.toml [m].
 inline constexpr double fingertip_radius = 0.012;
@@ -68,5 +173,10 @@ Advice advise(const core::Body &body, const AdviceOptions &options, const Progre
 /// @param scaled_time_step   critical step of the first model with selective mass scaling [s]
 std::vector<Caveat> find_caveats(const core::Body &body, const AdviceOptions &options, const Advice &advice,
                                  double scaled_time_step);
+
+/// An advice for programs: an object with body, evidence, touch, position, linear_tetrahedra, over_budget and caveats.
+/// SI units, errors as parts of one. What is not known is left out. Names are those of the structs, and
+/// docs/reference/advice.md has the list.
+std::string to_json(const Advice &advice);
 
 } // namespace livermark::studies

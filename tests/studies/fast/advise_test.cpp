@@ -7,6 +7,7 @@
 
 #include "meshes/generators/box_generator.hpp"
 #include "models/mass_spring_model.hpp"
+#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "studies/advise/advice_json.hpp"
 #include "support/known_names.hpp"

@@ -1,4 +1,4 @@
-#include "studies/advise/evidence.hpp"
+#include "studies/advise/advise.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
