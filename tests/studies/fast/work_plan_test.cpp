@@ -69,6 +69,7 @@ TEST(WorkPlan, EvaluatesAlsoWhereNoModelSolvesBefore) {
 
 TEST(WorkPlan, EvaluationsWaitForAllSolvesOfTheirProblemAndForNothingElse) {
     const auto plan = plan_work(six_problems(), four_models(), is_wanted_always);
+    ASSERT_GE(plan.items.size(), 6U);
     for (std::size_t i = 0; i < plan.items.size(); ++i) {
         const auto &item = plan.items[i];
         if (!item.models.empty()) {
@@ -88,7 +89,9 @@ TEST(WorkPlan, EvaluationsWaitForAllSolvesOfTheirProblemAndForNothingElse) {
 
 TEST(WorkPlan, SolvesTogetherNoMoreCaseGroupsThanPaysOfOneBody) {
     const auto problems = six_problems();
-    for (const auto &item : plan_work(problems, four_models(), is_wanted_always).items) {
+    const auto plan = plan_work(problems, four_models(), is_wanted_always);
+    ASSERT_GE(plan.items.size(), 6U);
+    for (const auto &item : plan.items) {
         EXPECT_LE(item.case_groups.size(), 2u);
         for (const auto &group : item.case_groups)
             for (const auto problem : group)

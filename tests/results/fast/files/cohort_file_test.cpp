@@ -57,6 +57,7 @@ TEST_F(CohortFile, HasTheStatisticsOfItsErrors) {
     const auto cohort = tests::sample_cohort();
     write_cohort(path_, cohort);
     const auto statistics = cohort_statistics(cohort.errors);
+    ASSERT_FALSE(statistics.empty());
     const hdf5::InputFile file(path_);
     const auto median = file.dataset<double>("/statistics/median", statistics.size());
     const auto stiffness = file.dataset<double>("/statistics/stiffness_median", statistics.size());
