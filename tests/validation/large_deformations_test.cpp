@@ -89,6 +89,7 @@ TEST_P(LargeDeformations, ShowThatTheLinearJudgeIsWrongAndTheBestSpringsLessSo) 
 }
 
 TEST_P(LargeDeformations, KeepThePathOfEveryModel) {
+    ASSERT_GT(result.models.size(), 1U);
     for (const auto &model : result.models) {
         ASSERT_EQ(model.solution.path.size(), result.problem.load_case.path.size()) << model.name;
         double last = 0.0;

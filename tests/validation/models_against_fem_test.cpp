@@ -212,6 +212,7 @@ double size_of_tractions(const core::Problem &problem) {
 
 TEST_P(ModelsAgainstFem, ReactionsBalanceTheLoads) {
     const Vector3 load = total_load(result.problem);
+    ASSERT_GT(result.models.size(), 1U);
     for (const auto &model : result.models) {
         Vector3 unbalanced = load;
         double scale = std::max(load.norm(), size_of_tractions(result.problem));

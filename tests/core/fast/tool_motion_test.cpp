@@ -38,10 +38,13 @@ TEST(ToolMotion, SlidesWithAllOfItsPlace) {
     problem.load_case.node_factor.assign(problem.body->mesh.points.size(), 0.5);
     const auto slid = core::with_slide(problem.load_case);
     EXPECT_TRUE(slid.node_factor.empty());
+    int num_slid = 0;
     for (int f = 0; f < slid.num_facets(); ++f)
         if (slid.constraint_on(f) == 1) {
+            ++num_slid;
             EXPECT_EQ(slid.value[f], problem.load_case.tool->slide);
         }
+    EXPECT_EQ(num_slid, 8); // two for each of 2 x 2 bricks
 }
 
 /// Two nodes' worth of motion: everything is k times the reference.

@@ -127,6 +127,8 @@ TEST(Galerkin, IsTheStiffnessOfLinearElements) {
     const auto found = fem_reference::galerkin(fem_reference::prolongation(linear, quadratic), quadratic.stiffness,
                                                linear.stiffness.rows);
     const double scale = linear.stiffness.diagonal[0][0];
+    ASSERT_EQ(found.diagonal.size(), linear.stiffness.diagonal.size());
+    ASSERT_EQ(found.below.size(), linear.stiffness.below.size());
     for (std::size_t a = 0; a < found.diagonal.size(); ++a)
         for (int i = 0; i < 9; ++i)
             EXPECT_NEAR(found.diagonal[a][i], linear.stiffness.diagonal[a][i], 1e-12 * scale);

@@ -110,7 +110,9 @@ TEST(RepeatedLoads, ClearTheLastSolutionWhenNothingPulls) {
             *pulled.body, pulled.constrained, [](const std::string &) {}, largest);
         std::vector<double> last;
         loads.solve(pulled.load({0.0, 50.0, 0.0}), last);
-        for (const auto &u : loads.solve(pulled.constrained, last).displacement)
+        const auto displacement = loads.solve(pulled.constrained, last).displacement;
+        ASSERT_EQ(displacement.size(), pulled.body->mesh.points.size());
+        for (const auto &u : displacement)
             EXPECT_EQ(u.norm(), 0.0);
     }
 }

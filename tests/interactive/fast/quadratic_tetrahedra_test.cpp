@@ -36,6 +36,7 @@ TEST(QuadraticTetrahedra, HaveTheGradientsOfPolynomialsOfSecondDegree) {
     for (Eigen::Index i = 0; i < x.cols(); ++i)
         x.col(i) = bent(rest.col(i));
     constexpr double root_of_five = 2.2360679774997897, near = (5.0 + 3.0 * root_of_five) / 20.0;
+    ASSERT_EQ(energy.tetrahedra().size(), scene.body->mesh.tetrahedra.size());
     for (const auto &t : energy.tetrahedra()) {
         const auto f = t.gradients(x);
         for (int q = 0; q < 4; ++q) {
@@ -67,6 +68,7 @@ TEST(QuadraticScene, ConstrainsTheMiddlesOfConstrainedFacets) {
     const auto scene = interactive::quadratic_scene(bar_scene(true));
     const Field rest = interactive::rest_positions(scene);
     const auto is_free = interactive::free_nodes(scene);
+    ASSERT_GT(rest.cols(), bar_scene(true).body->mesh.num_nodes());
     for (Eigen::Index i = 0; i < rest.cols(); ++i)
         EXPECT_EQ(is_free[i], rest(0, i) > 0.0);
 }

@@ -196,11 +196,15 @@ TEST(Effects, PushMovesTheWholePlaceAgainstItsMeanNormalUnderItsName) {
 TEST(Effects, TangentialTractionHasNoPartAlongTheNormal) {
     const auto mesh = lumpy_block();
     const auto load_case = parse_condition("patches = [\"y_max\", \"z_max\"]\ntangential_traction = [1, 2, 3]\n", mesh);
+    int num_above = 0, num_beside = 0;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         if (load_case.is_loaded(f)) {
             const bool above = area_vector(mesh, f).z() > 1e-9;
+            ++(above ? num_above : num_beside);
             EXPECT_LT((load_case.value[f] - (above ? Vector3(1, 2, 0) : Vector3(1, 0, 3))).norm(), 1e-12);
         }
+    EXPECT_EQ(num_above, 200); // two facets for each of 10 x 10 bricks
+    EXPECT_EQ(num_beside, 200);
 }
 
 TEST(Effects, TorqueIsTheMomentOfItsTractionsWithoutAResultant) {

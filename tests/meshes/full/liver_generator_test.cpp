@@ -90,6 +90,7 @@ TEST_P(CanonicalLiver, LiesAroundTheOriginWithItsBulkOnThePatientsRight) {
 }
 
 TEST_P(CanonicalLiver, HasItsCapsuleOnTheLevelSurface) {
+    ASSERT_GT(mesh_.num_boundary_triangles(), 1000);
     for (const auto &triangle : mesh_.boundary_triangles)
         for (const int node : triangle)
             ASSERT_LT(std::abs(liver_level(mesh_.points[node])), 1e-8);
@@ -180,7 +181,9 @@ TEST_F(TumourLiver, HasSixLesionsOfDifferentSizesInBothLobes) {
 
 TEST_F(TumourLiver, KeepsLesionsApartAndBelowTheCapsule) {
     const auto nodes = nodes_of_regions();
+    ASSERT_EQ(nodes.size(), 7u);
     for (std::size_t r = 1; r < nodes.size(); ++r) {
+        ASSERT_FALSE(nodes[r].empty());
         for (const int i : nodes[r]) {
             ASSERT_LT(liver_level(mesh_.points[i]), -0.008) << mesh_.region_names[r];
             for (std::size_t other = r + 1; other < nodes.size(); ++other)
@@ -206,12 +209,15 @@ TEST_F(TumourLiver, GivesEachLesionTheVolumeOfItsEllipsoid) {
 
 TEST_F(TumourLiver, SharesTheNodesOfItsInterfaces) {
     const auto nodes = nodes_of_regions();
+    ASSERT_EQ(nodes.size(), 7u);
     for (std::size_t r = 1; r < nodes.size(); ++r) {
         std::vector<std::array<int, 4>> lesion;
         for (int t = 0; t < mesh_.num_tetrahedra(); ++t)
             if (mesh_.region[t] == static_cast<int>(r))
                 lesion.push_back(mesh_.tetrahedra[t]);
-        for (const auto &face : core::outer_faces(lesion))
+        const auto faces = core::outer_faces(lesion);
+        ASSERT_FALSE(faces.empty());
+        for (const auto &face : faces)
             for (const int node : face)
                 ASSERT_TRUE(nodes[0].contains(node)) << mesh_.region_names[r];
     }

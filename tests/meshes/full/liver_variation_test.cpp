@@ -37,8 +37,10 @@ TEST(LiverVariation, StaysWithinPublishedAnatomy) {
 }
 
 TEST(LiverVariation, KeepsLesionsApartAndBelowTheCapsule) {
+    std::size_t num_lesions = 0;
     for (int number = 1; number <= num_variants; ++number) {
         const auto variant = draw_liver(number);
+        num_lesions += variant.lesions.size();
         for (std::size_t i = 0; i < variant.lesions.size(); ++i) {
             const auto &lesion = variant.lesions[i];
             for (int d = 0; d < 3; ++d)
@@ -55,6 +57,7 @@ TEST(LiverVariation, KeepsLesionsApartAndBelowTheCapsule) {
             }
         }
     }
+    EXPECT_GT(num_lesions, static_cast<std::size_t>(num_variants));
 }
 
 TEST(LiverVariation, MeshesWithItsVolumeLesionsAndAllSevenPatches) {

@@ -40,6 +40,7 @@ TEST_P(EverySpringLaw, IsProportionalToYoungsModulus) {
     const auto table = core::edge_table(mesh.tetrahedra);
     const auto soft = GetParam().stiffness(*tests::make_body(mesh, {1060.0, 1.0, 0.25}), table);
     const auto hard = GetParam().stiffness(*tests::make_body(mesh, {1060.0, 10.0, 0.25}), table);
+    ASSERT_EQ(soft.size(), table.edges.size());
     for (std::size_t s = 0; s < soft.size(); ++s)
         EXPECT_NEAR(hard[s], 10.0 * soft[s], 1e-12 * hard[s]);
 }
@@ -72,9 +73,12 @@ TEST(SpringLawsOfLloyd, HaveHisFactorOnARegularTetrahedron) {
     const auto body = tests::make_body(tests::regular_tetrahedron(edge), {1060.0, young_modulus, 0.25});
     const auto table = core::edge_table(body->mesh.tetrahedra);
     const double expected = 2.0 * std::numbers::sqrt2 / 25.0 * edge * young_modulus;
-    for (const auto *law : {"lloyd", "lloyd_edge", "lloyd_mean_edge"})
-        for (const double k : stiffness(law, *body, table))
+    for (const auto *law : {"lloyd", "lloyd_edge", "lloyd_mean_edge"}) {
+        const auto found = stiffness(law, *body, table);
+        ASSERT_EQ(found.size(), 6U);
+        for (const double k : found)
             EXPECT_NEAR(k, expected, 1e-13 * expected) << law;
+    }
 }
 
 using Tensor = Eigen::Matrix<double, 6, 6>; // of order 4, in Mandel's notation, which keeps the Frobenius norm
@@ -124,9 +128,12 @@ TEST(SpringLawsOfGivenTrace, HaveVanGeldersFactorOnARegularTetrahedron) {
     const auto body = tests::make_body(tests::regular_tetrahedron(edge), {1060.0, young_modulus, 0.25});
     const auto table = core::edge_table(body->mesh.tetrahedra);
     const double expected = std::numbers::sqrt2 / 12.0 * edge * young_modulus;
-    for (const auto *law : {"patch", "uniform", "van_gelder"})
-        for (const double k : stiffness(law, *body, table))
+    for (const auto *law : {"patch", "uniform", "van_gelder"}) {
+        const auto found = stiffness(law, *body, table);
+        ASSERT_EQ(found.size(), 6U);
+        for (const double k : found)
             EXPECT_NEAR(k, expected, 1e-12 * expected) << law;
+    }
 }
 
 /// A box whose upper half, in x, is ten times as stiff as the rest.
@@ -163,6 +170,7 @@ TEST(PatchSpringLaw, DoesNotDependOnTheOrientationOfTheBody) {
     for (auto &point : mesh.points)
         point = turn * point;
     const auto after = stiffness("patch", *tests::make_body(mesh, {1060.0, 5e3, 0.25}), table);
+    ASSERT_EQ(before.size(), table.edges.size());
     for (std::size_t s = 0; s < before.size(); ++s)
         EXPECT_NEAR(after[s], before[s], 1e-9 * before[s]);
 }

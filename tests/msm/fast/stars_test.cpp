@@ -40,6 +40,7 @@ TEST(Stars, HaveEveryTetrahedronAroundEachOfItsEdgesOnce) {
 TEST(Stars, GoAroundTheirAxisAsTetrahedraDo) {
     const StarsOfBody of;
     const auto volumes = core::tetrahedron_volumes(of.body.mesh);
+    ASSERT_FALSE(of.stars.empty());
     for (const auto &star : of.stars)
         for (std::size_t k = 0; k < star.rim.size(); ++k) {
             const auto &corner = star.rim[k];

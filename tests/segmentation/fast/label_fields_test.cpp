@@ -1,5 +1,6 @@
 #include "segmentation/images/label_fields.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
@@ -82,6 +83,7 @@ TEST(LabelFields, VanishOnTheBorderOfTheirGrid) {
     const auto fields =
         label_fields(voxels({12, 12, 6}, {0.001, 0.001, 0.003}, 1, [](const Vector3 &) { return 1; }), 0.001);
     std::size_t sample = 0;
+    ASSERT_GE(std::ranges::min(fields.size), 6);
     for (int k = 0; k < fields.size[2]; ++k)
         for (int j = 0; j < fields.size[1]; ++j)
             for (int i = 0; i < fields.size[0]; ++i, ++sample)

@@ -70,6 +70,7 @@ TEST(WorkPlan, EvaluatesAlsoWhereNoModelSolvesBefore) {
 
 TEST(WorkPlan, EvaluationsWaitForAllSolvesOfTheirProblemAndForNothingElse) {
     const auto items = plan_work(six_problems(), four_models(), is_wanted_always);
+    ASSERT_GE(items.size(), 6U);
     for (std::size_t i = 0; i < items.size(); ++i) {
         const auto &item = items[i];
         if (!item.is_evaluation()) {
@@ -89,7 +90,9 @@ TEST(WorkPlan, EvaluationsWaitForAllSolvesOfTheirProblemAndForNothingElse) {
 
 TEST(WorkPlan, SolvesTogetherNoMoreCaseGroupsThanPaysOfOneBody) {
     const auto problems = six_problems();
-    for (const auto &item : plan_work(problems, four_models(), is_wanted_always)) {
+    const auto items = plan_work(problems, four_models(), is_wanted_always);
+    ASSERT_GE(items.size(), 6U);
+    for (const auto &item : items) {
         EXPECT_LE(item.case_groups.size(), 2u);
         for (const auto &group : item.case_groups)
             for (const auto problem : group)
