@@ -75,8 +75,8 @@ std::filesystem::path cohort_body_file(const std::filesystem::path &folder, int 
     return folder / (body_name(number) + ".toml");
 }
 
-/// Refuses a body file that is there and was not made by the same number and options. One that is not TOML passes: reading
-/// the body says what is wrong with it.
+/// Refuses a body file that is there and was not made by the same number and options. One that is not TOML passes:
+/// reading the body says what is wrong with it.
 /// @throws support::InputError if it was made otherwise
 void check_cohort_body(const std::filesystem::path &file, int number, int tetrahedra) {
     std::error_code error;
