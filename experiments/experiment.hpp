@@ -46,16 +46,15 @@ struct Experiment {
     std::string damping_from{};         ///< the state of one of them; empty where there are none
 };
 
-/// An experiment whose data are public. One file each in public_data/, named as the experiment.
+/// An experiment whose data are public; python/livermark/studies/public_data.py reads them.
 struct PublicExperiment {
-    std::string name;  ///< the file stem; set by the table
+    std::string name;
     std::string title; ///< one line
     std::string data;  ///< what has to be below data_folder(), a file or a folder
     std::string source;
-    Experiment (*read)(const std::filesystem::path &data);
 };
 
-/// Every experiment of public_data/, in alphabetical order.
+/// Every public experiment, in alphabetical order.
 std::span<const PublicExperiment> all_public_data();
 
 /// Where the data are: the environment variable LIVERMARK_EXPERIMENTS, or ../shared/experiments beside the project.

@@ -34,14 +34,6 @@ struct RingDown {
 /// The mean of all repeats.
 MarkerMotion mean_motion(std::span<const MarkerMotion> repeats);
 
-/// A recording from the first turning point on, which is where the body is at rest after a hand has let it go: the
-/// first largest displacement, in the mean of all markers and along that at the end, above three quarters of it. The
-/// turning point is the vertex of a parabola through three records, and the rest is interpolated by cubic splines
-/// through four (Catmull and Rom 1974).
-/// @throws support::InputError if there is no turning point, or less than `num_records` behind it
-/// @param place  named in messages
-MarkerMotion from_turning_point(const MarkerMotion &recording, int num_records, const std::string &place);
-
 /// A body with a mass that moves with it, spread evenly over the tetrahedra whose middle is in a box: they become a
 /// region of their own that is denser. So it has its weight and its inertia in every model.
 /// @param mass       [kg], >= 0

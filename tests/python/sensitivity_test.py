@@ -222,9 +222,9 @@ def test_a_report_sets_models_beside_what_nobody_knows_of_the_patient(tmp_path):
     record.write(tmp_path / "sensitivity.spoon.h5", found)
     assert report(tmp_path).returncode == 0
     page = (tmp_path / "report.html").read_text()
-    for part in ("jelly: A spoon on a jelly", "The patient makes the stiffness at tool uncertain by 20.0 %; if the young modulus were "
-                 "known, 10.0 % would be left. Off by more than that: lattice.", "No model is off by more than that; the worst is "
-                 "lattice, with 10.0 %", "5 patients, solved by elements", "patient: support", "0.750 [0.700, 0.800]",
+    for part in ("jelly: A spoon on a jelly", "The patient makes the stiffness at tool uncertain by 20.0 %; if the young modulus "
+                 "were known, 10.0 % would be left. Off by more than that: lattice.", "No model is off by more than that; the worst "
+                 "is lattice, with 10.0 %", "5 patients, solved by elements", "patient: support", "0.750 [0.700, 0.800]",
                  "1 of sensitivities"):
         assert part in page, part
 

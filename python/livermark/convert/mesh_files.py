@@ -181,7 +181,8 @@ def read_apart(path: Any) -> Tetrahedra:
     seconds, num_bytes = limits_of(name)
     # The modules that this process finds, and none of the working directory.
     folders = [str(pathlib.Path(__file__).resolve().parents[2])] + [folder for folder in sys.path if os.path.isabs(folder)]
-    program = "import sys; sys.path[:] = sys.argv[3:]; from livermark.convert.mesh_files import main; sys.exit(main(*sys.argv[1:3]))"
+    program = ("import sys; sys.path[:] = sys.argv[3:]; from livermark.convert.mesh_files import main; "
+               "sys.exit(main(*sys.argv[1:3]))")
     with tempfile.TemporaryDirectory(prefix="livermark-") as scratch:
         target = os.path.join(scratch, "mesh.npz")
         try:

@@ -134,7 +134,8 @@ def half_of(body: str) -> Optional[str]:
 
 def statistics_of(errors: list[Error]) -> list[Statistics]:
     """In the order of regime, reference, half, Poisson's ratio and model. What has not come to an end where nothing was compared
-    counts beside the first reference of its regime and ratio. Where a body, load case and model are there twice, the last counts."""
+    counts beside the first reference of its regime and ratio. Where a body, load case and model are there twice, the last
+    counts."""
     first_reference: dict[Any, str] = {}
     for error in errors:
         if error.reference:

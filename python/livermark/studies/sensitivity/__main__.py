@@ -23,6 +23,7 @@ import numpy
 
 from livermark.errors import InputError
 from livermark.hdf5_files import open_hdf5
+from livermark.studies import to_toml
 from livermark.studies.sensitivity import tables
 from livermark.studies.sensitivity.ranges import Parameter, acting_on, read_ranges
 from livermark.studies.sensitivity.record import Budget, Output, Sensitivity, is_sensitivity, read, read_whole, write
@@ -154,20 +155,6 @@ def show(asked: dict[str, Any]) -> str:
     return "".join(tables.shown(each, asked["format"] == "markdown") for each in found) + tables.LEGEND + "\n"
 
 
-def _toml_value(value: Any) -> str:
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_toml_value, value)) + "]"
-    return repr(value)
-
-
-def to_toml(answer: dict[str, Any]) -> str:
-    """Of texts, numbers and lists of them, and lists of such tables."""
-    plain = "".join(f"{key} = {_toml_value(value)}\n" for key, value in answer.items() if key != "case")
-    return plain + "".join("[[case]]\n" + to_toml(case) for case in answer.get("case", []))
-
-
 def main(part: str) -> int:
     asked = tomllib.loads(sys.stdin.buffer.read().decode("utf-8", errors="replace"))
     try:
@@ -175,7 +162,7 @@ def main(part: str) -> int:
     except InputError as error:
         print(" ".join(str(error).split()), file=sys.stderr)
         return 2
-    sys.stdout.buffer.write((answer if isinstance(answer, str) else to_toml(answer)).encode())
+    sys.stdout.buffer.write((answer if isinstance(answer, str) else to_toml(answer, "case")).encode())
     return 0
 
 

@@ -76,8 +76,8 @@ class _File:
     def place(self, table: str = "", key: str = "") -> str:
         """file:line of a table, or of a key in it."""
         start = re.search(rf"^[ \t]*\[?[ \t]*{re.escape(table)}\b", self.text, re.MULTILINE) if table else None
-        found = re.compile(rf"^[ \t]*{re.escape(key)}\b", re.MULTILINE).search(self.text, start.end() if start else 0) if key else start
-        found = found or start
+        of_key = re.compile(rf"^[ \t]*\[?{re.escape(key)}\b", re.MULTILINE) if key else None
+        found = (of_key.search(self.text, start.end() if start else 0) if of_key else None) or start
         return f"{self.path}:{self.text.count(chr(10), 0, found.start()) + 1 if found else 1}"
 
     def refuse_unknown(self, table: str, content: dict[str, Any], known: list[str]) -> None:

@@ -1,0 +1,288 @@
+"""Readers of measurements that others have published: python3 -m livermark.studies.public_data NAME DATA
+
+`livermark experiment` calls it. Prints TOML: what was done to the body and measured, in SI units, and what has to be assumed to
+compute it. A reader of another data set is a function in READERS and a line in experiments/public_data.cpp.
+"""
+from __future__ import annotations
+
+import csv
+import math
+import pathlib
+import struct
+import sys
+from typing import Any, Callable, NamedTuple
+
+import numpy
+
+from livermark.errors import InputError
+from livermark.studies import to_toml
+
+# --- the Truth Cube: 343 beads in a cube of silicone between plates, in a scanner (Kerdok et al. 2003)
+
+BEADS_PER_SIDE, NUM_BEADS = 7, 343
+MILLIMETRE = 1e-3  #: the unit of the file [m]
+SIDE_LENGTH = 0.08  #: of the cube [m]
+BEAD_NOISE = 0.29e-3  #: of the displacement of a bead [m]
+BEAD_STATES = ("5 %", "12.5 %", "18.25 %")  #: nominal, as the file calls them
+CUBE_LOAD_CASE = """title = "Between two layers of beads that moved as measured"
+regime = "large"
+path = [0.5, 1.0]
+target_peak_displacement = 0.01
+[[condition]]
+patch = "z_min"
+displacement = [0.0, 0.0, 0.0]
+[[condition]]
+patch = "z_max"
+displacement = [0.0, 0.0, 0.0]
+"""
+
+
+def _bead_rows(file: pathlib.Path) -> list[tuple[str, list[str]]]:
+    """Places and cells of the lines of the beads, below those of the header."""
+    try:
+        text = file.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror}); check its permissions") from error
+    lines = [[cell.strip(' \t\r"') for cell in line] for line in csv.reader(text.splitlines(), quoting=csv.QUOTE_NONE)]
+    rows = [(f"{file}:{number}", cells) for number, cells in enumerate(lines, 1) if any(cells)]
+    header = next((r for r, (_, cells) in enumerate(rows) if len(cells) > 2 and cells[0] == "i" and cells[2] == "k"), None)
+    if header is None:
+        raise InputError(f"{file}: there is no line i,j,k,x0,y0,z0 and so on; take the public file")
+    if len(rows) - header - 1 != NUM_BEADS:
+        raise InputError(f"{file}: there are {len(rows) - header - 1} beads and not {NUM_BEADS}; take the public file")
+    return rows[header + 1:]
+
+
+def _number(place: str, cells: list[str], column: int) -> float:
+    try:
+        value = float(cells[column])
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{place}: '{cells[column][:60]}' in column {column + 1} is not a finite number; correct the line")
+    return value
+
+
+def truth_cube(file: pathlib.Path) -> dict[str, Any]:
+    names, drives, seen = [], [], set()
+    positions = []  # (343, 4, 3), at rest and in each state
+    for place, cells in _bead_rows(file):
+        if len(cells) < 3 + 3 * (1 + len(BEAD_STATES)):
+            raise InputError(f"{place}: the line has {len(cells)} cells and not {3 + 3 * (1 + len(BEAD_STATES))}; correct it")
+        bead = []
+        for column in range(3):
+            index = _number(place, cells, column)
+            if index != round(index) or not 1.0 <= index <= BEADS_PER_SIDE:
+                raise InputError(f"{place}: a bead has numbers from 1 to {BEADS_PER_SIDE}, and here is {index:g}; correct the line")
+            bead.append(int(index))
+        if tuple(bead) in seen:
+            raise InputError(f"{place}: bead {bead[0]} {bead[1]} {bead[2]} occurs twice; take the public file")
+        seen.add(tuple(bead))
+        names.append(f"{bead[0]} {bead[1]} {bead[2]}")
+        drives.append({1: "z_max", BEADS_PER_SIDE: "z_min"}.get(bead[2], ""))
+        positions.append([MILLIMETRE * _number(place, cells, 3 + c) for c in range(3 + 3 * len(BEAD_STATES))])
+    at = numpy.array(positions).reshape(NUM_BEADS, -1, 3)
+    rest, per_layer = at[:, 0], 1.0 / (BEADS_PER_SIDE * BEADS_PER_SIDE)
+    middle = sum(rest / float(NUM_BEADS))
+    top = sum(per_layer * z for z, patch in zip(rest[:, 2], drives) if patch == "z_max")
+    bottom = sum(per_layer * z for z, patch in zip(rest[:, 2], drives) if patch == "z_min")
+    if not top - bottom > 0.0:
+        raise InputError(f"{file}: layer 1 is not above layer 7; take the public file")
+    return {"assumptions": [
+                "the body is the silicone between the outermost layers of beads, with free sides 40 mm from the middle bead",
+                "both layers move as a polynomial of degree 2 fitted to their 49 beads",
+                "Poisson's ratio is 0.499; Young's modulus has no effect"],
+            "corner": [float(middle[0] - 0.5 * SIDE_LENGTH), float(middle[1] - 0.5 * SIDE_LENGTH), float(bottom)],
+            "size": [SIDE_LENGTH, SIDE_LENGTH, float(top - bottom)],
+            "edge_length": 0.00925,  # bricks of a centimetre
+            # Of the test beside the public file; Young's modulus has no part in where the beads go.
+            "density": 980.0, "young_modulus": 15.3e3, "poisson_ratio": 0.499,
+            "markers": names, "drives": drives, "positions": rest.ravel().tolist(), "damping_from": "",
+            "state": [{"name": name, "noise": BEAD_NOISE, "load_case": CUBE_LOAD_CASE,
+                       "displacement": (at[:, s] - rest).ravel().tolist()} for s, name in enumerate(BEAD_STATES, 1)]}
+
+
+# --- the Dragon Skin beam: clamped, of silicone, under its own weight and two others, seen by cameras (Dubied et al. 2022)
+
+NUM_MARKERS, NUM_COMPARED = 6, 3  # the first three are near the tip, the others at the clamp
+HELD_FRAMES = 10  #: at the start, where a hand holds the beam
+FRAMES_AT_REST = 50  #: at the end
+NOMINAL_MARKERS = numpy.array([[0.1, 0.015, 0.036], [0.1, -0.006, 0.024], [0.1, 0.036, 0.006], [0.006, -0.01, -0.001],
+                               [0.006, 0.04, 0.0275], [0.006, 0.04, 0.0]])
+"""Where the authors say that the markers are on the straight beam, with the clamp at x = 0 [m]."""
+
+
+class Weight(NamedTuple):
+    name: str
+    file: str  #: between beam_ and _V2_a.c3d
+    force: float  #: [N]
+    held: float  #: about what holds the tip at the first turning point [N]
+
+
+WEIGHTS = (Weight("0 N", "gravity", 0.0, 0.25), Weight("0.510 N", "load52", 0.51012, 0.5), Weight("1.001 N", "load101", 1.00062, 0.8))
+GRAVITY = 9.81  #: [m/s^2]
+RECORDS_OF_SWINGS = 151  #: of ring-downs: a second and a half
+WEIGHT_LOW, WEIGHT_HIGH = [0.092, -1.0, 0.0225], [1.0, 1.0, 1.0]
+"""What a weight hangs at: the tetrahedra beside the upper edge of the free end [m]."""
+LEAST_SWING = 0.75  #: of the displacement at the end, that the first turning point is beyond
+
+
+class MotionCapture(NamedTuple):
+    frame_rate: float  #: [1/s]
+    positions: numpy.ndarray  #: (F, Q, 3) of markers over time, in the unit of the file
+
+
+def read_motion_capture(file: pathlib.Path) -> MotionCapture:
+    """The points of a C3D file with numbers of single precision in the order of Intel processors, and without analog channels:
+    what motion capture systems write. (The C3D file format, c3d.org, 2008)
+
+    Raises InputError for any other file, one that ends early, a marker that was not seen or is not a number.
+    """
+    try:
+        content = file.read_bytes()
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror}); take the public file") from error
+    block, key, intel, size_of_point = 512, 0x50, 84, 16
+
+    def refuse(fault: str) -> None:
+        raise InputError(f"{file}: {fault}; export the points as C3D with floating-point numbers, without analog channels and gaps")
+
+    def at(kind: str, offset: int) -> Any:
+        return struct.unpack_from("<" + kind, content, offset)[0]
+    if len(content) < 2 * block or content[1] != key:
+        refuse("this is no C3D file")
+    parameters = block * (content[0] - 1)
+    if content[0] == 0 or parameters + 4 > len(content) or content[parameters + 3] != intel:
+        refuse("its numbers are not in the order of Intel processors")
+    num_markers, num_frames = at("H", 2), at("H", 8) - at("H", 6) + 1
+    start, rate = block * (at("H", 16) - 1), at("f", 20)
+    if at("H", 4) != 0:
+        refuse("it has analog channels")
+    if not at("f", 12) < 0.0:
+        refuse("its numbers are integers")
+    if num_markers == 0 or num_frames < 1 or not rate > 0.0 or not math.isfinite(rate):
+        refuse("its header says that there are no points, no frames or no rate")
+    if start < block or start > len(content) or (len(content) - start) // size_of_point < num_markers * num_frames:
+        refuse(f"it ends before its {num_frames} frames of {num_markers} points")
+    # x, y, z, and how good they are
+    points = numpy.frombuffer(content, "<f4", 4 * num_markers * num_frames, start).reshape(num_frames, num_markers, 4).astype(float)
+    unseen = numpy.argwhere(~(numpy.isfinite(points[..., :3]).all(axis=2)) | (points[..., 3] < 0.0))
+    if len(unseen):
+        refuse(f"point {unseen[0][1]} was not seen in frame {unseen[0][0]}")
+    return MotionCapture(rate, points[..., :3])
+
+
+def from_turning_point(motion: numpy.ndarray, num_records: int, place: str) -> numpy.ndarray:
+    """A recording from the first turning point on, which is where the body is at rest after a hand has let it go: the first
+    largest displacement, in the mean of all markers and along that at the end, above three quarters of it. The turning point
+    is the vertex of a parabola through three records, and the rest is interpolated by cubic splines through four (Catmull and
+    Rom 1974).
+
+    motion: (J, K, 3) displacements. Returns (num_records, K, 3). Raises InputError if there is no turning point, or less than
+    num_records behind it.
+    """
+    means, last = motion.mean(axis=1), len(motion) - 1
+    along = means @ means[last] / (means[last] @ means[last])
+    turn = 1
+    while turn < last and (along[turn] < LEAST_SWING or along[turn] <= along[turn - 1] or along[turn] < along[turn + 1]):
+        turn += 1
+    before, there, after = along[turn - 1], along[turn], along[turn + 1] if turn < last else along[turn]
+    curvature = before - 2.0 * there + after
+    start = turn + (0.5 * (before - after) / curvature if curvature < 0.0 else 0.0)
+    first = math.floor(start)
+    if turn == last or first < 1 or first + num_records + 1 > last:
+        raise InputError(f"{place}: there are not {num_records} records behind the first turning point of the markers; record for "
+                         "longer, or from before the body is let go")
+    a, b, c, d = (motion[first + shift:first + shift + num_records] for shift in (-1, 0, 1, 2))
+    part = start - first
+    return b + 0.5 * part * (c - a + part * (2.0 * a - 5.0 * b + 4.0 * c - d + part * (3.0 * (b - c) + d - a)))
+
+
+def best_rotation(points: numpy.ndarray, targets: numpy.ndarray) -> numpy.ndarray:
+    """(3, 3) of the rigid motion that takes points (K, 3) nearest to others (Kabsch 1976, Acta Cryst. A32)."""
+    u, _, vt = numpy.linalg.svd((targets - targets.mean(axis=0)).T @ (points - points.mean(axis=0)))
+    return u @ numpy.diag([1.0, 1.0, -1.0 if numpy.linalg.det(u @ vt) < 0.0 else 1.0]) @ vt  # no reflection
+
+
+def _beam_load_case(force: float) -> str:
+    text = """title = "A beam that is clamped at one end and bends under its weight"
+regime = "large"
+path = [0.5, 1.0]
+target_peak_displacement = 0.03
+acceleration = [0.0, 0.0, -9.81]
+[[condition]]
+patch = "x_min"
+displacement = [0.0, 0.0, 0.0]
+"""
+    if force > 0.0:
+        text += ('[[condition]]\nedge = { between = ["x_max", "z_max"], width = 0.006, length = 0.04 }\n'
+                 f"force = [0.0, 0.0, {-force:.6f}]\n")
+    return text
+
+
+class Recording(NamedTuple):
+    """Positions of the markers in the frame of the cameras [m]."""
+    held: numpy.ndarray  #: (6, 3) while a hand holds the beam
+    at_rest: numpy.ndarray  #: (6, 3) at the end
+    capture: MotionCapture
+
+
+def _recording(file: pathlib.Path) -> Recording:
+    capture = read_motion_capture(file)
+    num_frames, num_markers, _ = capture.positions.shape
+    if num_markers != NUM_MARKERS or num_frames < HELD_FRAMES + FRAMES_AT_REST:
+        raise InputError(f"{file}: there are {num_markers} markers in {num_frames} frames, and {NUM_MARKERS} in at least "
+                         f"{HELD_FRAMES + FRAMES_AT_REST} were recorded; take the public file")
+    return Recording(capture.positions[:HELD_FRAMES].mean(axis=0), capture.positions[-FRAMES_AT_REST:].mean(axis=0), capture)
+
+
+def dragon_skin_beam(folder: pathlib.Path) -> dict[str, Any]:
+    states, rotation, positions = [], None, None
+    for weight in WEIGHTS:
+        repeats = [_recording(folder / f"beam_{weight.file}_V2_{letter}.c3d") for letter in "ab"]
+        if rotation is None:  # of the first recording, which has no weight: the cameras see the beam inclined by seven degrees
+            held = repeats[0].held
+            rotation = best_rotation(held, NOMINAL_MARKERS)
+            positions = (held[:NUM_COMPARED] - held.mean(axis=0)) @ rotation.T + NOMINAL_MARKERS.mean(axis=0)
+        first, second = ((repeat.at_rest - repeat.held)[:NUM_COMPARED] @ rotation.T for repeat in repeats)
+        swings = [from_turning_point((repeat.capture.positions - repeat.held)[:, :NUM_COMPARED] @ rotation.T, RECORDS_OF_SWINGS,
+                                     str(folder)) for repeat in repeats]
+        states.append({
+            "name": weight.name, "load_case": _beam_load_case(weight.force),
+            "displacement": (0.5 * (first + second)).ravel().tolist(),
+            "noise": 0.5 * math.sqrt(((first - second) ** 2).sum() / NUM_COMPARED),  # of the mean of two
+            "interval": 1.0 / repeats[0].capture.frame_rate, "motions": [swing.ravel().tolist() for swing in swings],
+            # While it rings down a weight is a mass there, and a hand pulls the free end down until it lets go.
+            "held": _beam_load_case(0.0) + f'[[condition]]\npatch = "x_max"\nforce = [0.0, 0.0, {-weight.held:.6f}]\n',
+            "added_mass": weight.force / GRAVITY, "low": WEIGHT_LOW, "high": WEIGHT_HIGH})
+    return {"assumptions": [
+                "the clamp holds all of one end face, and its end is 100 mm from the free end",
+                "the weight pulls on the 7.5 mm beside the upper edge of the free end, and keeps its direction",
+                "the beam is straight where a hand holds it at the start; displacements are from there",
+                "directions are those in which the six markers of the beam without a weight fit the places that the authors "
+                "give best",
+                "markers stand on pegs, which move with the surface under them",
+                "while the beam rings, the weight is a mass in the tetrahedra at that edge, and the swing starts at its first "
+                "turning point, in the shape that a force on the end face gives",
+                "Young's modulus is the one that the authors fitted to this beam"],
+            "corner": [0.0, 0.0, 0.0], "size": [0.1, 0.03, 0.03], "edge_length": 0.0069,  # bricks of 7.5 mm
+            "density": 1070.0, "young_modulus": 263824.0, "poisson_ratio": 0.499,
+            "markers": [str(k) for k in range(NUM_COMPARED)], "drives": [""] * NUM_COMPARED,
+            "positions": positions.ravel().tolist(), "damping_from": WEIGHTS[1].name, "state": states}
+
+
+READERS: dict[str, Callable[[pathlib.Path], dict[str, Any]]] = {"dragon_skin_beam": dragon_skin_beam, "truth_cube": truth_cube}
+
+
+def main(name: str, data: str) -> int:
+    try:
+        text = to_toml(READERS[name](pathlib.Path(data)), "state")
+    except InputError as error:
+        print(" ".join(str(error).split()), file=sys.stderr)
+        return 2
+    sys.stdout.buffer.write(text.encode())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
