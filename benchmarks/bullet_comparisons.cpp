@@ -11,7 +11,6 @@
 #include "benchmarks/bodies.hpp"
 #include "benchmarks/peers/bullet_counterparts.hpp"
 #include "benchmarks/scene.hpp"
-#include "interactive/elements/corotational_tetrahedra.hpp"
 #include "interactive/elements/critical_step.hpp"
 #include "interactive/method.hpp"
 
@@ -138,8 +137,7 @@ constexpr int cg_iterations = 25;
 /// In single precision conjugate gradients fall behind later on, before they converge. Bullet has no preconditioner.
 Sides corotational_step(const MovingScene &moving, bool is_check) {
     const int iterations = is_check ? 5 : cg_iterations;
-    const auto ours =
-        std::make_shared<interactive::CorotationalTetrahedra>(moving.scene, interactive::Preconditioner::none);
+    const auto ours = std::make_shared<tests::Corotational>(moving.scene, tests::Preconditioner::none);
     return {
         steps_of(ours, moving, frame, iterations),
         steps_of_bullet(tetrahedra_of_bullet(moving, linear_law(moving),

@@ -7,10 +7,10 @@
 
 #include "benchmarks/peers/bullet_laws.hpp"
 #include "interactive/colouring.hpp"
-#include "interactive/elements/central_differences.hpp"
 #include "interactive/elements/energies/element_energy.hpp"
-#include "interactive/elements/prefactored.hpp"
 #include "interactive/elements/spring_body.hpp"
+#include "tests/oracles/explicit_steps.hpp"
+#include "tests/oracles/implicit_steps.hpp"
 
 /// Methods of ours with the materials that Bullet has.
 namespace livermark::benchmarks {
@@ -27,7 +27,7 @@ inline std::vector<interactive::Tetrahedron> tetrahedra_for_bullet(const core::B
 }
 
 /// The steps of `tled` with Bullet's neo-Hookean law.
-class BulletLawExplicit : public interactive::CentralDifferences {
+class BulletLawExplicit : public tests::CentralDifferences {
   public:
     explicit BulletLawExplicit(interactive::Scene given)
         : CentralDifferences(std::move(given)), energy_(tetrahedra_for_bullet(*scene().body)) {}
@@ -51,22 +51,15 @@ inline interactive::Springs springs_of_mean_stiffness(const core::Body &body) {
 }
 
 /// The steps of `fast_mass_spring` with these.
-class UniformMassSpring : public interactive::Prefactored {
+class UniformMassSpring : public tests::Prefactored {
   public:
-    explicit UniformMassSpring(interactive::Scene given)
-        : Prefactored(std::move(given)), energy_(springs_of_mean_stiffness(*scene().body)) {}
+    explicit UniformMassSpring(const interactive::Scene &given)
+        : Prefactored(given, tests::laplacian(springs_of_mean_stiffness(*given.body))),
+          energy_(springs_of_mean_stiffness(*given.body)) {}
 
     const interactive::SpringEnergy &energy() const override { return energy_; }
-
-  protected:
-    std::size_t bytes_of_elements() const override {
-        return sizeof(std::array<int, 2>) * energy_.springs().edges.size();
-    }
-    void add_laplacian(interactive::Energy::Triplets &triplets) const override {
-        for (const auto &edge : energy_.springs().edges)
-            for (const int a : edge)
-                for (const int b : edge)
-                    triplets.emplace_back(a, b, (a == b ? 1.0 : -1.0) * energy_.springs().stiffness[0]);
+    interactive::Cost cost(int iterations) const override {
+        return {.element_passes = static_cast<double>(iterations)};
     }
 
   private:

@@ -162,13 +162,6 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
             ->capture_default_str();
     command
         ->add_option(
-            "--precision", options->precision,
-            "Precision of interactive methods that have both: single (on vector units) or double (in plain loops)")
-        ->transform(one_of(std::map<std::string, models::Precision>{{"single", models::Precision::single_precision},
-                                                                    {"double", models::Precision::double_precision}}))
-        ->default_str("single");
-    command
-        ->add_option(
             "--tool", options->tool,
             "glued: fixed to the tissue; touching: a ball in contact without adhesion; needle: driven in slowly "
             "and drawn out, compared with the static needle in the reference")

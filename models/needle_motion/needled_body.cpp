@@ -26,11 +26,11 @@ double NeedlePlan::depth_after(const core::Needle &needle, int frame) const {
     return needle.depth() * steps / in;
 }
 
-std::vector<NeedledMethod> all_needled_methods(Precision precision) {
+std::vector<NeedledMethod> all_needled_methods() {
     std::vector<NeedledMethod> methods;
     const auto springs = moving_spring_models();
     const auto interactive_methods = livermark::interactive::all_methods();
-    for (auto &moving : all_moving_methods(precision)) {
+    for (auto &moving : all_moving_methods()) {
         auto &method = methods.emplace_back(NeedledMethod{.texts = std::move(moving), .prepare = {}});
         const auto &name = method.texts.name;
         const auto spring = std::ranges::find(springs, name, &MovingSpringModel::name);
@@ -38,7 +38,7 @@ std::vector<NeedledMethod> all_needled_methods(Precision precision) {
         if (spring != springs.end())
             method.prepare = needled_springs(*spring);
         else if (other != interactive_methods.end())
-            method.prepare = needled_interactive(*other, precision);
+            method.prepare = needled_interactive(*other);
         else
             method.obstacle = "the masses of its stiff parts are scaled, and impulses of a needle are those of true "
                               "masses";

@@ -80,7 +80,6 @@ struct NeedledMethod {
 };
 
 /// One for each of all_moving_methods(), in that order.
-/// @param precision  of interactive methods that have both
-std::vector<NeedledMethod> all_needled_methods(Precision precision = Precision::single_precision);
+std::vector<NeedledMethod> all_needled_methods();
 
 } // namespace livermark::models

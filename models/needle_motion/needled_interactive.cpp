@@ -52,10 +52,9 @@ constexpr double way_of_observation = 1e-5;
 /// that have not converged give way several times as far as backward Euler.
 class NeedledInteractive : public NeedledBody {
   public:
-    NeedledInteractive(const Method &method, Precision precision, const core::Problem &problem,
-                       const core::Needle &needle, const NeedlePlan &plan)
-        : method_(method), plan_(plan), simulation_(method.prepare(scene_of(problem, precision, plan))),
-          nodes_(*simulation_) {
+    NeedledInteractive(const Method &method, const core::Problem &problem, const core::Needle &needle,
+                       const NeedlePlan &plan)
+        : method_(method), plan_(plan), simulation_(method.prepare(scene_of(problem, plan))), nodes_(*simulation_) {
         const auto &mesh = problem.body->mesh;
         if (method.is_explicit) {
             needle_.emplace(needle, mesh, per_mass());
@@ -111,12 +110,11 @@ class NeedledInteractive : public NeedledBody {
     }
 
   private:
-    static Scene scene_of(const core::Problem &problem, Precision precision, const NeedlePlan &plan) {
+    static Scene scene_of(const core::Problem &problem, const NeedlePlan &plan) {
         Scene scene{.body = problem.body,
                     .node_mass = livermark::msm::lumped_masses(*problem.body),
                     .constrained_nodes = {},
-                    .mass_damping = plan.mass_damping,
-                    .precision = precision};
+                    .mass_damping = plan.mass_damping};
         const auto conditions = livermark::msm::nodal_conditions(problem, scene.node_mass);
         for (std::size_t node = 0; node < scene.node_mass.size(); ++node)
             if (conditions.constraint[node][0] >= 0)
@@ -172,10 +170,10 @@ class NeedledInteractive : public NeedledBody {
 
 } // namespace
 
-PrepareNeedled needled_interactive(const Method &method, Precision precision) {
-    return [method, precision](const core::Problem &problem, const core::Needle &needle,
-                               const NeedlePlan &plan) -> std::unique_ptr<NeedledBody> {
-        return std::make_unique<NeedledInteractive>(method, precision, problem, needle, plan);
+PrepareNeedled needled_interactive(const Method &method) {
+    return [method](const core::Problem &problem, const core::Needle &needle,
+                    const NeedlePlan &plan) -> std::unique_ptr<NeedledBody> {
+        return std::make_unique<NeedledInteractive>(method, problem, needle, plan);
     };
 }
 

@@ -8,6 +8,6 @@
 namespace livermark::models {
 
 PrepareNeedled needled_springs(const MovingSpringModel &model);
-PrepareNeedled needled_interactive(const interactive::Method &method, Precision precision);
+PrepareNeedled needled_interactive(const interactive::Method &method);
 
 } // namespace livermark::models

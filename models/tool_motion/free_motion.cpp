@@ -42,8 +42,7 @@ core::History free_motion(std::string_view name, const core::Problem &problem,
     livermark::interactive::Scene scene{.body = problem.body,
                                         .node_mass = livermark::msm::lumped_masses(*problem.body),
                                         .constrained_nodes = {},
-                                        .mass_damping = release.damping.alpha,
-                                        .precision = livermark::interactive::Precision::single_precision};
+                                        .mass_damping = release.damping.alpha};
     const auto conditions =
         livermark::msm::nodal_conditions({problem.body, core::without_tractions(problem.load_case)}, scene.node_mass);
     auto positions = points;

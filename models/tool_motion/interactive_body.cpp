@@ -26,12 +26,11 @@ using livermark::interactive::Scene;
 class InteractiveBody : public MovingBody {
   public:
     /// @param is_scaled  by selective mass scaling of stiff parts, of an explicit method
-    InteractiveBody(Method method, const core::Problem &problem, Precision precision, bool is_scaled)
+    InteractiveBody(Method method, const core::Problem &problem, bool is_scaled)
         : method_(std::move(method)), scene_{.body = problem.body,
                                              .node_mass = livermark::msm::lumped_masses(*problem.body),
                                              .constrained_nodes = {},
-                                             .mass_damping = problem.load_case.tool.value().mass_damping,
-                                             .precision = precision},
+                                             .mass_damping = problem.load_case.tool.value().mass_damping},
           place_(tool_place(problem, scene_.node_mass)) {
         scene_.constrained_nodes = place_.nodes; // first, so that their targets are
         scene_.constrained_nodes.insert(scene_.constrained_nodes.end(), place_.held.begin(), place_.held.end());
@@ -183,20 +182,17 @@ class InteractiveBody : public MovingBody {
 
 } // namespace
 
-std::vector<MovingMethod> interactive_moving_methods(Precision precision) {
+std::vector<MovingMethod> interactive_moving_methods() {
     std::vector<MovingMethod> moving_methods;
     const auto add = [&](const Method &method, bool is_scaled) {
-        const auto &implementation = precision == Precision::double_precision && !method.in_double.empty()
-                                         ? method.in_double
-                                         : method.implementation;
         moving_methods.push_back(
             {.name = method.name + (is_scaled ? scaled_name : ""),
              .source = method.source + (is_scaled ? scaled_source : ""),
-             .implementation = implementation + (is_scaled ? scaled_implementation : ""),
+             .implementation = method.implementation + (is_scaled ? scaled_implementation : ""),
              .converges_to = method.converges_to + (is_scaled ? scaled_limit : ""),
              .objection = method.objection,
-             .prepare = [method, precision, is_scaled](const core::Problem &problem) -> std::unique_ptr<MovingBody> {
-                 return std::make_unique<InteractiveBody>(method, problem, precision, is_scaled);
+             .prepare = [method, is_scaled](const core::Problem &problem) -> std::unique_ptr<MovingBody> {
+                 return std::make_unique<InteractiveBody>(method, problem, is_scaled);
              },
              .knows_contact = method.knows_contact});
     };

@@ -13,9 +13,9 @@ const char *to_string(Setting setting) {
     return setting == Setting::ten_iterations ? "ten iterations" : "one iteration";
 }
 
-std::vector<MovingMethod> all_moving_methods(Precision precision) {
+std::vector<MovingMethod> all_moving_methods() {
     auto methods = moving_springs();
-    std::ranges::move(interactive_moving_methods(precision), std::back_inserter(methods));
+    std::ranges::move(interactive_moving_methods(), std::back_inserter(methods));
     return methods;
 }
 

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "interactive/precision.hpp"
 
 /// Methods that move a body in real time, under a tool that moves.
 namespace livermark::models {
@@ -80,10 +79,7 @@ struct MovingMethod {
     bool knows_contact = false; ///< whether it moves under a tool that touches (LoadCase::touching)
 };
 
-using livermark::interactive::Precision;
-
 /// All that there are: springs on the fastest kernels, then interactive methods.
-/// @param precision  of interactive methods that have both
-std::vector<MovingMethod> all_moving_methods(Precision precision = Precision::single_precision);
+std::vector<MovingMethod> all_moving_methods();
 
 } // namespace livermark::models

@@ -33,6 +33,6 @@ inline constexpr const char *scaled_name = "_mass_scaled",
                             *scaled_limit = "; in motion, that of a body whose stiff parts are heavier";
 
 std::vector<MovingMethod> moving_springs();
-std::vector<MovingMethod> interactive_moving_methods(Precision precision);
+std::vector<MovingMethod> interactive_moving_methods();
 
 } // namespace livermark::models

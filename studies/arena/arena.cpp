@@ -27,9 +27,8 @@ namespace livermark::studies {
 
 namespace {
 
-std::vector<models::MovingMethod> chosen_moving_methods(const std::vector<std::string> &names,
-                                                        models::Precision precision) {
-    auto methods = models::all_moving_methods(precision);
+std::vector<models::MovingMethod> chosen_moving_methods(const std::vector<std::string> &names) {
+    auto methods = models::all_moving_methods();
     for (const auto &name : names)
         support::find_named(methods, name, "method");
     std::erase_if(methods, [&](const models::MovingMethod &method) {
@@ -180,7 +179,7 @@ results::Arena empty_arena(const core::Problem &problem, const results::ToolRefe
 }
 
 ArenaResults run_arena(const ArenaOptions &options, const std::string &command_line, const ProgressReport &report) {
-    auto methods = chosen_moving_methods(options.methods, options.precision);
+    auto methods = chosen_moving_methods(options.methods);
     auto [problems, notes, left_out] = read_arena_problems(options.bodies, options.load_case, options.material);
     if (options.tool == ArenaTool::touching) {
         leave_out_glued(methods, options.methods, notes);

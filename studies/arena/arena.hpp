@@ -32,7 +32,6 @@ struct ArenaOptions {
     /// Numbers of iterations in a frame that methods move with as well, whatever time these take: as iterations of one
     /// step, and as steps of one iteration. What takes explicit steps takes its least number of them, and twice that.
     std::vector<int> iterations;
-    models::Precision precision = models::Precision::single_precision; ///< of interactive methods that have both
     ArenaTool tool = ArenaTool::glued;
     double friction = 0.0; ///< of a ball that touches
     meshes::MaterialOverride material;

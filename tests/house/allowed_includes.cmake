@@ -28,13 +28,14 @@ set(may_include_python support core msm)
 set(may_include_python/suite support core meshes load_cases msm fem_reference models results studies
   studies/exchange/formats python)
 set(may_include_benchmarks support core meshes load_cases msm interactive live fem_reference models results results/tables
-  studies)
+  studies tests/oracles)
 set(may_include_fuzz support core meshes segmentation load_cases live results studies/exchange/formats)
 set(may_include_tests support core meshes segmentation load_cases experiments msm interactive live fem_reference models results
-  results/tables server server/sessions studies studies/exchange/formats benchmarks fuzz)
+  results/tables server server/sessions studies studies/exchange/formats benchmarks fuzz tests/oracles)
+set(may_include_tests/oracles support core msm interactive)
 set(may_include_examples "")
 set(rooms support core meshes segmentation load_cases experiments msm interactive live fem_reference models results results/tables
-  server server/sessions studies/exchange/formats studies cli python python/suite benchmarks fuzz tests examples)
+  server server/sessions studies/exchange/formats studies cli python python/suite benchmarks fuzz tests tests/oracles examples)
 # Libraries that one room alone may use. MPI is begun by deal.II, which begins the libraries behind it as well.
 set(owner_of_deal.II fem_reference support)
 set(owner_of_gmsh.h meshes)

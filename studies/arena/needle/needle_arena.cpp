@@ -29,9 +29,9 @@ struct ChosenMethods {
     std::vector<results::LeftOut> left_out;
 };
 
-ChosenMethods chosen_needled_methods(const std::vector<std::string> &names, models::Precision precision) {
+ChosenMethods chosen_needled_methods(const std::vector<std::string> &names) {
     ChosenMethods chosen;
-    auto all = models::all_needled_methods(precision);
+    auto all = models::all_needled_methods();
     std::vector<models::MovingMethod> texts;
     for (const auto &method : all)
         texts.push_back(method.texts);
@@ -101,7 +101,7 @@ ReferenceOfNeedle reference_of_needle(const core::Problem &problem, const core::
 
 NeedleArenaResults run_needle_arena(const ArenaOptions &options, const NeedleArenaOptions &needle_options,
                                     const std::string &command_line, const ProgressReport &report) {
-    const auto [methods, left_out] = chosen_needled_methods(options.methods, options.precision);
+    const auto [methods, left_out] = chosen_needled_methods(options.methods);
     const auto reference = needle_reference_model(needle_options.reference_on_mesh);
     const models::NeedlePlan plan{.speed = needle_options.speed, .rest = needle_options.rest};
     NeedleArenaResults done;

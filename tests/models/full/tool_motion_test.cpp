@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
-#include <set>
 #include <string>
 
 #include "core/tool/tool_errors.hpp"
@@ -15,9 +14,8 @@ namespace livermark {
 namespace {
 
 /// A method moved through the whole motion.
-core::ToolHistory move(const std::string &name, const core::Problem &problem, const models::Effort &effort,
-                       models::Precision precision = models::Precision::single_precision) {
-    const auto methods = models::all_moving_methods(precision);
+core::ToolHistory move(const std::string &name, const core::Problem &problem, const models::Effort &effort) {
+    const auto methods = models::all_moving_methods();
     const auto method = std::ranges::find(methods, name, &models::MovingMethod::name);
     const auto body = method->prepare(problem);
     const auto &motion = *problem.load_case.tool;
@@ -140,40 +138,6 @@ TEST(MovingMethods, SpringsAreNearerToTheReferenceThanLinearElements) {
     const auto elements = compare(problem, move("tled", problem, {}), reference);
     EXPECT_LT(springs.contact, elements.contact);
     EXPECT_LT(springs.force, elements.force);
-}
-
-/// Press, slide and release, with damping.
-TEST(MovingMethods, MoveInSinglePrecisionAsInDouble) {
-    const auto problem = tests::tool_block();
-    for (const char *const name :
-         {"corotational_implicit", "fast_mass_spring", "projective_dynamics", "tled", "tled_nodal_pressure",
-          "tled_quadratic", "vertex_block_descent", "xpbd_springs", "xpbd_neo_hookean"}) {
-        const models::Effort effort{.steps = 20, .iterations = 1};
-        const auto in_double = move(name, problem, effort, models::Precision::double_precision);
-        const auto in_single = move(name, problem, effort);
-        const auto errors = compare(problem, in_single, in_double);
-        EXPECT_LT(errors.contact, 8e-4) << name;
-        EXPECT_LT(errors.after, 8e-4) << name;
-        EXPECT_LT(errors.force, 2e-3) << name;
-        EXPECT_NE(in_single.force, in_double.force) << name;
-    }
-}
-
-/// What the list of methods says of their code is true of what moves.
-TEST(MovingMethods, SayWhichPrecisionTheyHave) {
-    const auto fast = models::all_moving_methods(),
-               slow = models::all_moving_methods(models::Precision::double_precision);
-    ASSERT_EQ(fast.size(), slow.size());
-    std::set<std::string> differ;
-    for (std::size_t c = 0; c < fast.size(); ++c) {
-        EXPECT_EQ(fast[c].name, slow[c].name);
-        if (fast[c].implementation != slow[c].implementation)
-            differ.insert(fast[c].name);
-    }
-    EXPECT_EQ(differ,
-              (std::set<std::string>{"corotational_implicit", "fast_mass_spring", "projective_dynamics", "tled",
-                                     "tled_mass_scaled", "tled_nodal_pressure", "tled_nodal_pressure_mass_scaled",
-                                     "tled_quadratic", "vertex_block_descent", "xpbd_neo_hookean", "xpbd_springs"}));
 }
 
 TEST(MovingMethods, GiveTheSameBitsAgainAndLetGo) {

@@ -33,9 +33,8 @@ models::Effort effort_for(const std::string &name) {
 }
 
 TouchedMotion move_under_ball(const std::string &name, const core::Problem &problem,
-                              models::Precision precision = models::Precision::single_precision,
                               std::optional<models::Effort> effort = {}) {
-    const auto methods = models::all_moving_methods(precision);
+    const auto methods = models::all_moving_methods();
     const auto method = std::ranges::find(methods, name, &models::MovingMethod::name);
     const auto body = method->prepare(problem);
     const auto &motion = *problem.load_case.tool;
@@ -151,18 +150,16 @@ TEST(TouchingMethods, DoNotStickToABallThatGoesAway) {
 TEST(TouchingMethods, FeelInOneLongStepTheFrictionOfShortOnes) {
     const auto problem = tests::slid_block(with_friction(0.3));
     const auto &motion = *problem.load_case.tool;
-    for (const auto precision : {models::Precision::single_precision, models::Precision::double_precision}) {
-        const auto at_the_end_of_the_press = [&](int steps) {
-            const auto moved = move_under_ball("corotational_implicit", problem, precision,
-                                               models::Effort{.steps = steps, .iterations = 40});
-            std::size_t k = 0;
-            while (motion.time_of(static_cast<int>(k)) < motion.slide_from)
-                ++k;
-            return moved.force[k];
-        };
-        const auto one = at_the_end_of_the_press(1), eight = at_the_end_of_the_press(8);
-        EXPECT_NEAR(one.z() / eight.z(), 1.0, 0.03);
-    }
+    const auto at_the_end_of_the_press = [&](int steps) {
+        const auto moved =
+            move_under_ball("corotational_implicit", problem, models::Effort{.steps = steps, .iterations = 40});
+        std::size_t k = 0;
+        while (motion.time_of(static_cast<int>(k)) < motion.slide_from)
+            ++k;
+        return moved.force[k];
+    };
+    const auto one = at_the_end_of_the_press(1), eight = at_the_end_of_the_press(8);
+    EXPECT_NEAR(one.z() / eight.z(), 1.0, 0.03);
 }
 
 TEST(TouchingMethods, FeelFrictionWithinItsCone) {
@@ -173,20 +170,6 @@ TEST(TouchingMethods, FeelFrictionWithinItsCone) {
         EXPECT_LT(std::abs(smooth), 0.06) << name; // the shape of what it sinks into
         EXPECT_LT(rough, smooth + 0.21) << name;
         EXPECT_GT(rough, smooth + 0.1) << name;
-    }
-}
-
-TEST(TouchingMethods, MoveInSinglePrecisionAsInDouble) {
-    const auto problem = tests::slid_block(with_friction(0.3));
-    for (const char *const name :
-         {"tled", "tled_nodal_pressure", "tled_quadratic", "vertex_block_descent", "xpbd_springs", "xpbd_neo_hookean",
-          "corotational_implicit", "projective_dynamics", "fast_mass_spring"}) {
-        const auto in_single = move_under_ball(name, problem),
-                   in_double = move_under_ball(name, problem, models::Precision::double_precision);
-        for (const std::size_t frame : {std::size_t{6}, std::size_t{12}})
-            EXPECT_LT(difference(in_single.displacement[frame], in_double.displacement[frame]), 2e-3) << name;
-        EXPECT_LT(difference(in_single.force, in_double.force), 0.01) << name;
-        EXPECT_NE(in_single.force, in_double.force) << name;
     }
 }
 

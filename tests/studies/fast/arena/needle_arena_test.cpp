@@ -41,8 +41,8 @@ struct NeedledBlock {
     }();
 };
 
-models::NeedledMethod method_named(const std::string &name, models::Precision precision) {
-    const auto methods = models::all_needled_methods(precision);
+models::NeedledMethod method_named(const std::string &name) {
+    const auto methods = models::all_needled_methods();
     return *std::ranges::find_if(methods, [&](const auto &method) { return method.texts.name == name; });
 }
 
@@ -73,8 +73,7 @@ TEST(NeedledBodies, OfTheEnergyOfLinearElementsMeetTheNeedleOfThese) {
     for (const auto &[name, effort] : {Converged{"tled", {}}, Converged{"corotational_implicit", {1, 60}},
                                        Converged{"vertex_block_descent", {1, 200}}}) {
         SCOPED_TRACE(name);
-        const auto body =
-            method_named(name, models::Precision::single_precision).prepare(block.problem, block.needle, block.plan);
+        const auto body = method_named(name).prepare(block.problem, block.needle, block.plan);
         const auto used = body->least_effort().value_or(effort);
         body->prepare_for(used);
         double peak = 0.0;
@@ -97,8 +96,7 @@ TEST(NeedledBodies, HoldStillWhileTheNeedleRests) {
     block.plan.rest = 1.0;
     for (const std::string name : {"lloyd", "tled_nodal_pressure", "corotational_implicit", "vertex_block_descent"}) {
         SCOPED_TRACE(name);
-        const auto body =
-            method_named(name, models::Precision::single_precision).prepare(block.problem, block.needle, block.plan);
+        const auto body = method_named(name).prepare(block.problem, block.needle, block.plan);
         const auto effort = body->least_effort().value_or(models::Effort{1, 30});
         const int in = block.plan.at_plan(block.needle);
         for (int frame = 1; frame <= in + 50; ++frame)
@@ -117,7 +115,7 @@ TEST(NeedledBodies, GoOnAloneFromTheMotionOfAnother) {
     const NeedledBlock block;
     for (const std::string name : {"lloyd", "tled", "corotational_implicit"}) {
         SCOPED_TRACE(name);
-        const auto method = method_named(name, models::Precision::single_precision);
+        const auto method = method_named(name);
         const auto body = method.prepare(block.problem, block.needle, block.plan);
         const auto other = method.prepare(block.problem, block.needle, block.plan);
         const auto effort = body->least_effort().value_or(models::Effort{1, 20});
