@@ -173,8 +173,7 @@ constexpr int cg_iterations = 25;
 /// In single precision conjugate gradients fall behind later on, before they converge. Bullet has no preconditioner.
 Sides corotational_step(const MovingScene &moving, bool is_check) {
     const int iterations = is_check ? 5 : cg_iterations;
-    const auto ours =
-        std::make_shared<interactive::CorotationalTetrahedra>(moving.scene, interactive::Preconditioner::none);
+    const auto ours = std::make_shared<tests::Corotational>(moving.scene, tests::Preconditioner::none);
     return {
         steps_of(ours, moving, frame, iterations),
         steps_of_bullet(tetrahedra_of_bullet(moving, linear_law(moving),

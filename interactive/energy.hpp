@@ -27,9 +27,6 @@ class Energy {
     /// Adds d2W/dx2 [N/m], unknown 3 i + c for component c of node i, both triangles.
     /// @param is_projected  whether that of each element is made positive semidefinite
     virtual void add_hessian(const Field &x, bool is_projected, Triplets &triplets) const = 0;
-
-    /// Whether add_hessian() gives the second derivatives, or something positive definite in their place.
-    virtual bool has_exact_hessian() const { return true; }
 };
 
 } // namespace livermark::interactive

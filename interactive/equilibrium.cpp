@@ -1,7 +1,5 @@
 #include "interactive/equilibrium.hpp"
 
-#include <cmath>
-
 namespace livermark::interactive {
 
 namespace {
@@ -66,30 +64,6 @@ std::vector<Equilibrium> equilibria(const Simulation &simulation, const std::vec
             break;
     }
     return result;
-}
-
-Equilibrium equilibrium(const Simulation &simulation, double tolerance) {
-    return equilibria(simulation, {0.25, 0.5, 0.75, 1.0}, tolerance).back();
-}
-
-Settled settle(Simulation &simulation, double time_step, int iterations, double tolerance, int max_steps) {
-    const Field rest = rest_positions(simulation.scene());
-    const Field still = Field::Zero(3, rest.cols());
-    Settled settled;
-    simulation.set_state(simulation.positions(), still);
-    while (!settled.converged && settled.steps < max_steps) {
-        const Field before = simulation.positions();
-        simulation.step(time_step, iterations);
-        simulation.set_state(simulation.positions(), still);
-        ++settled.steps;
-        const double move = (simulation.positions() - before).colwise().norm().maxCoeff();
-        const double longest = (simulation.positions() - rest).colwise().norm().maxCoeff();
-        settled.last_move = move == 0.0 ? 0.0 : move / longest;
-        settled.converged = settled.last_move <= tolerance;
-        if (!std::isfinite(settled.last_move))
-            break;
-    }
-    return settled;
 }
 
 } // namespace livermark::interactive

@@ -29,19 +29,4 @@ struct Equilibrium {
 std::vector<Equilibrium> equilibria(const Simulation &simulation, const std::vector<double> &fractions,
                                     double tolerance = 1e-9, double press_depth = 0.0);
 
-/// That of the whole load.
-Equilibrium equilibrium(const Simulation &simulation, double tolerance = 1e-9);
-
-/// How a simulation came to rest by its own steps.
-struct Settled {
-    bool converged = false;
-    int steps = 0;
-    double last_move = 0.0; ///< longest move of a node in the last step, over its longest displacement
-};
-
-/// Lets a simulation come to rest by its own steps, with all velocities set to zero after each: where it stays is its
-/// own static solution, with as many iterations as it gets.
-/// @param tolerance  of the last move
-Settled settle(Simulation &simulation, double time_step, int iterations, double tolerance, int max_steps);
-
 } // namespace livermark::interactive

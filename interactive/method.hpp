@@ -22,7 +22,6 @@ struct Method {
     std::string converges_to;      ///< one line: what a step comes to as iterations grow
     std::string objection;         ///< what its users or authors object to, each with a source; how to see it here
     std::string implementation;    ///< one line: how good it is, and its number format
-    std::string in_double{};       ///< the same of its steps in double precision, where it has both
     double time_step = frame_time; ///< where nothing else is asked for [s]
     int iterations = 10;           ///< in a step, where nothing else is asked for
     bool is_explicit = false;      ///< whether its steps can be corrected, and have a critical time step

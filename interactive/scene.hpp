@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "interactive/precision.hpp"
 
 namespace livermark::interactive {
 
@@ -29,11 +28,10 @@ struct Scene {
     /// (C) nodes whose positions are set from outside, each once: what a tool has taken hold of, or what holds the
     /// body.
     std::vector<int> constrained_nodes;
-    double mass_damping = 0.0;                         ///< alpha [1/s], >= 0: forces -alpha m v
-    std::vector<core::Vector3> own_nodes{};            ///< of a method, at rest [m]
-    std::vector<Follower> followers{};                 ///< own nodes that are constrained
-    Precision precision = Precision::single_precision; ///< of methods that have both
-    std::shared_ptr<const Orders> orders{};            ///< of the body, where they are known; null to find them
+    double mass_damping = 0.0;              ///< alpha [1/s], >= 0: forces -alpha m v
+    std::vector<core::Vector3> own_nodes{}; ///< of a method, at rest [m]
+    std::vector<Follower> followers{};      ///< own nodes that are constrained
+    std::shared_ptr<const Orders> orders{}; ///< of the body, where they are known; null to find them
 };
 
 /// N, with those of the method.

@@ -63,7 +63,7 @@ class Simulation {
     virtual Cost cost(int iterations) const = 0;
 
     /// In which its body is laid out: good for the same scene, and as_cut() for what a cut leaves of it. Those that
-    /// take long to find; a method in double precision may have none.
+    /// take long to find.
     virtual Orders orders() const;
 
     /// The longest stable step of one iteration at rest [s].

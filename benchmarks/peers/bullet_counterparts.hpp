@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "interactive/colouring.hpp"
-#include "interactive/elements/central_differences.hpp"
 #include "interactive/elements/energies/densities.hpp"
 #include "interactive/elements/energies/element_energy.hpp"
-#include "interactive/elements/prefactored.hpp"
 #include "interactive/elements/spring_body.hpp"
+#include "tests/oracles/explicit_steps.hpp"
+#include "tests/oracles/implicit_steps.hpp"
 
 /// The laws of Bullet's tetrahedra, as its headers have them, in double precision: energies per volume as those of
 /// interactive/elements/energies/densities.hpp. Its third law, btDeformableLinearElasticityForce, is
@@ -78,7 +78,7 @@ inline std::vector<interactive::Tetrahedron> tetrahedra_for_bullet(const core::B
 }
 
 /// The steps of `tled` with Bullet's neo-Hookean law.
-class BulletLawExplicit : public interactive::CentralDifferences {
+class BulletLawExplicit : public tests::CentralDifferences {
   public:
     explicit BulletLawExplicit(interactive::Scene given)
         : CentralDifferences(std::move(given)), energy_(tetrahedra_for_bullet(*scene().body)) {}
@@ -102,22 +102,15 @@ inline interactive::Springs springs_of_mean_stiffness(const core::Body &body) {
 }
 
 /// The steps of `fast_mass_spring` with these.
-class UniformMassSpring : public interactive::Prefactored {
+class UniformMassSpring : public tests::Prefactored {
   public:
-    explicit UniformMassSpring(interactive::Scene given)
-        : Prefactored(std::move(given)), energy_(springs_of_mean_stiffness(*scene().body)) {}
+    explicit UniformMassSpring(const interactive::Scene &given)
+        : Prefactored(given, tests::laplacian(springs_of_mean_stiffness(*given.body))),
+          energy_(springs_of_mean_stiffness(*given.body)) {}
 
     const interactive::SpringEnergy &energy() const override { return energy_; }
-
-  protected:
-    std::size_t bytes_of_elements() const override {
-        return sizeof(std::array<int, 2>) * energy_.springs().edges.size();
-    }
-    void add_laplacian(interactive::Energy::Triplets &triplets) const override {
-        for (const auto &edge : energy_.springs().edges)
-            for (const int a : edge)
-                for (const int b : edge)
-                    triplets.emplace_back(a, b, (a == b ? 1.0 : -1.0) * energy_.springs().stiffness[0]);
+    interactive::Cost cost(int iterations) const override {
+        return {.element_passes = static_cast<double>(iterations)};
     }
 
   private:

@@ -72,7 +72,6 @@ std::unique_ptr<Simulation> continue_after_cut(const Method &method, const Simul
          .node_mass = cut.node_mass,
          .constrained_nodes = std::move(constrained),
          .mass_damping = before.scene().mass_damping,
-         .precision = before.scene().precision,
          .orders = std::make_shared<const Orders>(as_cut(before.orders(), mesh, cut.body->mesh, parents))});
     if (!before.scene().own_nodes.empty())
         parents.node = with_own_nodes(std::move(parents.node), mesh, cut.body->mesh, parents.tetrahedron);

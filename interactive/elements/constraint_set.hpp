@@ -2,21 +2,150 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "interactive/colouring.hpp"
+#include "interactive/elements/spring_body.hpp"
 #include "interactive/kernels/position_rows.hpp"
-#include "interactive/scene.hpp"
 
 namespace livermark::interactive {
 
-/// Constraints of one kind with their compliances and multipliers, in the order of their colours. A kind has
+/// C = |x_a - x_b| - l, alpha = 1 / k.
+struct Distance {
+    static constexpr int num_nodes = 2, num_constraints = 1;
+    static constexpr auto constraint = kernels::Constraint::distance;
+    std::array<int, 2> nodes;
+    Eigen::Matrix<double, 1, 1> compliance; ///< [m/N]
+    double rest_length;
+
+    void evaluate(const Field &x, Eigen::Matrix<double, 1, 1> &c, Eigen::Matrix<double, 6, 1> &g) const {
+        const core::Vector3 d = x.col(nodes[0]) - x.col(nodes[1]);
+        const double length = d.norm();
+        c[0] = length - rest_length;
+        g << d / length, -d / length;
+    }
+
+    std::array<double, 5> numbers(const Field &rest) const {
+        const core::Vector3 d = rest.col(nodes[0]) - rest.col(nodes[1]);
+        return {d.x(), d.y(), d.z(), rest_length, compliance[0]};
+    }
+};
+
+/// C = J - 1, alpha = 1 / (V k) with k of VolumeBesideSprings.
+struct Volume {
+    static constexpr int num_nodes = 4, num_constraints = 1;
+    static constexpr auto constraint = kernels::Constraint::volume;
+    std::array<int, 4> nodes;
+    Eigen::Matrix<double, 1, 1> compliance; ///< [1/J]
+    double rest_six_volumes;
+
+    void evaluate(const Field &x, Eigen::Matrix<double, 1, 1> &c, Eigen::Matrix<double, 12, 1> &g) const {
+        Matrix3 edges;
+        for (int e = 0; e < 3; ++e)
+            edges.col(e) = x.col(nodes[e + 1]) - x.col(nodes[0]);
+        const Matrix3 slopes = cofactors(edges) / rest_six_volumes;
+        c[0] = edges.determinant() / rest_six_volumes - 1.0;
+        g << -slopes.rowwise().sum(), slopes.col(0), slopes.col(1), slopes.col(2);
+    }
+
+    std::array<double, 10> numbers(const Field &rest) const {
+        Matrix3 edges;
+        for (int e = 0; e < 3; ++e)
+            edges.row(e) = rest.col(nodes[e + 1]) - rest.col(nodes[0]);
+        const Matrix3 gradients = edges.inverse(); // by columns
+        std::array<double, 10> numbers{};
+        *std::copy_n(gradients.data(), gradients.size(), numbers.begin()) = compliance[0];
+        return numbers;
+    }
+};
+
+/// Two constraints of a tetrahedron: C_D = |F|, alpha_D = 1 / (mu V), and C_H = J - 1 - mu / k, alpha_H = 1 / (k V)
+/// with k = lambda + mu. Solved together they leave a body at rest in its shape; one after the other they do not before
+/// they have converged.
+struct NeoHookeanPair {
+    static constexpr int num_nodes = 4, num_constraints = 2;
+    static constexpr auto constraint = kernels::Constraint::pair;
+    std::array<int, 4> nodes;
+    Eigen::Vector2d compliance; ///< [1/J]
+    Matrix3 inverse_edges;
+    double rest; ///< 1 + mu / k
+
+    void evaluate(const Field &x, Eigen::Vector2d &c, Eigen::Matrix<double, 12, 2> &g) const {
+        Matrix3 edges;
+        for (int e = 0; e < 3; ++e)
+            edges.col(e) = x.col(nodes[e + 1]) - x.col(nodes[0]);
+        const Matrix3 f = edges * inverse_edges;
+        const double size = f.norm();
+        c << size, f.determinant() - rest;
+        const Matrix3 deviatoric = f / size * inverse_edges.transpose();
+        const Matrix3 hydrostatic = cofactors(f) * inverse_edges.transpose();
+        g.col(0) << -deviatoric.rowwise().sum(), deviatoric.col(0), deviatoric.col(1), deviatoric.col(2);
+        g.col(1) << -hydrostatic.rowwise().sum(), hydrostatic.col(0), hydrostatic.col(1), hydrostatic.col(2);
+    }
+
+    std::array<double, 12> numbers(const Field & /*rest*/) const {
+        const Matrix3 gradients = inverse_edges.transpose(); // by columns
+        std::array<double, 12> numbers{};
+        *std::copy_n(gradients.data(), gradients.size(), numbers.begin()) = rest - 1.0;
+        numbers[10] = compliance[0];
+        numbers[11] = compliance[1];
+        return numbers;
+    }
+};
+
+inline std::vector<Distance> distances(const Springs &springs) {
+    std::vector<Distance> result;
+    result.reserve(springs.edges.size());
+    for (std::size_t s = 0; s < springs.edges.size(); ++s)
+        result.push_back({.nodes = springs.edges[s],
+                          .compliance = Eigen::Matrix<double, 1, 1>(1.0 / springs.stiffness[s]),
+                          .rest_length = springs.rest_length[s]});
+    return result;
+}
+
+/// Whether springs lack volume stiffness of the material.
+inline bool has_volume(const Tetrahedron &t) {
+    return densities::VolumeBesideSprings{t.mu, t.lambda}.modulus() > 0.0;
+}
+
+/// One for each tetrahedron that has_volume().
+inline std::vector<Volume> volumes(std::span<const Tetrahedron> tetrahedra) {
+    std::vector<Volume> result;
+    result.reserve(tetrahedra.size());
+    for (const auto &t : tetrahedra)
+        if (has_volume(t)) {
+            const double modulus = densities::VolumeBesideSprings{t.mu, t.lambda}.modulus();
+            result.push_back({.nodes = t.nodes,
+                              .compliance = Eigen::Matrix<double, 1, 1>(1.0 / (t.volume * modulus)),
+                              .rest_six_volumes = 6.0 * t.volume});
+        }
+    return result;
+}
+
+inline std::vector<NeoHookeanPair> neo_hookean_pairs(std::span<const Tetrahedron> tetrahedra) {
+    std::vector<NeoHookeanPair> result;
+    result.reserve(tetrahedra.size());
+    for (const auto &t : tetrahedra) {
+        const double k = t.lambda + t.mu;
+        result.push_back({.nodes = t.nodes,
+                          .compliance = {1.0 / (t.mu * t.volume), 1.0 / (k * t.volume)},
+                          .inverse_edges = t.inverse_edges,
+                          .rest = 1.0 + t.mu / k});
+    }
+    return result;
+}
+
+/// Constraints of one kind with their compliances, in the order of their colours. A kind has
 ///     static constexpr int num_nodes, num_constraints;    n and K: K constraints on n nodes are solved together
+///     static constexpr kernels::Constraint constraint;    what the vectors call it
 ///     std::array<int, n> nodes;
 ///     Vector compliance;                                  alpha, so that the energy is C^2 / (2 alpha)
 ///     void evaluate(const Field &x, Vector &c, Gradients &g) const;    C and dC/dx
+///     std::array<double, num_numbers_of(constraint)> numbers(const Field &rest) const;
 /// with Vector of size K and Gradients of shape (3 n, K).
 ///
 /// One iteration visits each once: with alpha~ = alpha / h^2 and W the inverse masses at its nodes,
@@ -31,7 +160,7 @@ template <class Kind> class ConstraintSet {
 
     /// @param colours  (M) that they have already, so that no two of a colour share a node; empty to find some
     ConstraintSet(const std::vector<Kind> &kinds, int num_nodes_of_mesh, std::vector<int> colours = {})
-        : colours_(std::move(colours)), multipliers_(kinds.size()) {
+        : colours_(std::move(colours)) {
         if (colours_.empty()) {
             std::vector<std::vector<int>> sets;
             for (const auto &kind : kinds)
@@ -43,71 +172,25 @@ template <class Kind> class ConstraintSet {
         for (const int k : colouring.order)
             kinds_.push_back(kinds[k]);
         offsets_ = std::move(colouring.offsets);
-        clear();
     }
 
     /// (M) in the order in which constraints were given
     const std::vector<int> &colours() const { return colours_; }
 
-    /// All multipliers to zero, as a step begins.
-    void clear() {
-        for (auto &multiplier : multipliers_)
-            multiplier.setZero();
-    }
-
-    /// One iteration.
-    /// @param inverse_mass  (N) [1/kg], zero where a node does not move
-    void project(Field &x, const std::vector<double> &inverse_mass, double time_step) {
-        Vector c;
-        Gradients g, weighted;
-        for (std::size_t k = 0; k < kinds_.size(); ++k) {
-            const auto &kind = kinds_[k];
-            kind.evaluate(x, c, g);
-            for (int a = 0; a < num_nodes; ++a)
-                weighted.template middleRows<3>(3 * a) = inverse_mass[kind.nodes[a]] * g.template middleRows<3>(3 * a);
-            const Vector compliance = kind.compliance / (time_step * time_step);
-            Eigen::Matrix<double, num_constraints, num_constraints> matrix = g.transpose() * weighted;
-            matrix.diagonal() += compliance;
-            const Vector change = matrix.inverse() * (-c - compliance.cwiseProduct(multipliers_[k]));
-            multipliers_[k] += change;
-            const Eigen::Matrix<double, 3 * num_nodes, 1> move = weighted * change;
-            for (int a = 0; a < num_nodes; ++a)
-                x.col(kind.nodes[a]) += move.template segment<3>(3 * a);
-        }
-    }
-
     /// f += g lambda / h^2 [N], what the constraints pull with.
-    /// @param rows  whose multipliers these are, of rows(); its own if there are none
-    void add_forces(const Field &x, double time_step, Field &f, const kernels::ConstraintRows *rows = nullptr) const {
+    /// @param rows  of rows(), with the multipliers
+    void add_forces(const Field &x, double time_step, const kernels::ConstraintRows &rows, Field &f) const {
         Vector c;
         Gradients g;
         for (std::size_t k = 0; k < kinds_.size(); ++k) {
             kinds_[k].evaluate(x, c, g);
-            const Vector multipliers = rows == nullptr ? multipliers_[k] : multipliers_in(*rows, k);
-            const Eigen::Matrix<double, 3 * num_nodes, 1> force = g * multipliers / (time_step * time_step);
+            const Eigen::Matrix<double, 3 * num_nodes, 1> force = g * multipliers_in(rows, k) / (time_step * time_step);
             for (int a = 0; a < num_nodes; ++a)
                 f.col(kinds_[k].nodes[a]) += force.template segment<3>(3 * a);
         }
     }
 
-    /// The largest |C + alpha~ lambda| over |C|: zero once iterations have converged.
-    double residual(const Field &x, double time_step) const {
-        double left = 0.0, size = 0.0;
-        Vector c;
-        Gradients g;
-        for (std::size_t k = 0; k < kinds_.size(); ++k) {
-            kinds_[k].evaluate(x, c, g);
-            left = std::max(left, (c + kinds_[k].compliance.cwiseProduct(multipliers_[k]) / (time_step * time_step))
-                                      .cwiseAbs()
-                                      .maxCoeff());
-            size = std::max(size, c.cwiseAbs().maxCoeff());
-        }
-        return size == 0.0 ? 0.0 : left / size;
-    }
-
-    /// The same constraints for vectors, in the same order of colours. A kind has
-    ///     static constexpr kernels::Constraint constraint;    what the vectors call it
-    ///     std::array<double, num_numbers_of(constraint)> numbers(const Field &rest) const;
+    /// The same constraints for vectors, in the same order of colours.
     kernels::ConstraintRows rows(const Field &rest) const {
         std::vector<int> nodes;
         std::vector<double> numbers;
@@ -121,8 +204,6 @@ template <class Kind> class ConstraintSet {
         return kernels::constraint_rows(Kind::constraint, offsets_, nodes, numbers, static_cast<int>(rest.cols()));
     }
 
-    std::size_t bytes() const { return kinds_.size() * (sizeof(Kind) + sizeof(Vector)); }
-
   private:
     static Vector multipliers_in(const kernels::ConstraintRows &rows, std::size_t k) {
         const std::size_t batch = rows.place[k] / kernels::slice_size, lane = rows.place[k] % kernels::slice_size;
@@ -135,7 +216,6 @@ template <class Kind> class ConstraintSet {
     std::vector<int> colours_; ///< in the order of the constructor
     std::vector<Kind> kinds_;
     std::vector<int> offsets_; ///< of colours, and the end
-    std::vector<Vector> multipliers_;
 };
 
 } // namespace livermark::interactive

@@ -1,33 +1,46 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 
-#include "interactive/elements/central_differences.hpp"
 #include "interactive/kernels/explicit_rows.hpp"
+#include "interactive/simulation.hpp"
 
 namespace livermark::interactive {
 
-/// CentralDifferences of neo-Hookean tetrahedra, linear or those of quadratic_scene(), in the precision of the scene.
-/// In single precision its state is what explicit_steps.hpp moves, and positions and velocities are that state after
-/// each step.
-class ExplicitTetrahedra : public CentralDifferences {
+/// Explicit steps of neo-Hookean tetrahedra, linear or those of quadratic_scene(). An iteration is one step of central
+/// differences, h = time step over iterations, with velocities half a step behind:
+///     v = ((1 - alpha h / 2) v + h (f + f_ext) / m) / (1 + alpha h / 2),   x += h v.
+/// Constrained nodes go to their targets in equal parts. Longer steps than critical_time_step() blow up. What a ball
+/// that touches exerts takes part in the step. What acts after a step is given the nodes of the mesh alone. The state
+/// is what explicit_steps.hpp moves, and positions and velocities are that state after each step.
+/// (Belytschko, Liu, Moran 2000, Nonlinear Finite Elements for Continua and Structures, box 6.1 and section 10.7)
+class ExplicitTetrahedra : public Simulation {
   public:
     ExplicitTetrahedra(Scene given, kernels::Pressure pressure);
 
     void step(double time_step, int iterations) override;
+    /// Found when it is asked for.
+    double critical_time_step() const override;
+    bool correct_steps(const std::shared_ptr<StepCorrection> &correction) override;
+    bool touch(const std::shared_ptr<core::BallContact> &ball) override;
+    bool act_after_steps(const AfterStep &action) override;
     void set_state(const Field &positions, const Field &velocities) override;
     void set_external_forces(const Field &forces) override;
     Cost cost(int iterations) const override;
-    Orders orders() const override;
+    Orders orders() const override { return rows_.orders(); }
 
   private:
     void take_corrected_step(double h);
-    void push_rows_out(const core::BallStep &step, double h);
-    void act_on_rows(double part, double h);
+    void push_out(const core::BallStep &step, double h);
 
     kernels::Pressure pressure_;
     Field rest_;
-    std::optional<kernels::ExplicitRows> rows_; ///< in single precision
+    kernels::ExplicitRows rows_;
+    std::shared_ptr<StepCorrection> correction_; ///< null if there is none
+    std::shared_ptr<core::BallContact> ball_;
+    AfterStep after_step_;
+    mutable std::optional<double> critical_time_step_;
 };
 
 } // namespace livermark::interactive

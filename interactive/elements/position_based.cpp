@@ -3,30 +3,21 @@
 #include <utility>
 
 #include "interactive/elements/rows_of_nodes.hpp"
-#include "interactive/inertia.hpp"
 #include "interactive/kernels/position_steps.hpp"
 
 namespace livermark::interactive {
 
-PositionBased::PositionBased(Scene given)
-    : Simulation(std::move(given)), rest_(positions()), inverse_mass_(scene().node_mass.size()) {}
-
-void PositionBased::use_vectors(std::vector<kernels::ConstraintRows> sets) {
-    rows_.emplace(scene());
-    rows_->sets = std::move(sets);
-}
+PositionBased::PositionBased(Scene given) : Simulation(std::move(given)), rest_(positions()), rows_(scene()) {}
 
 bool PositionBased::touch(const std::shared_ptr<core::BallContact> &ball) {
     ball_ = ball;
-    if (!rows_)
-        return true;
     if (ball_)
-        rows_->after_iteration = [this] {
-            project_ball([&](int n) { return rest_.col(n) + in_row(rows_->before, n).cast<double>(); },
-                         [&](int n) { return FineRow(rest_.col(n), in_row(rows_->displacement, n)); });
+        rows_.after_iteration = [this] {
+            project_ball([&](int n) { return rest_.col(n) + in_row(rows_.before, n).cast<double>(); },
+                         [&](int n) { return FineRow(rest_.col(n), in_row(rows_.displacement, n)); });
         };
     else
-        rows_->after_iteration = nullptr;
+        rows_.after_iteration = nullptr;
     return true;
 }
 
@@ -45,55 +36,32 @@ template <class Start, class Position> void PositionBased::project_ball(const St
 void PositionBased::step(double time_step, int iterations) {
     time_step_ = time_step;
     has_touched_ = false;
-    if (rows_)
-        step_in_single(time_step, iterations);
-    else
-        step_in_double(time_step, iterations);
-    if (ball_)
-        ball_->end_step(time_step);
-    last_time_step_ = time_step;
-}
-
-void PositionBased::step_in_double(double time_step, int iterations) {
-    auto &x = mutable_positions();
-    const Field before = x;
-    const auto terms = inertia(*this, time_step);
-    for (std::size_t i = 0; i < inverse_mass_.size(); ++i)
-        inverse_mass_[i] = is_free()[i] ? 1.0 / (terms.stiffness[i] * time_step * time_step) : 0.0;
-    x = terms.predicted;
-    clear_multipliers();
-    for (int i = 0; i < iterations; ++i) {
-        project(x, inverse_mass_, time_step);
-        if (ball_)
-            project_ball([&](int n) { return before.col(n); }, [&](int n) { return x.col(n); });
-    }
-    mutable_velocities() = (x - before) / time_step;
-}
-
-void PositionBased::step_in_single(double time_step, int iterations) {
     auto &x = mutable_positions();
     auto &v = mutable_velocities();
     // Constrained nodes begin where they were told to be before, without what single precision has lost on the way.
     const auto &nodes = scene().constrained_nodes;
     for (std::size_t c = 0; c < nodes.size(); ++c) {
-        in_row(rows_->displacement, nodes[c]) = (x.col(nodes[c]) - rest_.col(nodes[c])).cast<float>();
-        in_row(rows_->velocity, nodes[c]) =
+        in_row(rows_.displacement, nodes[c]) = (x.col(nodes[c]) - rest_.col(nodes[c])).cast<float>();
+        in_row(rows_.velocity, nodes[c]) =
             ((targets().col(static_cast<Eigen::Index>(c)) - x.col(nodes[c])) / time_step).cast<float>();
     }
-    kernels::take_position_step(*rows_, time_step, scene().mass_damping, iterations);
+    kernels::take_position_step(rows_, time_step, scene().mass_damping, iterations);
     for (Eigen::Index i = 0; i < x.cols(); ++i) {
-        x.col(i) = rest_.col(i) + in_row(rows_->displacement, static_cast<int>(i)).cast<double>();
-        v.col(i) = in_row(rows_->velocity, static_cast<int>(i)).cast<double>();
+        x.col(i) = rest_.col(i) + in_row(rows_.displacement, static_cast<int>(i)).cast<double>();
+        v.col(i) = in_row(rows_.velocity, static_cast<int>(i)).cast<double>();
     }
     move_to_targets(); // to the last bit
+    if (ball_)
+        ball_->end_step(time_step);
+    last_time_step_ = time_step;
 }
 
 void PositionBased::set_state(const Field &positions, const Field &velocities) {
     Simulation::set_state(positions, velocities);
     last_time_step_.reset();
-    for (Eigen::Index i = 0; rows_ && i < positions.cols(); ++i) {
-        in_row(rows_->displacement, static_cast<int>(i)) = (positions.col(i) - rest_.col(i)).cast<float>();
-        in_row(rows_->velocity, static_cast<int>(i)) = velocities.col(i).cast<float>();
+    for (Eigen::Index i = 0; i < positions.cols(); ++i) {
+        in_row(rows_.displacement, static_cast<int>(i)) = (positions.col(i) - rest_.col(i)).cast<float>();
+        in_row(rows_.velocity, static_cast<int>(i)) = velocities.col(i).cast<float>();
     }
 }
 
@@ -105,25 +73,22 @@ void PositionBased::kick(const Field &velocity, double time_step) {
 
 void PositionBased::set_external_forces(const Field &forces) {
     Simulation::set_external_forces(forces);
-    for (Eigen::Index i = 0; rows_ && i < external_forces().cols(); ++i)
-        in_row(rows_->external, static_cast<int>(i)) = external_forces().col(i).cast<float>();
+    for (Eigen::Index i = 0; i < external_forces().cols(); ++i)
+        in_row(rows_.external, static_cast<int>(i)) = external_forces().col(i).cast<float>();
 }
 
 Field PositionBased::elastic_forces() const {
     if (!last_time_step_)
         return Simulation::elastic_forces();
     Field forces = Field::Zero(3, positions().cols());
-    std::span<const kernels::ConstraintRows> sets;
-    if (rows_)
-        sets = rows_->sets;
-    add_constraint_forces(positions(), *last_time_step_, sets, forces);
+    add_constraint_forces(positions(), *last_time_step_, rows_.sets, forces);
     return forces;
 }
 
 Cost PositionBased::cost(int iterations) const {
     const auto num_tetrahedra = static_cast<double>(scene().body->mesh.tetrahedra.size());
     return {.element_passes = 1.0 * iterations,
-            .bytes_per_element = static_cast<double>(rows_ ? rows_->bytes() : bytes_of_constraints()) / num_tetrahedra};
+            .bytes_per_element = static_cast<double>(rows_.bytes()) / num_tetrahedra};
 }
 
 } // namespace livermark::interactive

@@ -5,15 +5,12 @@
 #include <utility>
 
 #include "interactive/elements/rows_of_nodes.hpp"
+#include "interactive/inertia.hpp"
 #include "support/factors/supernodes.hpp"
 
 namespace livermark::interactive {
 
 Prefactored::Prefactored(Scene given) : Simulation(std::move(given)), rest_(positions()) {}
-
-void Prefactored::use_vectors(kernels::PrefactoredElements elements) {
-    rows_.emplace(std::move(elements));
-}
 
 void Prefactored::prepare(double time_step) {
     if (time_step == factorised_for_)
@@ -42,8 +39,7 @@ void Prefactored::prepare(double time_step) {
             factor_.order(matrix, order);
         if (!factor_.factorise(matrix))
             throw std::logic_error("the matrix of projective dynamics is not positive definite");
-        if (rows_)
-            rows_->set_factor(factor_.factor(), unknown_, terms.stiffness);
+        rows_->set_factor(factor_.factor(), unknown_, terms.stiffness);
     }
     factorised_for_ = time_step;
     columns_.clear();
@@ -61,7 +57,7 @@ std::vector<int> Prefactored::order_of_unknowns() const {
 }
 
 Orders Prefactored::orders() const {
-    Orders orders = rows_ ? rows_->orders() : Orders{};
+    Orders orders = rows_->orders();
     if (factorised_for_ == 0.0 || num_unknowns_ == 0)
         return orders;
     std::vector<int> node_of(static_cast<std::size_t>(num_unknowns_));
@@ -75,8 +71,7 @@ Orders Prefactored::orders() const {
 
 bool Prefactored::touch(const std::shared_ptr<core::BallContact> &ball) {
     ball_ = ball;
-    if (rows_)
-        rows_->after_iteration = ball_ ? [this] { touch_rows(); } : std::function<void()>();
+    rows_->after_iteration = ball_ ? [this] { touch_rows(); } : std::function<void()>();
     return true;
 }
 
@@ -84,10 +79,14 @@ void Prefactored::step(double time_step, int iterations) {
     prepare(time_step);
     if (ball_)
         begin_touch();
-    if (rows_)
-        step_in_single(time_step, iterations);
-    else
-        step_in_double(time_step, iterations);
+    auto &nodes = rows_->nodes();
+    nodes.aim_constrained(scene(), rest_, positions(), targets(), time_step);
+    kernels::take_prefactored_step(*rows_, time_step, scene().mass_damping, iterations);
+    auto &x = mutable_positions();
+    take_from_rows(nodes.displacement, nodes.row_of_node, x);
+    x += rest_;
+    take_from_rows(nodes.velocity, nodes.row_of_node, mutable_velocities());
+    move_to_targets(); // to the last bit
     if (ball_)
         ball_->end_step(time_step);
 }
@@ -162,14 +161,6 @@ template <class Start, class Position> void Prefactored::touch_nodes(const Start
             position(static_cast<int>(i)) += core::Vector3(moved.row(unknown_[i]).transpose());
 }
 
-void Prefactored::touch_in_double(const Field &before, const Inertia &terms, Field &predicted) {
-    auto &x = mutable_positions();
-    touch_nodes([&](int node) { return core::Vector3(before.col(node)); }, [&](int node) { return x.col(node); });
-    for (const int node : ball_->near())
-        if (unknown_[node] >= 0)
-            predicted.col(node) = terms.predicted.col(node) + forces_[node] / stiffness_[node];
-}
-
 void Prefactored::touch_rows() {
     auto &nodes = rows_->nodes();
     const auto row = [&](int node) { return nodes.row_of_node[node]; };
@@ -188,61 +179,22 @@ void Prefactored::touch_rows() {
                 (near_predicted_[k] + forces_[near[k]] / stiffness_[near[k]]).cast<float>();
 }
 
-void Prefactored::step_in_single(double time_step, int iterations) {
-    auto &nodes = rows_->nodes();
-    nodes.aim_constrained(scene(), rest_, positions(), targets(), time_step);
-    kernels::take_prefactored_step(*rows_, time_step, scene().mass_damping, iterations);
-    auto &x = mutable_positions();
-    take_from_rows(nodes.displacement, nodes.row_of_node, x);
-    x += rest_;
-    take_from_rows(nodes.velocity, nodes.row_of_node, mutable_velocities());
-    move_to_targets(); // to the last bit
-}
-
-void Prefactored::step_in_double(double time_step, int iterations) {
-    auto &x = mutable_positions();
-    const Field before = x;
-    const auto terms = inertia(*this, time_step);
-    x = terms.predicted;
-    Field predicted = terms.predicted; // with the forces of a ball
-    Field forces(3, x.cols());
-    Eigen::MatrixXd right(num_unknowns_, 3);
-    for (int k = 0; k < iterations && num_unknowns_ > 0; ++k) {
-        forces.setZero();
-        energy().add_forces(x, forces);
-        for (Eigen::Index i = 0; i < x.cols(); ++i)
-            if (unknown_[i] >= 0)
-                right.row(unknown_[i]) =
-                    (forces.col(i) - terms.stiffness[i] * (x.col(i) - predicted.col(i))).transpose();
-        const Eigen::MatrixXd move = factor_.solve(right);
-        for (Eigen::Index i = 0; i < x.cols(); ++i)
-            if (unknown_[i] >= 0)
-                x.col(i) += move.row(unknown_[i]).transpose();
-        if (ball_)
-            touch_in_double(before, terms, predicted);
-    }
-    mutable_velocities() = (x - before) / time_step;
-}
-
 void Prefactored::set_state(const Field &positions, const Field &velocities) {
     Simulation::set_state(positions, velocities);
-    if (rows_) {
-        auto &nodes = rows_->nodes();
-        put_into_rows(positions - rest_, nodes.row_of_node, nodes.displacement);
-        put_into_rows(velocities, nodes.row_of_node, nodes.velocity);
-    }
+    auto &nodes = rows_->nodes();
+    put_into_rows(positions - rest_, nodes.row_of_node, nodes.displacement);
+    put_into_rows(velocities, nodes.row_of_node, nodes.velocity);
 }
 
 void Prefactored::set_external_forces(const Field &forces) {
     Simulation::set_external_forces(forces);
-    if (rows_)
-        put_into_rows(external_forces(), rows_->nodes().row_of_node, rows_->nodes().external);
+    put_into_rows(external_forces(), rows_->nodes().row_of_node, rows_->nodes().external);
 }
 
 Cost Prefactored::cost(int iterations) const {
     const auto num_tetrahedra = static_cast<double>(scene().body->mesh.tetrahedra.size());
     return {.element_passes = static_cast<double>(iterations),
-            .bytes_per_element = static_cast<double>(rows_ ? rows_->bytes() : bytes_of_elements()) / num_tetrahedra};
+            .bytes_per_element = static_cast<double>(rows_->bytes()) / num_tetrahedra};
 }
 
 } // namespace livermark::interactive

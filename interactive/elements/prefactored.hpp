@@ -1,10 +1,11 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
-#include "interactive/inertia.hpp"
 #include "interactive/kernels/prefactored/prefactored_steps.hpp"
+#include "interactive/simulation.hpp"
 #include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::interactive {
@@ -33,7 +34,7 @@ class Prefactored : public Simulation {
     bool touch(const std::shared_ptr<core::BallContact> &ball) override;
     void set_state(const Field &positions, const Field &velocities) override;
     void set_external_forces(const Field &forces) override;
-    /// In single precision with the factor, once there is one.
+    /// With the factor, once there is one.
     Cost cost(int iterations) const override;
     /// With that of the factor, once there is one.
     Orders orders() const override;
@@ -41,28 +42,22 @@ class Prefactored : public Simulation {
   protected:
     /// Adds L, unknown i for node i, both triangles.
     virtual void add_laplacian(Energy::Triplets &triplets) const = 0;
-    virtual std::size_t bytes_of_elements() const = 0; ///< in double precision, without the factor
-
-    bool is_in_single_precision() const { return scene().precision == Precision::single_precision; }
-    /// Steps go over these from now on.
-    void use_vectors(kernels::PrefactoredElements elements);
+    /// Steps go over these from now on; to be called by the constructor of a method.
+    void use_elements(kernels::PrefactoredElements elements) { rows_.emplace(std::move(elements)); }
 
   private:
     std::vector<int> order_of_unknowns() const;
-    void step_in_double(double time_step, int iterations);
-    void step_in_single(double time_step, int iterations);
     void begin_touch();
     void find_columns();
     template <class Start, class Position> void touch_nodes(const Start &start, const Position &position);
     void touch_rows();
-    void touch_in_double(const Field &before, const Inertia &terms, Field &predicted);
 
     Field rest_;
     support::SparseCholesky factor_;
     double factorised_for_ = 0.0; ///< time step [s]
     std::vector<int> unknown_;    ///< (N) of a node, -1 where constrained
     int num_unknowns_ = 0;
-    std::optional<kernels::PrefactoredRows> rows_; ///< in single precision
+    std::optional<kernels::PrefactoredRows> rows_; ///< once use_elements() has been called
     std::shared_ptr<core::BallContact> ball_;      ///< and what its contact needs
     std::vector<Eigen::VectorXd> columns_;         ///< (N) of A^-1 [m/N], empty where the ball was never near
     std::vector<core::Vector3> forces_;            ///< (N) of the ball on the nodes in this step [N]

@@ -65,9 +65,6 @@ void SpringEnergy::add_hessian(const Field &x, bool is_projected, Triplets &trip
     }
 }
 
-SpringAndVolumeEnergy::SpringAndVolumeEnergy(const core::Body &body)
-    : SpringAndVolumeEnergy(body, core::edge_table(body.mesh.tetrahedra)) {}
-
 SpringAndVolumeEnergy::SpringAndVolumeEnergy(const core::Body &body, const core::EdgeTable &edges)
     : springs_(springs_with_shear_modulus(body, edges)), volumes_(tetrahedra_at_rest(body)) {}
 

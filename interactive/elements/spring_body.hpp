@@ -61,7 +61,6 @@ struct VolumeBesideSprings {
 /// Springs with the shear modulus of the material, and the volume of each tetrahedron.
 class SpringAndVolumeEnergy : public Energy {
   public:
-    explicit SpringAndVolumeEnergy(const core::Body &body);
     /// @param edges  of core::edge_table()
     SpringAndVolumeEnergy(const core::Body &body, const core::EdgeTable &edges);
 

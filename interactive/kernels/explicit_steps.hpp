@@ -4,7 +4,7 @@
 
 namespace livermark::interactive::kernels {
 
-/// Steps of central differences as CentralDifferences takes them, in single precision on the vectors of the machine: a
+/// Steps of central differences as ExplicitTetrahedra takes them, in single precision on the vectors of the machine: a
 /// pass over tetrahedra and one over nodes, and before these one for J of tetrahedra and one for pressures of nodes
 /// where they are around nodes. Quadratic tetrahedra are neo-Hookean at their four points. Constrained nodes keep their
 /// velocities. A tetrahedron that is inside out makes NaN, as the logarithm of its J does.

@@ -22,13 +22,10 @@ Method corotational_implicit() {
                      "incompressibility (sofa-framework/sofa#5751): 'livermark run --load-case palpation --model "
                      "corotational_implicit fem_p2 --poisson 0.3 0.49' shows it.",
         .implementation = "matrix-free, blocks of nodes as preconditioner, vector units, single precision",
-        .in_double = "plain loop over tetrahedra, matrix-free, blocks of nodes as preconditioner, double",
         .time_step = frame_time,
         .iterations = 25, // the default of SOFA's CGLinearSolver
         .knows_contact = true,
-        .prepare = [](const Scene &scene) {
-            return std::make_unique<CorotationalTetrahedra>(scene, Preconditioner::blocks);
-        }};
+        .prepare = [](const Scene &scene) { return std::make_unique<CorotationalTetrahedra>(scene); }};
 }
 
 } // namespace livermark::interactive::methods

@@ -14,17 +14,12 @@ class FastMassSpring : public Prefactored {
   public:
     explicit FastMassSpring(Scene given)
         : Prefactored(std::move(given)), energy_(springs_with_shear_modulus(*scene().body)) {
-        if (is_in_single_precision())
-            use_vectors(kernels::spring_rows(scene(), energy_.springs()));
+        use_elements(kernels::spring_rows(scene(), energy_.springs()));
     }
 
     const Energy &energy() const override { return energy_; }
 
   protected:
-    std::size_t bytes_of_elements() const override {
-        const auto &springs = energy_.springs();
-        return springs.edges.size() * (sizeof(springs.edges[0]) + 2 * sizeof(double));
-    }
     void add_laplacian(Energy::Triplets &triplets) const override {
         const auto &springs = energy_.springs();
         for (std::size_t s = 0; s < springs.edges.size(); ++s)
@@ -53,7 +48,6 @@ Method fast_mass_spring() {
                 "(Golec et al. 2020, Hybrid 3D mass-spring system, The Visual Computer 36): 'livermark run "
                 "--load-case pneumoperitoneum --model fast_mass_spring fem_p2 --poisson 0.25 0.45' shows it.",
             .implementation = "vector units, CHOLMOD's factor in single precision",
-            .in_double = "plain loop over springs; CHOLMOD's solve with three right-hand sides; double",
             .time_step = frame_time,
             .iterations = 10,
             .knows_contact = true,

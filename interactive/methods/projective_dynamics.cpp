@@ -14,14 +14,12 @@ class ProjectiveDynamics : public Prefactored {
   public:
     explicit ProjectiveDynamics(Scene given)
         : Prefactored(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)) {
-        if (is_in_single_precision())
-            use_vectors(kernels::explicit_rows(scene(), kernels::Pressure::of_tetrahedra));
+        use_elements(kernels::explicit_rows(scene(), kernels::Pressure::of_tetrahedra));
     }
 
     const Energy &energy() const override { return energy_; }
 
   protected:
-    std::size_t bytes_of_elements() const override { return sizeof(Tetrahedron) * energy_.tetrahedra().size(); }
     void add_laplacian(Energy::Triplets &triplets) const override {
         for (const auto &t : energy_.tetrahedra()) {
             const Eigen::Matrix4d block = t.volume * densities::Projective{t.mu, t.lambda}.weight() *
@@ -53,7 +51,6 @@ Method projective_dynamics() {
                 "Kavan 2018, Stabilizing integrators, ACM TOG 37(1)). Rigorous benchmarks against reality were "
                 "missing (Dubied et al. 2022, arXiv:2201.12560v1).",
             .implementation = "vector units without singular values, CHOLMOD's factor in single precision",
-            .in_double = "plain loop with Jacobi singular values; CHOLMOD's solve with three right-hand sides; double",
             .time_step = frame_time,
             .iterations = 10,
             .knows_contact = true,

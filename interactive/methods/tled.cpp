@@ -38,7 +38,6 @@ Method tled() {
                 "--poisson 0.3 0.49' shows it. A GPU is more than ten times as fast (Johnsen et al. 2015, NiftySim, "
                 "Int. J. CARS 10).",
             .implementation = "vector units, single precision",
-            .in_double = "plain loop over tetrahedra, double",
             .time_step = frame_time,
             .iterations = 40,
             .is_explicit = true,

@@ -38,7 +38,6 @@ Method tled_nodal_pressure() {
                 "element formulations in LS-DYNA, quoted in the group LS-DYNA2 in 2020): 'livermark arena --mesh 1 3 "
                 "--method tled_nodal_pressure' shows how its error falls.",
             .implementation = "vector units, single precision",
-            .in_double = "two plain loops over tetrahedra, double",
             .time_step = frame_time,
             .iterations = 40,
             .is_explicit = true,

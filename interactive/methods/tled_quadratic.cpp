@@ -39,7 +39,6 @@ Method tled_quadratic() {
                 "strains users of LS-DYNA are told to average nodal pressures instead (Erhart 2011, Review of solid "
                 "element formulations in LS-DYNA, quoted in the group LS-DYNA2 in 2020).",
             .implementation = "vector units, single precision",
-            .in_double = "plain loop over tetrahedra with four points each, double",
             .time_step = frame_time,
             .iterations = 100,
             .is_explicit = true,

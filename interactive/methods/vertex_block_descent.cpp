@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "interactive/chebyshev.hpp"
 #include "interactive/colouring.hpp"
 #include "interactive/elements/energies/element_energy.hpp"
 #include "interactive/elements/rows_of_nodes.hpp"
@@ -26,90 +25,81 @@ class VertexBlockDescent : public Simulation {
   public:
     explicit VertexBlockDescent(Scene given)
         : Simulation(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)), rest_(positions()),
-          node_colour_(colours()), offsets_{0}, last_velocities_(velocities()) {
-        const auto colours = by_colours(node_colour_);
-        if (scene().precision == Precision::single_precision) {
-            rows_ = kernels::descent_rows(scene(), colours);
-            return;
-        }
-        const auto around = tetrahedra_around();
-        for (const int node : colours.order)
-            if (is_free()[node])
-                add_node(node, around[node]);
-    }
+          node_colour_(colours()), rows_(kernels::descent_rows(scene(), by_colours(node_colour_))), offsets_{0} {}
 
     bool touch(const std::shared_ptr<core::BallContact> &ball) override {
         ball_ = ball;
-        if (rows_)
-            rows_->after_iteration = nullptr;
+        rows_.after_iteration = nullptr;
         if (!ball_)
             return true;
-        if (rows_ && nodes_.empty()) { // single precision has its own corners, but for nodes that are touched
+        if (nodes_.empty()) {
             const auto around = tetrahedra_around();
             for (const int node : ball_->nodes())
                 if (is_free()[node])
                     add_node(node, around[node]);
         }
-        if (rows_)
-            rows_->after_iteration = [this] { touch_rows(); };
+        rows_.after_iteration = [this] { touch_rows(); };
         return true;
     }
 
     void step(double time_step, int iterations) override {
-        if (ball_)
-            forces_.assign(static_cast<std::size_t>(positions().cols()), core::Vector3::Zero());
-        has_touched_ = false;
-        if (rows_)
-            step_in_single(time_step, iterations);
-        else
-            step_in_double(time_step, iterations);
+        auto &x = mutable_positions();
+        // Constrained nodes begin where they were told to be before, without what single precision has lost on the way.
+        const auto &nodes = scene().constrained_nodes;
+        for (std::size_t c = 0; c < nodes.size(); ++c) {
+            const int row = rows_.row_of_node[nodes[c]];
+            in_row(rows_.displacement, row) = (x.col(nodes[c]) - rest_.col(nodes[c])).cast<float>();
+            in_row(rows_.predicted, row) =
+                (targets().col(static_cast<Eigen::Index>(c)) - rest_.col(nodes[c])).cast<float>();
+        }
+        if (ball_) {
+            forces_.assign(static_cast<std::size_t>(x.cols()), core::Vector3::Zero());
+            has_touched_ = false;
+            terms_ = inertia(*this, time_step);
+            before_ = x;
+        }
+        kernels::take_descent_step(rows_, time_step, scene().mass_damping, iterations);
+        take_from_rows(rows_.displacement, rows_.row_of_node, x);
+        x += rest_;
+        take_from_rows(rows_.velocity, rows_.row_of_node, mutable_velocities());
+        move_to_targets(); // to the last bit
         if (ball_)
             ball_->end_step(time_step);
     }
 
     void set_state(const Field &positions, const Field &velocities) override {
         Simulation::set_state(positions, velocities);
-        last_velocities_ = velocities;
-        if (rows_) {
-            put_into_rows(positions - rest_, rows_->row_of_node, rows_->displacement);
-            put_into_rows(velocities, rows_->row_of_node, rows_->velocity);
-            rows_->last_velocity = rows_->velocity;
-        }
+        put_into_rows(positions - rest_, rows_.row_of_node, rows_.displacement);
+        put_into_rows(velocities, rows_.row_of_node, rows_.velocity);
+        rows_.last_velocity = rows_.velocity;
     }
 
     /// Accelerations that the next guess is made of stay those of steps.
     void kick(const Field &velocity, double time_step) override {
-        const Field last = last_velocities_ + velocity;
-        std::optional<kernels::Aligned<float>> last_rows;
-        if (rows_)
-            last_rows = rows_->last_velocity;
+        const auto last = rows_.last_velocity;
         Simulation::kick(velocity, time_step);
-        last_velocities_ = last;
-        for (Eigen::Index i = 0; rows_ && i < velocity.cols(); ++i) {
-            const int row = rows_->row_of_node[i];
-            in_row(rows_->last_velocity, row) = in_row(*last_rows, row) + velocity.col(i).cast<float>();
+        for (Eigen::Index i = 0; i < velocity.cols(); ++i) {
+            const int row = rows_.row_of_node[i];
+            in_row(rows_.last_velocity, row) = in_row(last, row) + velocity.col(i).cast<float>();
         }
     }
 
     void set_external_forces(const Field &forces) override {
         Simulation::set_external_forces(forces);
-        if (rows_)
-            put_into_rows(external_forces(), rows_->row_of_node, rows_->external);
+        put_into_rows(external_forces(), rows_.row_of_node, rows_.external);
     }
 
     const Energy &energy() const override { return energy_; }
     Orders orders() const override {
         Orders orders;
         orders.node_colour = node_colour_;
-        if (rows_)
-            orders.strips = rows_->strips;
+        orders.strips = rows_.strips;
         return orders;
     }
     Cost cost(int iterations) const override {
         return {.element_passes = 4.0 * iterations, // at each of its corners
                 .bytes_per_element =
-                    rows_ ? static_cast<double>(rows_->bytes()) / static_cast<double>(energy_.tetrahedra().size())
-                          : static_cast<double>(sizeof(Tetrahedron) + 4 * sizeof(Corner))};
+                    static_cast<double>(rows_.bytes()) / static_cast<double>(energy_.tetrahedra().size())};
     }
 
   private:
@@ -143,72 +133,6 @@ class VertexBlockDescent : public Simulation {
         return {tetrahedron, t.shape_gradients().row(corner).transpose()};
     }
 
-    void step_in_double(double time_step, int iterations) {
-        auto &x = mutable_positions();
-        auto &v = mutable_velocities();
-        const Field before = x;
-        const auto terms = inertia(*this, time_step);
-        start(terms, time_step);
-        auto pushed = terms;
-        const double rho = chebyshev_rho(iterations);
-        double weight = 1.0;
-        Field older, oldest;
-        for (int i = 1; i <= iterations; ++i) {
-            weight = chebyshev_weight(i, weight, rho);
-            oldest = std::move(older);
-            older = x;
-            for (std::size_t k = 0; k < nodes_.size(); ++k)
-                descend(x, pushed, k);
-            if (i > 1)
-                x = weight * (x - oldest) + oldest;
-            if (ball_)
-                touch_in_double(before, terms, pushed);
-        }
-        last_velocities_ = v;
-        v = (x - before) / time_step;
-    }
-
-    void step_in_single(double time_step, int iterations) {
-        auto &x = mutable_positions();
-        // Constrained nodes begin where they were told to be before, without what single precision has lost on the way.
-        const auto &nodes = scene().constrained_nodes;
-        for (std::size_t c = 0; c < nodes.size(); ++c) {
-            const int row = rows_->row_of_node[nodes[c]];
-            in_row(rows_->displacement, row) = (x.col(nodes[c]) - rest_.col(nodes[c])).cast<float>();
-            in_row(rows_->predicted, row) =
-                (targets().col(static_cast<Eigen::Index>(c)) - rest_.col(nodes[c])).cast<float>();
-        }
-        if (ball_) {
-            terms_ = inertia(*this, time_step);
-            before_ = x;
-        }
-        kernels::take_descent_step(*rows_, time_step, scene().mass_damping, iterations);
-        take_from_rows(rows_->displacement, rows_->row_of_node, x);
-        x += rest_;
-        take_from_rows(rows_->velocity, rows_->row_of_node, mutable_velocities());
-        move_to_targets(); // to the last bit
-    }
-
-    /// Where iterations begin: where the velocity goes, and the external acceleration as far as the last step followed
-    /// it (section 3.7: less where a body rests).
-    void start(const Inertia &terms, double time_step) {
-        auto &x = mutable_positions();
-        for (Eigen::Index i = 0; i < x.cols(); ++i) {
-            if (!is_free()[i]) {
-                x.col(i) = terms.predicted.col(i);
-                continue;
-            }
-            const core::Vector3 external = external_forces().col(i) / scene().node_mass[i];
-            const double size = external.norm();
-            core::Vector3 move = time_step * velocities().col(i);
-            if (size > 0.0) {
-                const core::Vector3 last = (velocities().col(i) - last_velocities_.col(i)) / time_step;
-                move += time_step * time_step * std::clamp(last.dot(external) / (size * size), 0.0, 1.0) * external;
-            }
-            x.col(i) += move;
-        }
-    }
-
     void add_node(int node, const std::vector<int> &around) {
         place_of_node_.resize(static_cast<std::size_t>(positions().cols()), 0);
         place_of_node_[node] = nodes_.size();
@@ -218,22 +142,24 @@ class VertexBlockDescent : public Simulation {
         offsets_.push_back(static_cast<int>(corners_.size()));
     }
 
-    void descend(Field &x, const Inertia &terms, std::size_t k) const {
-        const auto [gradient, hessian] = slope_of(x, terms, k);
-        x.col(nodes_[k]) -= hessian.inverse() * gradient;
-    }
-
-    /// One sweep over the points that the ball is near to. Nodes give way as their own quadratic says.
-    /// @param position  of a node: int -> something that can be added to
-    /// @param inverse   of the Hessian of a node: int -> Matrix3
-    template <class Position, class Inverse>
-    void touch_nodes(const Field &before, const Position &position, const Inverse &inverse) {
-        std::vector<std::optional<Matrix3>> found(static_cast<std::size_t>(positions().cols()));
+    /// One sweep over the points that the ball is near to. Nodes give way as their own quadratic says, with the nodes
+    /// around them as they are in rows.
+    void touch_rows() {
+        auto &x = mutable_positions();
+        const auto position = [&](int node) {
+            return FineRow(rest_.col(node), in_row(rows_.displacement, rows_.row_of_node[node]));
+        };
+        std::vector<std::optional<Matrix3>> found(static_cast<std::size_t>(x.cols()));
         const auto yields = [&](int node) -> Matrix3 {
             if (!is_free()[node])
                 return Matrix3::Zero();
-            if (!found[node])
-                found[node] = inverse(node);
+            if (!found[node]) {
+                const std::size_t k = place_of_node_[node];
+                for (int c = offsets_[k]; c < offsets_[k + 1]; ++c)
+                    for (const int other : energy_.tetrahedra()[corners_[c].tetrahedron].nodes)
+                        x.col(other) = position_in_row(other);
+                found[node] = Matrix3(hessian_of(x, k).inverse());
+            }
             return *found[node];
         };
         const auto give = [&](int node, const core::Vector3 &force) {
@@ -244,84 +170,46 @@ class VertexBlockDescent : public Simulation {
             ball_->begin_step(give);
         has_touched_ = true;
         ball_->sweep(
-            ball_->part(0, 1), [&](int node) { return core::Vector3(before.col(node)); }, position, yields, give);
-    }
-
-    void touch_in_double(const Field &before, const Inertia &terms, Inertia &pushed) {
-        auto &x = mutable_positions();
-        touch_nodes(
-            before, [&](int node) { return x.col(node); },
-            [&](int node) { return Matrix3(slope_of(x, terms, place_of_node_[node]).hessian.inverse()); });
+            ball_->part(0, 1), [&](int node) { return core::Vector3(before_.col(node)); }, position, yields, give);
+        // Inertia and the force of the ball lead a node there, so that descent keeps it on the ball.
         for (const int node : ball_->near())
-            if (is_free()[node])
-                pushed.predicted.col(node) = with_force(terms, node);
-    }
-
-    /// Where inertia and the force of the ball lead a node, so that descent keeps it on the ball.
-    core::Vector3 with_force(const Inertia &terms, int node) const {
-        return terms.predicted.col(node) + forces_[node] / terms.stiffness[node];
-    }
-
-    /// The same with the nodes around a node as they are in rows.
-    void touch_rows() {
-        auto &x = mutable_positions();
-        touch_nodes(
-            before_,
-            [&](int node) { return FineRow(rest_.col(node), in_row(rows_->displacement, rows_->row_of_node[node])); },
-            [&](int node) {
-                const std::size_t k = place_of_node_[node];
-                for (int c = offsets_[k]; c < offsets_[k + 1]; ++c)
-                    for (const int other : energy_.tetrahedra()[corners_[c].tetrahedron].nodes)
-                        x.col(other) = position_in_row(other);
-                return Matrix3(slope_of(x, terms_, k).hessian.inverse());
-            });
-        for (const int node : ball_->near())
-            if (is_free()[node])
-                in_row(rows_->predicted, rows_->row_of_node[node]) =
-                    (with_force(terms_, node) - rest_.col(node)).cast<float>();
+            if (is_free()[node]) {
+                const core::Vector3 led = terms_.predicted.col(node) + forces_[node] / terms_.stiffness[node];
+                in_row(rows_.predicted, rows_.row_of_node[node]) = (led - rest_.col(node)).cast<float>();
+            }
     }
 
     core::Vector3 position_in_row(int node) const {
-        return rest_.col(node) + in_row(rows_->displacement, rows_->row_of_node[node]).cast<double>();
+        return rest_.col(node) + in_row(rows_.displacement, rows_.row_of_node[node]).cast<double>();
     }
 
-    struct Slope {
-        core::Vector3 gradient; ///< [N]
-        Matrix3 hessian;        ///< [N/m]
-    };
-
-    /// Of the k-th of nodes_.
-    Slope slope_of(const Field &x, const Inertia &terms, std::size_t k) const {
-        const int node = nodes_[k];
-        core::Vector3 gradient = terms.stiffness[node] * (x.col(node) - terms.predicted.col(node));
-        Matrix3 hessian = terms.stiffness[node] * Matrix3::Identity();
+    /// Of the k-th of nodes_ [N/m].
+    Matrix3 hessian_of(const Field &x, std::size_t k) const {
+        Matrix3 hessian = terms_.stiffness[nodes_[k]] * Matrix3::Identity();
         for (int c = offsets_[k]; c < offsets_[k + 1]; ++c) {
             const auto &[number, slope] = corners_[c];
             const auto &t = energy_.tetrahedra()[number];
-            const Matrix3 f = t.gradient(x);
             const double volume_modulus = t.lambda + t.mu;
-            const core::Vector3 turned = cofactors(f) * slope;
-            gradient += t.volume * (t.mu * (f * slope) + (volume_modulus * (f.determinant() - 1.0) - t.mu) * turned);
+            const core::Vector3 turned = cofactors(t.gradient(x)) * slope;
             hessian += (t.volume * volume_modulus) * turned * turned.transpose();
             hessian.diagonal().array() += t.volume * t.mu * slope.squaredNorm();
         }
-        return {gradient, hessian};
+        return hessian;
     }
 
     ElementEnergy<densities::StableNeoHookean> energy_;
     Field rest_;
-    std::vector<int> node_colour_;             ///< (N)
-    std::optional<kernels::DescentRows> rows_; ///< in single precision; what follows is of double precision
-    std::vector<int> nodes_;                   ///< free ones, in the order of their colours; or those of a ball
-    std::vector<std::size_t> place_of_node_;   ///< (N) in nodes_
-    std::vector<int> offsets_;                 ///< into corners_, of each of nodes_, and the end
-    std::vector<Corner> corners_;              ///< where a node is in its tetrahedra
-    Field last_velocities_;                    ///< those before the last step
-    std::shared_ptr<core::BallContact> ball_;  ///< and what a step needs of it
-    std::vector<core::Vector3> forces_;        ///< (N) on the nodes, of the ball [N]
-    bool has_touched_ = false;                 ///< in this step
-    Inertia terms_;                            ///< in single precision
-    Field before_;                             ///< the same
+    std::vector<int> node_colour_; ///< (N)
+    kernels::DescentRows rows_;
+    std::shared_ptr<core::BallContact> ball_; ///< and what a step needs of it
+    std::vector<int> nodes_;                  ///< that it may touch and that are free
+    std::vector<std::size_t> place_of_node_;  ///< (N) in nodes_
+    std::vector<int> offsets_;                ///< into corners_, of each of nodes_, and the end
+    std::vector<Corner> corners_;             ///< where a node is in its tetrahedra
+    std::vector<core::Vector3> forces_;       ///< (N) on the nodes, of the ball [N]
+    bool has_touched_ = false;                ///< in this step
+    Inertia terms_;                           ///< of this step
+    Field before_;                            ///< positions where it began
 };
 
 } // namespace
@@ -344,7 +232,6 @@ Method vertex_block_descent() {
                 "which are used here, were unstable and difficult to tune for an author of its successor (C. Giles, "
                 "quoted in MysteryPancake/Houdini-VBD, README.md).",
             .implementation = "vector units over nodes of one colour, single precision",
-            .in_double = "plain loop over nodes in the order of colours, F anew at each corner, double",
             .time_step = frame_time,
             .iterations = 20,
             .knows_contact = true,

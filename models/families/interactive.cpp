@@ -18,7 +18,6 @@ namespace {
 using livermark::interactive::Equilibrium;
 using livermark::interactive::Field;
 using livermark::interactive::Method;
-using livermark::interactive::Precision;
 using livermark::interactive::Scene;
 using livermark::interactive::Simulation;
 
@@ -44,8 +43,7 @@ struct NodalProblem {
         : conditions(msm::nodal_conditions(problem, mass)),
           forces(to_field(conditions.force)), scene{.body = problem.body,
                                                     .node_mass = std::move(mass),
-                                                    .constrained_nodes = {},
-                                                    .precision = Precision::double_precision} {
+                                                    .constrained_nodes = {}} {
         const auto &points = problem.body->mesh.points;
         for (std::size_t i = 0; i < points.size(); ++i)
             if (!conditions.displacement[i].array().isNaN().any())

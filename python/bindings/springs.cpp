@@ -13,7 +13,6 @@
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "python/bindings/arrays.hpp"
-#include "python/bindings/body.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

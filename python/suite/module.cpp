@@ -9,7 +9,6 @@
 #include "python/bindings/interpreter.hpp"
 #include "python/suite/problem.hpp"
 #include "results/provenance.hpp"
-#include "studies/advise/advice_json.hpp"
 #include "studies/advise/advise.hpp"
 #include "studies/files.hpp"
 #include "support/file_ending.hpp"

@@ -26,12 +26,13 @@ set(may_include_cli support core meshes load_cases experiments msm fem_reference
 set(may_include_python support core msm)
 set(may_include_python/suite support core meshes load_cases msm fem_reference models results studies
   studies/exchange/formats python)
-set(may_include_benchmarks support core meshes msm interactive fem_reference results)
+set(may_include_benchmarks support core meshes msm interactive fem_reference results tests/oracles)
 set(may_include_tests support core meshes segmentation load_cases experiments msm interactive live fem_reference models results
-  server server/sessions studies studies/exchange/formats benchmarks)
+  server server/sessions studies studies/exchange/formats benchmarks tests/oracles)
+set(may_include_tests/oracles support core msm interactive)
 set(may_include_examples "")
 set(rooms support core meshes segmentation load_cases experiments msm interactive live fem_reference models results
-  server server/sessions studies/exchange/formats studies cli python python/suite benchmarks tests examples)
+  server server/sessions studies/exchange/formats studies cli python python/suite benchmarks tests tests/oracles examples)
 # Libraries that one room alone may use. MPI is begun by deal.II, which begins the libraries behind it as well.
 set(owner_of_deal.II fem_reference support)
 set(owner_of_gmsh.h meshes)

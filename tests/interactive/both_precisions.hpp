@@ -6,6 +6,7 @@
 
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"
+#include "tests/oracles/slow_methods.hpp"
 
 namespace livermark::tests {
 
@@ -30,12 +31,9 @@ inline void drag(interactive::Simulation &simulation, const Frames &frames) {
 /// Where a drag ends, with single precision first.
 inline std::array<std::unique_ptr<interactive::Simulation>, 2>
 dragged_in_both(const interactive::Method &method, const interactive::Scene &scene, const Frames &frames) {
-    std::array<std::unique_ptr<interactive::Simulation>, 2> ends;
-    for (const auto precision : {interactive::Precision::single_precision, interactive::Precision::double_precision}) {
-        auto &end = ends[precision == interactive::Precision::double_precision];
-        end = method.prepare(in_precision(scene, precision));
+    std::array<std::unique_ptr<interactive::Simulation>, 2> ends{method.prepare(scene), prepare_slowly(method, scene)};
+    for (const auto &end : ends)
         drag(*end, frames);
-    }
     return ends;
 }
 

@@ -21,12 +21,9 @@ inline std::shared_ptr<const core::Body> soft_bar(double poisson_ratio = 0.45) {
                      {.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = poisson_ratio});
 }
 
-/// The bar, free or with its end at x = 0 constrained, for steps in double precision.
+/// The bar, free or with its end at x = 0 constrained.
 inline interactive::Scene bar_scene(bool is_constrained, double poisson_ratio = 0.45, double mass_damping = 0.0) {
-    interactive::Scene scene{.body = soft_bar(poisson_ratio),
-                             .node_mass = {},
-                             .constrained_nodes = {},
-                             .precision = interactive::Precision::double_precision};
+    interactive::Scene scene{.body = soft_bar(poisson_ratio), .node_mass = {}, .constrained_nodes = {}};
     scene.node_mass = msm::lumped_masses(*scene.body);
     scene.mass_damping = mass_damping;
     for (int i = 0; is_constrained && i < scene.body->mesh.num_nodes(); ++i)
@@ -43,11 +40,6 @@ inline interactive::Field noise(Eigen::Index num_nodes, double largest, unsigned
     for (Eigen::Index k = 0; k < field.size(); ++k)
         field.data()[k] = component(random);
     return field;
-}
-
-inline interactive::Scene in_precision(interactive::Scene scene, interactive::Precision precision) {
-    scene.precision = precision;
-    return scene;
 }
 
 /// A bar of two materials, one ten times as hard, whose nodes are at no regular places: 6 nx ny nz tetrahedra, which
@@ -84,8 +76,6 @@ inline std::vector<interactive::Scene> scenes_of_any_padding() {
     one.body =
         make_body(regular_tetrahedron(0.02), {.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = 0.45});
     one.node_mass = msm::lumped_masses(*one.body);
-    for (auto &scene : scenes)
-        scene.precision = interactive::Precision::single_precision;
     return scenes;
 }
 

@@ -63,7 +63,7 @@ std::vector<BadInput> bad_command_lines() {
               "leave --regime large out"),
         words("LinearReferenceOfALargeNeedle", "needle --regime large --model fem_p2p1_refined",
               "no model that a needle can be driven into 'fem_p2p1_refined'", "'livermark list models'"),
-        words("MisspeltPrecision", "arena --precision singel", "--precision", "did you mean 'single'?"),
+        words("MisspeltTool", "arena --tool gluede", "--tool", "did you mean 'glued'?"),
         words("MisspeltReference", "reference --model fem_p2_neo_hooke", "--model",
               "did you mean 'fem_p2_neo_hookean'?"),
         words("MeshInAnotherFormat", "mesh box --size 1 1 1 --edge 1 -o box.vtk", "box.vtk", "end its name in .msh"),

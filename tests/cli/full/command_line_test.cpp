@@ -155,7 +155,7 @@ TEST(CommandLine, BodiesMayStandBehindAList) {
 
 TEST(CommandLine, TakesWordsInUpperCase) {
     EXPECT_EQ(livermark("list MODELS").output, livermark("list models").output);
-    const auto refused = livermark("arena --precision DOUBLE --method nobody");
+    const auto refused = livermark("arena --tool GLUED --method nobody");
     EXPECT_NE(refused.output.find("no method 'nobody'"), std::string::npos) << refused.output;
 }
 

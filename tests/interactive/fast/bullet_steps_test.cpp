@@ -8,11 +8,11 @@
 #include <gtest/gtest.h>
 
 #include "benchmarks/peers/bullet_counterparts.hpp"
-#include "interactive/elements/corotational_tetrahedra.hpp"
 #include "interactive/elements/critical_step.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"
-#include "tests/oracles/backward_euler.hpp"
+#include "tests/oracles/equilibria.hpp"
+#include "tests/oracles/slow_methods.hpp"
 
 namespace livermark {
 namespace {
@@ -73,7 +73,7 @@ constexpr double frame = 1.0 / 60.0;
 
 /// As Bullet's.
 std::unique_ptr<interactive::Simulation> without_preconditioner(const interactive::Scene &scene) {
-    return std::make_unique<interactive::CorotationalTetrahedra>(scene, interactive::Preconditioner::none);
+    return std::make_unique<tests::Corotational>(scene, tests::Preconditioner::none);
 }
 
 /// Between 15 and 100 iterations conjugate gradients in single precision fall behind, by up to a hundredth at 25; then
@@ -212,7 +212,7 @@ constexpr double ratio_without_volumes = 0.2;
 /// How far a step of btSoftBody is from that of xpbd_springs, over the length of the motion.
 double distance_of_position_based(double noise_size, int iterations) {
     const auto scene = bar_scene(true, ratio_without_volumes);
-    const auto ours = interactive::find_method("xpbd_springs").prepare(scene);
+    const auto ours = tests::slow_method("xpbd_springs").prepare(scene);
     Field x = ours->positions() + noise(ours->positions().cols(), noise_size, 9);
     for (const int node : scene.constrained_nodes)
         x.col(node) = ours->positions().col(node);

@@ -1,12 +1,11 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include "interactive/elements/corotational_tetrahedra.hpp"
 #include "interactive/elements/energies/densities.hpp"
-#include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"
-#include "tests/oracles/backward_euler.hpp"
+#include "tests/oracles/equilibria.hpp"
+#include "tests/oracles/slow_methods.hpp"
 
 namespace livermark {
 namespace {
@@ -36,7 +35,7 @@ Eigen::MatrixXd warped_stiffness(const interactive::Scene &scene, const Field &x
 TEST(CorotationalImplicit, StepIsThatOfADenseSolveOfTheLinearisedBackwardEuler) {
     const double h = 5e-3, alpha = 3.0;
     const auto scene = bar_scene(true, 0.45, alpha);
-    const auto simulation = interactive::find_method("corotational_implicit").prepare(scene);
+    const auto simulation = tests::slow_method("corotational_implicit").prepare(scene);
     const Eigen::Index n = simulation->positions().cols();
     const Field x = simulation->positions() + noise(n, 1e-3, 1), v = noise(n, 0.1, 2), external = noise(n, 1e-2, 3);
     simulation->set_state(x, v);
@@ -69,11 +68,11 @@ TEST(CorotationalImplicit, StepIsThatOfADenseSolveOfTheLinearisedBackwardEuler) 
 }
 
 TEST(CorotationalImplicit, ComesToTheEquilibriumOfItsEnergyByItsOwnSteps) {
-    const auto simulation = interactive::find_method("corotational_implicit").prepare(bar_scene(true));
+    const auto simulation = tests::slow_method("corotational_implicit").prepare(bar_scene(true));
     simulation->set_external_forces(core::Vector3(0.0, 0.0, -8e-3).replicate(1, simulation->positions().cols()));
-    const auto expected = interactive::equilibrium(*simulation);
+    const auto expected = tests::equilibrium(*simulation);
     ASSERT_TRUE(expected.converged);
-    const auto settled = interactive::settle(*simulation, 0.1, 300, 1e-11, 3000);
+    const auto settled = tests::settle(*simulation, 0.1, 300, 1e-11, 3000);
     EXPECT_TRUE(settled.converged);
     const double largest = (expected.positions - interactive::rest_positions(simulation->scene())).norm();
     EXPECT_LT((simulation->positions() - expected.positions).norm(), 1e-7 * largest);
@@ -81,11 +80,9 @@ TEST(CorotationalImplicit, ComesToTheEquilibriumOfItsEnergyByItsOwnSteps) {
 }
 
 TEST(CorotationalImplicit, StepIsNearerAfterAsManyIterationsWithItsPreconditioner) {
-    using interactive::Preconditioner;
+    using tests::Preconditioner;
     const auto after = [](Preconditioner preconditioner, int iterations) {
-        auto scene = tests::uneven_scene({5, 3, 3}, true);
-        scene.precision = interactive::Precision::double_precision;
-        interactive::CorotationalTetrahedra simulation(scene, preconditioner);
+        tests::Corotational simulation(tests::uneven_scene({5, 3, 3}, true), preconditioner);
         simulation.set_external_forces(core::Vector3(1e-3, 0.0, -4e-3).replicate(1, simulation.positions().cols()));
         simulation.step(interactive::frame_time, iterations);
         return simulation.positions();
@@ -102,7 +99,7 @@ TEST(CorotationalImplicit, StepComesToBackwardEulerWithTheFourthPowerOfTheTimeSt
     // Both start from the same state; their new velocities differ by what linearisation neglects.
     std::vector<double> differences;
     for (const double h : {2e-4, 1e-4, 5e-5}) {
-        const auto simulation = interactive::find_method("corotational_implicit").prepare(bar_scene(true));
+        const auto simulation = tests::slow_method("corotational_implicit").prepare(bar_scene(true));
         const Eigen::Index n = simulation->positions().cols();
         Field v = noise(n, 0.2, 4);
         for (const int node : simulation->scene().constrained_nodes)

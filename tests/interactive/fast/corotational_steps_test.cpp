@@ -9,7 +9,6 @@ namespace {
 
 using core::Vector3;
 using interactive::Field;
-using interactive::Precision;
 using tests::distance_over_motion;
 using tests::Frames;
 using tests::noise;
@@ -21,15 +20,13 @@ struct CorotationalSteps : testing::Test {
 
     /// Of the velocities after a step from a shape at rest, between both precisions, over those of double precision.
     double distance_of_step_from(const interactive::Scene &scene, const Field &displacement, int iterations) const {
-        Field velocities[2];
-        for (const auto precision : {Precision::single_precision, Precision::double_precision}) {
-            const auto simulation = method.prepare(tests::in_precision(scene, precision));
-            simulation->set_state(simulation->positions() + displacement, Field::Zero(3, displacement.cols()));
-            simulation->step(1e-3, iterations);
-            velocities[precision == Precision::double_precision] = simulation->velocities();
+        const auto fast = method.prepare(scene), slow = tests::prepare_slowly(method, scene);
+        for (const auto *simulation : {&fast, &slow}) {
+            (*simulation)->set_state((*simulation)->positions() + displacement, Field::Zero(3, displacement.cols()));
+            (*simulation)->step(1e-3, iterations);
         }
-        EXPECT_GT(velocities[1].norm(), 0.0);
-        return (velocities[0] - velocities[1]).norm() / velocities[1].norm();
+        EXPECT_GT(slow->velocities().norm(), 0.0);
+        return (fast->velocities() - slow->velocities()).norm() / slow->velocities().norm();
     }
 };
 

@@ -11,13 +11,13 @@
 #include <string>
 
 #include "tests/interactive/moving_scene.hpp"
+#include "tests/oracles/slow_methods.hpp"
 
 namespace livermark {
 namespace {
 
 using core::Vector3;
 using interactive::Field;
-using interactive::Precision;
 using interactive::SceneCut;
 using interactive::Simulation;
 
@@ -110,7 +110,6 @@ std::unique_ptr<Simulation> set_up_anew(const interactive::Method &method, const
                                  .node_mass = cut.node_mass,
                                  .constrained_nodes = like.scene().constrained_nodes,
                                  .mass_damping = like.scene().mass_damping,
-                                 .precision = like.scene().precision,
                                  .orders = std::move(orders)});
     fresh->set_external_forces(like.external_forces());
     fresh->set_targets(like.targets());
@@ -119,9 +118,8 @@ std::unique_ptr<Simulation> set_up_anew(const interactive::Method &method, const
 }
 
 /// A bar that swings, and is pulled.
-std::unique_ptr<Simulation> swinging(const interactive::Method &method, Precision precision, bool is_constrained) {
-    auto simulation =
-        method.prepare(tests::in_precision(tests::uneven_scene({6, 2, 2}, is_constrained, 2.0), precision));
+std::unique_ptr<Simulation> swinging(const interactive::Method &method, bool is_constrained) {
+    auto simulation = method.prepare(tests::uneven_scene({6, 2, 2}, is_constrained, 2.0));
     simulation->set_external_forces(Vector3(1e-4, 0.0, -2e-4).replicate(1, simulation->scene().body->mesh.num_nodes()));
     Field v = tests::noise(simulation->positions().cols(), 0.02, 9).colwise() + Vector3(0.1, -0.2, 0.15);
     const auto is_free = interactive::free_nodes(simulation->scene());
@@ -145,35 +143,36 @@ struct CutMotion : testing::TestWithParam<std::string> {
     int iterations() const { return visits_in_an_order() ? 300 : 20; }
 
     /// Of positions, over the way of the steps; in double precision only factors are in another order.
-    double tolerance(Precision precision) const {
+    double tolerance(bool is_slow = false) const {
         if (visits_in_an_order()) // and gradients of constraints turn within a step, as the order has it
             return GetParam() == "vertex_block_descent" ? 0.02 : 0.05;
-        return precision == Precision::double_precision ? 1e-9 : 1e-3;
+        return is_slow ? 1e-9 : 1e-3;
     }
 };
 
 TEST_P(CutMotion, IsThatOfTheCutBodySetUpAnew) {
-    for (const auto precision : {Precision::single_precision, Precision::double_precision})
+    for (const bool is_slow : {false, true})
         for (const auto &kind : kinds_of_cuts) {
-            const auto before = swinging(method, precision, true);
+            const auto moved_by = is_slow ? tests::slow_method(GetParam()) : method;
+            const auto before = swinging(moved_by, true);
             const auto cut = kind.make(*before->scene().body);
-            const auto after = interactive::continue_after_cut(method, *before, cut);
-            const auto fresh = set_up_anew(method, *after, cut);
+            const auto after = interactive::continue_after_cut(moved_by, *before, cut);
+            const auto fresh = set_up_anew(moved_by, *after, cut);
             const Field start = after->positions();
             for (int k = 0; k < 2; ++k) {
                 after->step(step_of_cut_tests, iterations());
                 fresh->step(step_of_cut_tests, iterations());
             }
             EXPECT_LT((after->positions() - fresh->positions()).norm(),
-                      tolerance(precision) * (fresh->positions() - start).norm())
-                << kind.name << (precision == Precision::double_precision ? ", double" : ", single");
+                      tolerance(is_slow) * (fresh->positions() - start).norm())
+                << kind.name << (is_slow ? ", double" : ", single");
             EXPECT_GT((fresh->positions() - start).norm(), 1e-3);
         }
 }
 
 TEST_P(CutMotion, IsToTheBitThatOfASetUpInTheSameOrders) {
     for (const auto &kind : kinds_of_cuts) {
-        const auto before = swinging(method, Precision::single_precision, true);
+        const auto before = swinging(method, true);
         const auto &mesh = before->scene().body->mesh;
         const auto cut = kind.make(*before->scene().body);
         const auto after = interactive::continue_after_cut(method, *before, cut);
@@ -190,7 +189,7 @@ TEST_P(CutMotion, IsToTheBitThatOfASetUpInTheSameOrders) {
 
 TEST_P(CutMotion, BeginsWhereEachNodeWasAndKeepsMomentum) {
     for (const auto &kind : kinds_of_cuts) {
-        const auto before = swinging(method, Precision::single_precision, false);
+        const auto before = swinging(method, false);
         const auto &mesh = before->scene().body->mesh;
         const auto cut = kind.make(*before->scene().body);
         const auto after = interactive::continue_after_cut(method, *before, cut);
@@ -222,7 +221,7 @@ TEST_P(CutMotion, BeginsWhereEachNodeWasAndKeepsMomentum) {
 }
 
 TEST_P(CutMotion, KeepsConstrainedNodesAndTheirCopiesAtTheirTargets) {
-    const auto before = swinging(method, Precision::single_precision, true);
+    const auto before = swinging(method, true);
     before->set_targets(before->targets().colwise() + Vector3(1e-3, 0.0, 0.0));
     const auto cut = parted_from_above(*before->scene().body);
     const auto after = interactive::continue_after_cut(method, *before, cut);
@@ -234,7 +233,7 @@ TEST_P(CutMotion, KeepsConstrainedNodesAndTheirCopiesAtTheirTargets) {
 }
 
 TEST_P(CutMotion, KeepsTheOrdersOfTheBodyBefore) {
-    const auto before = swinging(method, Precision::single_precision, true);
+    const auto before = swinging(method, true);
     before->prepare(step_of_cut_tests);
     const auto &mesh = before->scene().body->mesh;
     for (const auto &kind : kinds_of_cuts) {
@@ -255,7 +254,7 @@ TEST_P(CutMotion, KeepsTheOrdersOfTheBodyBefore) {
 }
 
 TEST_P(CutMotion, GoesOnAfterOneCutOnTheOther) {
-    const auto before = swinging(method, Precision::single_precision, true);
+    const auto before = swinging(method, true);
     const auto first = parted_from_above(*before->scene().body);
     auto once = interactive::continue_after_cut(method, *before, first);
     once->step(step_of_cut_tests, iterations());
@@ -265,12 +264,11 @@ TEST_P(CutMotion, GoesOnAfterOneCutOnTheOther) {
     const Field start = twice->positions();
     twice->step(step_of_cut_tests, iterations());
     fresh->step(step_of_cut_tests, iterations());
-    EXPECT_LT((twice->positions() - fresh->positions()).norm(),
-              tolerance(Precision::single_precision) * (fresh->positions() - start).norm());
+    EXPECT_LT((twice->positions() - fresh->positions()).norm(), tolerance() * (fresh->positions() - start).norm());
 }
 
 TEST_P(CutMotion, RefusesParentsThatAreNone) {
-    const auto before = swinging(method, Precision::single_precision, true);
+    const auto before = swinging(method, true);
     auto cut = corner_removed(*before->scene().body);
     cut.parent_tetrahedron.front() = cut.parent_tetrahedron.back();
     EXPECT_THROW(interactive::continue_after_cut(method, *before, cut), std::invalid_argument);

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "interactive/elements/energies/projections.hpp"
-#include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"
-#include "tests/oracles/backward_euler.hpp"
+#include "tests/oracles/equilibria.hpp"
+#include "tests/oracles/slow_methods.hpp"
 
 namespace livermark {
 namespace {
@@ -43,7 +43,7 @@ double distance_from_backward_euler(const interactive::Method &method, double ti
 
 /// Those that descend on what backward Euler minimises.
 struct DescendingMethod : testing::TestWithParam<const char *> {
-    const interactive::Method &method = interactive::find_method(GetParam());
+    const interactive::Method method = tests::slow_method(GetParam());
 };
 
 TEST_P(DescendingMethod, ComesToTheStepOfBackwardEulerAsIterationsGrow) {
@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(All, DescendingMethod,
 
 /// Those that add up what constraints do along gradients that turn on the way.
 struct PositionBasedMethod : testing::TestWithParam<const char *> {
-    const interactive::Method &method = interactive::find_method(GetParam());
+    const interactive::Method method = tests::slow_method(GetParam());
 };
 
 TEST_P(PositionBasedMethod, ComesToTheStepOfBackwardEulerWithTheSquareOfTheTimeStep) {
@@ -99,9 +99,9 @@ TEST_P(PositionBasedMethod, HasTheForcesOfItsEnergyWhereIterationsHaveConverged)
 TEST_P(PositionBasedMethod, IsSofterWithOneIterationThanItsMaterial) {
     const auto simulation = method.prepare(bar_scene(true));
     simulation->set_external_forces(core::Vector3(0.0, 0.0, -1e-3).replicate(1, simulation->positions().cols()));
-    const auto expected = interactive::equilibrium(*simulation);
+    const auto expected = tests::equilibrium(*simulation);
     ASSERT_TRUE(expected.converged);
-    interactive::settle(*simulation, interactive::frame_time, 1, 1e-5, 1000);
+    tests::settle(*simulation, interactive::frame_time, 1, 1e-5, 1000);
     const double ratio = simulation->positions().row(2).minCoeff() / expected.positions.row(2).minCoeff();
     std::printf("%s: with one iteration in 1/60 s the bar sags %.2f times as far\n", method.name.c_str(), ratio);
     EXPECT_GT(ratio, 1.05);
@@ -111,15 +111,15 @@ INSTANTIATE_TEST_SUITE_P(All, PositionBasedMethod, testing::Values("xpbd_springs
 
 /// Those that find the equilibrium of Newton's path by their own steps.
 struct SettlingMethod : testing::TestWithParam<const char *> {
-    const interactive::Method &method = interactive::find_method(GetParam());
+    const interactive::Method method = tests::slow_method(GetParam());
 };
 
 TEST_P(SettlingMethod, ComesToTheEquilibriumOfItsEnergyByItsOwnSteps) {
     const auto simulation = method.prepare(bar_scene(true));
     simulation->set_external_forces(core::Vector3(1e-3, 0.0, -3e-3).replicate(1, simulation->positions().cols()));
-    const auto expected = interactive::equilibrium(*simulation);
+    const auto expected = tests::equilibrium(*simulation);
     ASSERT_TRUE(expected.converged);
-    const auto settled = interactive::settle(*simulation, 0.01, 20, 1e-9, 5000);
+    const auto settled = tests::settle(*simulation, 0.01, 20, 1e-9, 5000);
     EXPECT_TRUE(settled.converged);
     const double size = (expected.positions - interactive::rest_positions(simulation->scene())).norm();
     EXPECT_LT((simulation->positions() - expected.positions).norm(), 1e-5 * size);
@@ -129,13 +129,13 @@ INSTANTIATE_TEST_SUITE_P(All, SettlingMethod, testing::Values("vertex_block_desc
 
 /// Those that begin a step where inertia and loads lead: with few iterations they rest in a softer shape.
 struct PrefactoredMethod : testing::TestWithParam<const char *> {
-    const interactive::Method &method = interactive::find_method(GetParam());
+    const interactive::Method method = tests::slow_method(GetParam());
 
     /// Over the displacement at rest, from where Newton's method rests.
     double drift(int iterations) const {
         const auto simulation = method.prepare(bar_scene(true));
         simulation->set_external_forces(core::Vector3(1e-3, 0.0, -3e-3).replicate(1, simulation->positions().cols()));
-        const auto expected = interactive::equilibrium(*simulation);
+        const auto expected = tests::equilibrium(*simulation);
         EXPECT_TRUE(expected.converged);
         simulation->set_state(expected.positions, Field::Zero(3, expected.positions.cols()));
         for (int k = 0; k < 20; ++k)

@@ -12,35 +12,34 @@ namespace {
 /// What an action gives nodes after each step is what a force in the step gives them.
 TEST(ActionsAfterSteps, ActAsForcesInTheSteps) {
     constexpr double pull = 2e-3;
-    for (const std::string name : {"tled", "tled_nodal_pressure"})
-        for (const auto precision : {Precision::single_precision, Precision::double_precision}) {
-            SCOPED_TRACE(name);
-            const auto &method = find_method(name);
-            const auto scene = tests::in_precision(tests::uneven_scene({3, 2, 1}, true), precision);
-            const auto by_action = method.prepare(scene), by_force = method.prepare(scene);
-            const int node = scene.body->mesh.num_nodes() - 1;
-            Field force = Field::Zero(3, scene.body->mesh.num_nodes());
-            force(2, node) = pull;
-            by_force->set_external_forces(force);
-            int calls = 0;
-            ASSERT_TRUE(by_action->act_after_steps([&](core::MovingNodes &nodes, double part, double h) {
-                ++calls;
-                EXPECT_NEAR(part, ((calls - 1) % 50 + 1) / 50.0, 1e-12);
-                core::Vector3 before, after;
-                nodes.displacements(std::vector{node}, {&before, 1});
-                const core::Vector3 change(0.0, 0.0, h * pull / scene.node_mass[node]);
-                nodes.kick(std::vector{node}, {&change, 1}, h);
-                nodes.displacements(std::vector{node}, {&after, 1});
-                EXPECT_NEAR((after - before).z(), h * change.z(), 1e-8);
-            }));
-            for (int frame = 0; frame < 4; ++frame)
-                for (const auto *simulation : {&by_action, &by_force})
-                    (*simulation)->step(frame_time, 50);
-            EXPECT_EQ(calls, 200);
-            const double way = (by_force->positions().col(node) - rest_positions(scene).col(node)).norm();
-            EXPECT_GT(way, 1e-4);
-            EXPECT_LT((by_action->positions() - by_force->positions()).norm(), 2e-3 * way);
-        }
+    for (const std::string name : {"tled", "tled_nodal_pressure"}) {
+        SCOPED_TRACE(name);
+        const auto &method = find_method(name);
+        const auto scene = tests::uneven_scene({3, 2, 1}, true);
+        const auto by_action = method.prepare(scene), by_force = method.prepare(scene);
+        const int node = scene.body->mesh.num_nodes() - 1;
+        Field force = Field::Zero(3, scene.body->mesh.num_nodes());
+        force(2, node) = pull;
+        by_force->set_external_forces(force);
+        int calls = 0;
+        ASSERT_TRUE(by_action->act_after_steps([&](core::MovingNodes &nodes, double part, double h) {
+            ++calls;
+            EXPECT_NEAR(part, ((calls - 1) % 50 + 1) / 50.0, 1e-12);
+            core::Vector3 before, after;
+            nodes.displacements(std::vector{node}, {&before, 1});
+            const core::Vector3 change(0.0, 0.0, h * pull / scene.node_mass[node]);
+            nodes.kick(std::vector{node}, {&change, 1}, h);
+            nodes.displacements(std::vector{node}, {&after, 1});
+            EXPECT_NEAR((after - before).z(), h * change.z(), 1e-8);
+        }));
+        for (int frame = 0; frame < 4; ++frame)
+            for (const auto *simulation : {&by_action, &by_force})
+                (*simulation)->step(frame_time, 50);
+        EXPECT_EQ(calls, 200);
+        const double way = (by_force->positions().col(node) - rest_positions(scene).col(node)).norm();
+        EXPECT_GT(way, 1e-4);
+        EXPECT_LT((by_action->positions() - by_force->positions()).norm(), 2e-3 * way);
+    }
 }
 
 TEST(ActionsAfterSteps, AreNoneOfImplicitMethods) {
@@ -73,7 +72,7 @@ TEST(Kicks, MoveNodesOnByAStep) {
 /// A small impulse on a place, in a step that has come to its end.
 TEST(PlaceResponse, IsWhatAConvergedStepDoes) {
     const auto scene = tests::bar_scene(true, 0.45, 5.0);
-    const auto simulation = find_method("corotational_implicit").prepare(scene);
+    const auto simulation = tests::slow_method("corotational_implicit").prepare(scene);
     const std::vector<core::InteriorPlace> places{{{0.04, 0.015, 0.015}, 0.012}, {{0.05, 0.012, 0.02}, 0.012}};
     const auto weights = core::nodal_weights(places, scene.body->mesh);
     const Eigen::MatrixXf response = place_response(*simulation, frame_time, weights);
@@ -97,10 +96,11 @@ TEST(PlaceResponse, IsObservedInStepsOfAMethod) {
     const std::vector<core::InteriorPlace> places{{{0.04, 0.015, 0.015}, 0.012}, {{0.05, 0.012, 0.02}, 0.012}};
     const auto weights = core::nodal_weights(places, scene.body->mesh);
     constexpr double force = 6e-6;
-    const auto simulation = find_method("corotational_implicit").prepare(scene);
+    const auto simulation = tests::slow_method("corotational_implicit").prepare(scene);
     const Eigen::MatrixXf expected = place_response(*simulation, frame_time, weights);
     const auto observed = [&](const std::string &name, int iterations) {
-        return observed_place_response(*find_method(name).prepare(scene), frame_time, 1, iterations, weights, force);
+        return observed_place_response(*tests::slow_method(name).prepare(scene), frame_time, 1, iterations, weights,
+                                       force);
     };
     EXPECT_LT((observed("corotational_implicit", 400) - expected).norm(), 1e-3 * expected.norm());
     EXPECT_GT(observed("projective_dynamics", 1).norm(), 1.2 * expected.norm());

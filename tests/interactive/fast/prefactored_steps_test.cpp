@@ -10,11 +10,9 @@ namespace {
 
 using core::Vector3;
 using interactive::Field;
-using interactive::Precision;
 using interactive::Scene;
 using tests::distance_over_motion;
 using tests::Frames;
-using tests::in_precision;
 using tests::noise;
 using tests::scenes_of_any_padding;
 using tests::uneven_scene;
@@ -40,14 +38,12 @@ TEST_P(PrefactoredStepsMethod, MoveAsInDoublePrecisionWithAnyPadding) {
 
 /// One step from a shape at rest, in both precisions.
 std::array<Field, 2> moves_from(const interactive::Method &method, const Scene &scene, const Field &x) {
-    std::array<Field, 2> moves;
-    for (const auto precision : {Precision::single_precision, Precision::double_precision}) {
-        const auto simulation = method.prepare(in_precision(scene, precision));
-        simulation->set_state(x, Field::Zero(3, x.cols()));
-        simulation->step(2e-3, 1);
-        moves[precision == Precision::double_precision] = simulation->positions() - x;
-    }
-    return moves;
+    const auto move_of = [&](interactive::Simulation &simulation) {
+        simulation.set_state(x, Field::Zero(3, x.cols()));
+        simulation.step(2e-3, 1);
+        return Field(simulation.positions() - x);
+    };
+    return {move_of(*method.prepare(scene)), move_of(*tests::prepare_slowly(method, scene))};
 }
 
 /// With supernodes of more than 16 columns. In steps of a whole frame these velocities turn hundreds of the small

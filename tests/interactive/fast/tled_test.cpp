@@ -3,9 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "interactive/elements/critical_step.hpp"
-#include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"
+#include "tests/oracles/equilibria.hpp"
+#include "tests/oracles/slow_methods.hpp"
 
 namespace livermark {
 namespace {
@@ -14,8 +15,9 @@ using interactive::Field;
 using tests::bar_scene;
 using tests::noise;
 
+/// With their steps in double precision.
 struct TotalLagrangianExplicit : testing::TestWithParam<const char *> {
-    const interactive::Method &method = interactive::find_method(GetParam());
+    const interactive::Method method = tests::slow_method(GetParam());
 };
 
 /// The bar under its weight and more, at x = 0 constrained.
@@ -27,7 +29,7 @@ void load(interactive::Simulation &simulation) {
 TEST_P(TotalLagrangianExplicit, ComesToTheEquilibriumOfItsEnergyByItsOwnSteps) {
     const auto simulation = method.prepare(bar_scene(true, 0.45, 20.0));
     load(*simulation);
-    const auto expected = interactive::equilibrium(*simulation);
+    const auto expected = tests::equilibrium(*simulation);
     ASSERT_TRUE(expected.converged);
     const double h = 0.8 * simulation->critical_time_step();
     for (int i = 0; i < 40; ++i)
@@ -123,7 +125,7 @@ TEST_P(TotalLagrangianExplicit, ComesToTheMotionWithTheSquareOfTheTimeStep) {
 double sag(const interactive::Method &method, double poisson_ratio) {
     const auto simulation = method.prepare(bar_scene(true, poisson_ratio));
     load(*simulation);
-    const auto found = interactive::equilibrium(*simulation);
+    const auto found = tests::equilibrium(*simulation);
     EXPECT_TRUE(found.converged);
     return -found.positions.row(2).minCoeff();
 }

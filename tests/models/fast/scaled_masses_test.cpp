@@ -3,20 +3,20 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "msm/elastic_body.hpp"
+#include "tests/oracles/equilibria.hpp"
+#include "tests/oracles/slow_methods.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {
 
 using core::Vector3;
-using interactive::Precision;
 using interactive::Scene;
 
 /// A soft bar with a lump in its middle, free or with its end at x = 0 constrained.
-Scene lumpy_bar(double hardness, bool is_constrained, Precision precision, double mass_damping = 0.0) {
+Scene lumpy_bar(double hardness, bool is_constrained, double mass_damping = 0.0) {
     auto mesh = tests::box_mesh({0.12, 0.04, 0.04}, {6, 2, 2});
     mesh.region_names = {"soft", "hard"};
     for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
@@ -31,8 +31,7 @@ Scene lumpy_bar(double hardness, bool is_constrained, Precision precision, doubl
                                .materials = {{1060.0, 5e3, 0.45}, {1060.0, hardness * 5e3, 0.45}}}),
                 .node_mass = {},
                 .constrained_nodes = {},
-                .mass_damping = mass_damping,
-                .precision = precision};
+                .mass_damping = mass_damping};
     scene.node_mass = msm::lumped_masses(*scene.body);
     for (int i = 0; is_constrained && i < scene.body->mesh.num_nodes(); ++i)
         if (scene.body->mesh.points[i].x() == 0.0)
@@ -44,9 +43,10 @@ constexpr double hardness = 30.0;
 
 struct ScaledExplicitMethod : testing::TestWithParam<const char *> {
     const interactive::Method &method = interactive::find_method(GetParam());
+    const interactive::Method slow = tests::slow_method(GetParam()); ///< in double precision
 
     /// With its masses scaled.
-    std::unique_ptr<interactive::Simulation> prepare(const Scene &scene) const {
+    static std::unique_ptr<interactive::Simulation> prepare(const interactive::Method &method, const Scene &scene) {
         auto simulation = method.prepare(scene);
         EXPECT_TRUE(simulation->correct_steps(models::correction_of(models::scale_masses(*simulation))));
         return simulation;
@@ -54,8 +54,8 @@ struct ScaledExplicitMethod : testing::TestWithParam<const char *> {
 };
 
 TEST_P(ScaledExplicitMethod, BearsTheStepsOfTheSoftTissue) {
-    const auto hard = method.prepare(lumpy_bar(hardness, true, Precision::double_precision));
-    const auto soft = method.prepare(lumpy_bar(1.0, true, Precision::double_precision));
+    const auto hard = method.prepare(lumpy_bar(hardness, true));
+    const auto soft = method.prepare(lumpy_bar(1.0, true));
     const auto scaling = models::scale_masses(*hard);
     ASSERT_EQ(scaling.parts.size(), 1U);
     EXPECT_GT(scaling.parts[0].factor, 10.0);
@@ -65,9 +65,9 @@ TEST_P(ScaledExplicitMethod, BearsTheStepsOfTheSoftTissue) {
 }
 
 TEST_P(ScaledExplicitMethod, KnowsItsCriticalTimeStep) {
-    for (const auto precision : {Precision::single_precision, Precision::double_precision})
+    for (const auto *moved_by : {&method, &slow})
         for (const auto &[factor, is_stable] : {std::pair(0.95, true), std::pair(1.06, false)}) {
-            const auto simulation = prepare(lumpy_bar(hardness, true, precision));
+            const auto simulation = prepare(*moved_by, lumpy_bar(hardness, true));
             const double h = factor * models::critical_time_step(*simulation, models::scale_masses(*simulation));
             interactive::Field x = simulation->positions();
             for (Eigen::Index i = 0; i < x.cols(); ++i)
@@ -81,7 +81,7 @@ TEST_P(ScaledExplicitMethod, KnowsItsCriticalTimeStep) {
 }
 
 TEST_P(ScaledExplicitMethod, ConservesBothMomenta) {
-    const auto simulation = prepare(lumpy_bar(hardness, false, Precision::double_precision));
+    const auto simulation = prepare(slow, lumpy_bar(hardness, false));
     const auto momenta = [&] {
         Eigen::Matrix<double, 3, 2> sum = Eigen::Matrix<double, 3, 2>::Zero();
         const double h = 1e-4; // velocities are half a step behind
@@ -108,9 +108,9 @@ TEST_P(ScaledExplicitMethod, ConservesBothMomenta) {
 }
 
 TEST_P(ScaledExplicitMethod, ComesToTheEquilibriumOfItsEnergy) {
-    const auto simulation = prepare(lumpy_bar(hardness, true, Precision::single_precision, 10.0)); // about critical
+    const auto simulation = prepare(method, lumpy_bar(hardness, true, 10.0)); // about critical
     simulation->set_external_forces(Vector3(0.0, 0.0, -1e-3).replicate(1, simulation->scene().body->mesh.num_nodes()));
-    const auto expected = interactive::equilibrium(*simulation);
+    const auto expected = tests::equilibrium(*simulation);
     ASSERT_TRUE(expected.converged);
     const double longest = 0.8 * models::critical_time_step(*simulation, models::scale_masses(*simulation));
     const double tenth = 0.1; // [s]
@@ -122,9 +122,9 @@ TEST_P(ScaledExplicitMethod, ComesToTheEquilibriumOfItsEnergy) {
 
 TEST_P(ScaledExplicitMethod, MovesInSinglePrecisionAsInDouble) {
     interactive::Field ends[2], unscaled;
-    for (const auto precision : {Precision::single_precision, Precision::double_precision}) {
-        const auto scene = lumpy_bar(hardness, true, precision, 5.0);
-        const auto simulation = prepare(scene), plain = method.prepare(scene);
+    for (const auto *moved_by : {&method, &slow}) {
+        const auto scene = lumpy_bar(hardness, true, 5.0);
+        const auto simulation = prepare(*moved_by, scene), plain = moved_by->prepare(scene);
         const double h = 0.5 * plain->critical_time_step();
         const auto pull = [&](interactive::Simulation &of) {
             of.set_external_forces(Vector3(1e-3, 0.0, -4e-3).replicate(1, scene.body->mesh.num_nodes()));
@@ -132,26 +132,25 @@ TEST_P(ScaledExplicitMethod, MovesInSinglePrecisionAsInDouble) {
             of.step(400.0 * h, 400);
         };
         pull(*simulation);
-        ends[precision == Precision::double_precision] = simulation->positions();
+        ends[moved_by == &slow] = simulation->positions();
         pull(*plain);
         unscaled = plain->positions();
     }
-    const double motion =
-        (ends[1] - method.prepare(lumpy_bar(1.0, true, Precision::double_precision))->positions()).norm();
+    const double motion = (ends[1] - method.prepare(lumpy_bar(1.0, true))->positions()).norm();
     EXPECT_LT((ends[0] - ends[1]).norm(), 1e-4 * motion);
     EXPECT_LT((unscaled - ends[1]).norm(), 0.05 * motion); // the lump hardly deforms
     EXPECT_GT((unscaled - ends[1]).norm(), 1e-4 * motion);
 }
 
 TEST_P(ScaledExplicitMethod, LeavesABodyOfOneMaterialAsItIs) {
-    const auto simulation = method.prepare(lumpy_bar(1.0, true, Precision::double_precision));
+    const auto simulation = method.prepare(lumpy_bar(1.0, true));
     EXPECT_EQ(models::correction_of(models::scale_masses(*simulation)), nullptr);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ScaledExplicitMethod, testing::Values("tled", "tled_nodal_pressure", "tled_quadratic"));
 
 TEST(ScaledMasses, AreNothingForMethodsThatTakeOtherSteps) {
-    const auto scene = lumpy_bar(hardness, true, Precision::double_precision);
+    const auto scene = lumpy_bar(hardness, true);
     for (const auto &method : interactive::all_methods()) {
         const auto simulation = method.prepare(scene);
         EXPECT_EQ(simulation->correct_steps(nullptr), method.is_explicit) << method.name;

@@ -7,9 +7,8 @@
 
 #include "meshes/generators/box_generator.hpp"
 #include "models/mass_spring_model.hpp"
-#include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "studies/advise/advice_json.hpp"
+#include "studies/files.hpp"
 #include "support/known_names.hpp"
 #include "tests/bad_input.hpp"
 
