@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "experiments/marker_table.hpp"
-#include "experiments/motion_table.hpp"
 #include "load_cases/readers/load_case_tables.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/generators/cylinder_generator.hpp"
