@@ -12,8 +12,8 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
 #include "msm/springs/spring_network.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/root_folder.hpp"
 
 namespace livermark::benchmarks {
 

@@ -15,7 +15,7 @@
 #include "benchmarks/limits.hpp"
 #include "benchmarks/program.hpp"
 #include "benchmarks/scene.hpp"
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"

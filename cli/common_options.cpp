@@ -11,7 +11,6 @@
 #include <string_view>
 
 #include "support/input_error.hpp"
-#include "support/known_names.hpp"
 
 namespace livermark::cli {
 

@@ -6,13 +6,11 @@
 #include <fmt/format.h>
 
 #include "cli/segment.hpp"
-#include "meshes/io/surface_formats.hpp"
+#include "meshes/io/mesh_files.hpp"
 #include "studies/files.hpp"
-#include "support/file_ending.hpp"
-#include "support/fnv_hash.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/mpi_session.hpp"
-#include "support/root_folder.hpp"
 #include "support/toml_input.hpp"
 
 namespace livermark::cli {

@@ -24,11 +24,11 @@
 #include "models/model_table.hpp"
 #include "msm/implicit_integrators.hpp"
 #include "studies/files.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/processes/memory.hpp"
+#include "support/processes/child_process.hpp"
 #include "support/processes/mpi_session.hpp"
-#include "support/processes/standard_error.hpp"
-#include "support/root_folder.hpp"
+#include "support/processes/own_process.hpp"
 
 namespace livermark::cli {
 

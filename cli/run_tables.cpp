@@ -19,7 +19,7 @@
 #include "results/tables/table_layout.hpp"
 #include "results/tables/tool_cells.hpp"
 #include "support/input_error.hpp"
-#include "support/processes/python_program.hpp"
+#include "support/processes/child_process.hpp"
 
 namespace livermark::cli {
 

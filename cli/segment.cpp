@@ -15,14 +15,12 @@
 #include <unistd.h>
 
 #include "cli/progress.hpp"
-#include "meshes/io/mesh_figures.hpp"
+#include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/msh_reader.hpp"
-#include "support/file_ending.hpp"
-#include "support/fnv_hash.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/child_process.hpp"
 #include "support/toml_input.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::cli {
 

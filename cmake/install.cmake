@@ -56,7 +56,7 @@ if(LIVERMARK_WITH_FEM_REFERENCE)
   list(APPEND components fem_reference)
   livermark_install_headers(fem_reference msm
     ONLY "^implicit" "dynamics/(release|spectrum)" "${factorising_statics}")
-  livermark_install_headers(fem_reference support ONLY "^(factors/(sparse_cholesky|supernodes)|processes/mpi_session|openmp)")
+  livermark_install_headers(fem_reference support ONLY "^(factors/sparse_cholesky|processes/mpi_session)")
   livermark_install_headers(fem_reference fem_reference)
 endif()
 

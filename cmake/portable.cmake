@@ -11,12 +11,11 @@ function(livermark_portable_sources target top)
   list(TRANSFORM livermark_portable_msm_sources PREPEND ${top}/msm/)
   target_sources(${target} PRIVATE ${livermark_live_sources} ${livermark_portable_msm_sources}
     ${top}/msm/kernels/threads/one_thread.cpp
-    ${top}/meshes/cutting/articulations.cpp ${top}/meshes/cutting/check_cut.cpp ${top}/meshes/cutting/clean_up.cpp
-    ${top}/core/mesh/neighbours.cpp ${top}/meshes/cutting/tool_geometry.cpp
+    ${top}/meshes/cutting/parting.cpp ${top}/meshes/cutting/tool_geometry.cpp
+    ${top}/core/mesh/tetra_mesh.cpp
     ${top}/core/tool/round_load.cpp ${top}/core/tool/least_within_limits.cpp ${top}/core/tool/needle/needle_line.cpp
     ${top}/core/tool/needle/moving_needle.cpp
-    ${top}/core/mesh/interior_place.cpp ${top}/core/mesh/point_location.cpp ${top}/core/mesh/tetra_mesh.cpp ${top}/core/relaxation.cpp ${top}/support/input_error.cpp
-    ${top}/support/known_names.cpp)
+    ${top}/core/mesh/places.cpp ${top}/core/relaxation.cpp ${top}/support/input_error.cpp)
   set(CMAKE_CURRENT_SOURCE_DIR ${top}/msm)
   livermark_extensions(${target} spring_laws TYPE SpringLaw HEADER msm/spring_law.hpp)
   livermark_extensions(${target} spring_energies TYPE SpringEnergy HEADER msm/spring_energy.hpp)

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/mesh/deformation.hpp"
+#include "core/mesh/places.hpp"
 
 namespace livermark::core {
 

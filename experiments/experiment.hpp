@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -8,10 +9,97 @@
 
 #include "core/load_case.hpp"
 #include "core/problem.hpp"
-#include "experiments/fitted_motion.hpp"
-#include "experiments/ring_down.hpp"
 
 namespace livermark::experiments {
+
+/// How a place moved, as a polynomial of two coordinates along it: the least-squares fit to markers on it. Each
+/// component of the displacement is sum c_ab s^a t^b over a + b <= degree, with s and t along the two longest principal
+/// axes of the markers, in units of their spread.
+class FittedMotion {
+  public:
+    /// @param positions      of the markers at rest [m]
+    /// @param displacements  of the same markers [m]
+    /// @param degree         >= 0
+    /// @param place          named in messages
+    /// @throws support::InputError if the markers do not determine the polynomial
+    FittedMotion(std::span<const core::Vector3> positions, std::span<const core::Vector3> displacements, int degree,
+                 const std::string &place);
+
+    /// Displacement at a point [m].
+    core::Vector3 at(const core::Vector3 &point) const;
+
+    /// Root mean square distance between the polynomial and the markers [m].
+    double residual() const { return residual_; }
+
+    /// Centroid of the markers [m].
+    const core::Vector3 &middle() const { return middle_; }
+
+  private:
+    Eigen::RowVectorXd monomials(const core::Vector3 &point) const;
+
+    int degree_;
+    core::Vector3 middle_;
+    Eigen::Matrix<double, 2, 3> axes_; ///< divided by the spread along them [1/m]
+    Eigen::MatrixX3d coefficients_;    ///< [m]
+    double residual_ = 0.0;
+};
+
+/// A patch and how it moves.
+struct PlaceMotion {
+    std::string patch;
+    FittedMotion motion;
+};
+
+/// Lets a constrained patch move: adds to the displacement of its nodes.
+/// @throws support::InputError if the body has no such patch or it is not constrained
+void drive(core::LoadCase &load_case, const core::TetraMesh &mesh, const PlaceMotion &place);
+
+/// The displacement that is linear between two places that move: what no mechanics at all gives.
+core::Vector3 straight_line(const PlaceMotion &from, const PlaceMotion &to, const core::Vector3 &point);
+
+/// x -> rotation (x - from) + to.
+struct RigidMotion {
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+    core::Vector3 from = core::Vector3::Zero(), to = core::Vector3::Zero(); ///< [m]
+
+    core::Vector3 at(const core::Vector3 &point) const { return rotation * (point - from) + to; }
+};
+
+/// The rigid motion of least sum |x' - y|^2 over points x that it takes to x' (Kabsch 1976, Acta Cryst. A32).
+/// @param points   x, at least one [m]
+/// @param targets  y [m]
+RigidMotion best_rigid_motion(std::span<const core::Vector3> points, std::span<const core::Vector3> targets);
+
+/// Displacements of markers at equal intervals of time.
+struct MarkerMotion {
+    double interval = 0.0;                   ///< between two records [s], > 0
+    int num_markers = 0;                     ///< K
+    std::vector<core::Vector3> displacement; ///< (J, K) all markers of a record behind each other [m]
+
+    int num_records() const { return static_cast<int>(displacement.size()) / num_markers; }
+    const core::Vector3 &at(int record, int marker) const { return displacement[record * num_markers + marker]; }
+};
+
+/// How a real body rang after it was let go: it is at rest at t = 0, away from its equilibrium.
+struct RingDown {
+    std::string state;                 ///< one word or more, as of a MeasuredState
+    std::vector<MarkerMotion> repeats; ///< of the same motion, at least one, all with the same records
+    /// The body, with what hangs at it, at about this length of edges [m].
+    std::function<core::Body(double edge_length)> body;
+    /// Supports, acceleration, and one place with a traction: what holds the body at t = 0 and is let go. Its size is
+    /// of the right order, and each model finds that with which its markers start where they were seen.
+    std::function<core::LoadCase(const core::TetraMesh &)> load_case;
+};
+
+/// The mean of all repeats.
+MarkerMotion mean_motion(std::span<const MarkerMotion> repeats);
+
+/// A body with a mass that moves with it, spread evenly over the tetrahedra whose middle is in a box: they become a
+/// region of their own that is denser. So it has its weight and its inertia in every model.
+/// @param mass       [kg], >= 0
+/// @param low, high  corners of the box [m]
+/// @throws support::InputError if no tetrahedron is there, or they are of several regions
+core::Body with_added_mass(core::Body body, double mass, const core::Vector3 &low, const core::Vector3 &high);
 
 /// A point of a real body whose position was measured.
 struct Marker {

@@ -6,17 +6,15 @@
 #include <memory>
 #include <utility>
 
-#include "experiments/marker_table.hpp"
+#include "experiments/markers.hpp"
 #include "load_cases/readers/load_case_tables.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/generators/cylinder_generator.hpp"
-#include "meshes/generators/expected_tetrahedra.hpp"
+#include "meshes/generators/delaunay.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "meshes/io/material_reader.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/length_unit.hpp"
 #include "support/toml_input.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::experiments {
 

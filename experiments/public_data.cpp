@@ -6,9 +6,9 @@
 #include "experiments/experiment.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/generators/box_generator.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/processes/python_program.hpp"
-#include "support/root_folder.hpp"
+#include "support/processes/child_process.hpp"
 #include "support/toml_input.hpp"
 
 namespace livermark::experiments {

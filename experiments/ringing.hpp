@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "experiments/ring_down.hpp"
+#include "experiments/experiment.hpp"
 
 namespace livermark::experiments {
 

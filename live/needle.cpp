@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "core/mesh/point_location.hpp"
+#include "core/mesh/places.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::live {

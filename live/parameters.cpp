@@ -9,7 +9,6 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "support/input_error.hpp"
-#include "support/known_names.hpp"
 
 namespace livermark::live {
 

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "live/material.hpp"
 #include "live/parameters.hpp"
 #include "live/prepared.hpp"

@@ -8,7 +8,7 @@
 #include "msm/spring_law.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::live {
 

@@ -21,7 +21,7 @@
 #include "msm/statics/rest_stiffness.hpp"
 #include "msm/viscoelastic/slow_history.hpp"
 #include "support/input_error.hpp"
-#include "support/processes/memory.hpp"
+#include "support/processes/own_process.hpp"
 
 namespace livermark::models {
 

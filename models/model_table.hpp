@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/model.hpp"
-#include "fem_reference/linear/solver_choice.hpp"
+#include "fem_reference/linear/choices.hpp"
 #include "msm/dynamics/time_stepping.hpp"
 
 namespace livermark::models {

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "core/mesh/local_refinement.hpp"
-#include "fem_reference/hyperelastic/pushed_elements.hpp"
+#include "core/mesh/refinement.hpp"
+#include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "models/mass_spring_model.hpp"
 #include "msm/statics/rest_stiffness.hpp"

@@ -7,7 +7,7 @@
 #include <span>
 #include <string_view>
 
-#include "core/mesh/interior_place.hpp"
+#include "core/mesh/places.hpp"
 #include "core/model.hpp"
 #include "core/tool/needle/pushed_body.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"

@@ -2,7 +2,7 @@
 
 #include <functional>
 
-#include "core/mesh/local_refinement.hpp"
+#include "core/mesh/refinement.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 

@@ -9,7 +9,7 @@
 #include <tuple>
 #include <utility>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/units.hpp"
 
 namespace livermark::results {

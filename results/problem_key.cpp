@@ -8,7 +8,7 @@
 #include <type_traits>
 
 #include "results/facet_arrays.hpp"
-#include "support/fnv_hash.hpp"
+#include "support/files.hpp"
 
 namespace livermark::results {
 

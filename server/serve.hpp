@@ -1,12 +1,20 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 
-#include "server/patience.hpp"
 #include "server/site.hpp"
 
 namespace livermark::server {
+
+/// How long the server waits for others.
+struct Patience {
+    /// After which the other side of a WebSocket is asked whether it is there, and given up without a sign of life.
+    std::chrono::milliseconds silence = std::chrono::seconds(15);
+    /// After which a session that waits for a message yields to a new one, where there are as many as may be.
+    std::chrono::milliseconds until_replaced = std::chrono::seconds(10);
+};
 
 /// Answers requests to 127.0.0.1 until SIGINT or SIGTERM comes. Open WebSockets are closed then. Where one of them is
 /// still working a reply out after a second, the whole program ends here, with status 0: a solve cannot be broken off,

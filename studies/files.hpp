@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "support/file_claim.hpp"
+#include "support/files.hpp"
 
 namespace livermark::studies {
 

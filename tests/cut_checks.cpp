@@ -7,9 +7,9 @@
 #include <numeric>
 #include <set>
 
-#include "core/mesh/bounding_box.hpp"
 #include "core/mesh/plausible_liver.hpp"
-#include "meshes/io/mesh_figures.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "meshes/io/mesh_checks.hpp"
 
 namespace livermark::tests {
 

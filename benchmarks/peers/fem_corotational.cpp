@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "benchmarks/competitor.hpp"
-#include "fem_reference/dynamics/mass_matrix.hpp"
+#include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/springs/tetrahedron.hpp"

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "benchmarks/competitor.hpp"
-#include "fem_reference/dof_conditions.hpp"
-#include "fem_reference/dynamics/mass_matrix.hpp"
-#include "fem_reference/dynamics/newmark.hpp"
+#include "fem_reference/dynamics/modes.hpp"
+#include "fem_reference/dynamics/release.hpp"
+#include "fem_reference/linear/conditions.hpp"
 
 namespace livermark::benchmarks {
 

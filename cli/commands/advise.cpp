@@ -17,9 +17,8 @@
 #include "results/tables/tool_cells.hpp"
 #include "studies/advise/advise.hpp"
 #include "studies/files.hpp"
-#include "support/file_ending.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/root_folder.hpp"
 
 namespace livermark::cli {
 

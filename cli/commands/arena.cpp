@@ -14,8 +14,8 @@
 #include "studies/arena/arena.hpp"
 #include "studies/arena/needle_arena.hpp"
 #include "studies/files.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/root_folder.hpp"
 
 namespace livermark::cli {
 

@@ -7,7 +7,7 @@
 #include "cli/progress.hpp"
 #include "results/records/cut.hpp"
 #include "studies/cutting/cut_study.hpp"
-#include "support/root_folder.hpp"
+#include "support/files.hpp"
 
 namespace livermark::cli {
 

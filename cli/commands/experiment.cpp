@@ -10,8 +10,8 @@
 #include "experiments/experiment.hpp"
 #include "results/records/experiment.hpp"
 #include "studies/experiments/experiments.hpp"
-#include "support/processes/python_program.hpp"
-#include "support/root_folder.hpp"
+#include "support/files.hpp"
+#include "support/processes/child_process.hpp"
 
 namespace livermark::cli {
 

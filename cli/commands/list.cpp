@@ -12,7 +12,7 @@
 #include "msm/implicit_integrators.hpp"
 #include "msm/spring_law.hpp"
 #include "studies/files.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::cli {
 

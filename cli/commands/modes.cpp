@@ -9,7 +9,7 @@
 #include "results/tables/table.hpp"
 #include "results/tables/table_layout.hpp"
 #include "studies/modes/modes.hpp"
-#include "support/root_folder.hpp"
+#include "support/files.hpp"
 
 namespace livermark::cli {
 

@@ -9,8 +9,8 @@
 #include "results/tables/table_layout.hpp"
 #include "studies/needle/measured_needle.hpp"
 #include "studies/needle/needle_study.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/root_folder.hpp"
 
 namespace livermark::cli {
 

@@ -13,7 +13,7 @@
 #include "results/tables/table_layout.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::cli {
 

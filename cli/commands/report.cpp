@@ -9,10 +9,9 @@
 
 #include "cli/commands/commands.hpp"
 #include "studies/report/report_data.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/processes/python_program.hpp"
-#include "support/root_folder.hpp"
-#include "support/whole_file.hpp"
+#include "support/processes/child_process.hpp"
 
 namespace livermark::cli {
 

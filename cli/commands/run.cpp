@@ -18,8 +18,8 @@
 #include "studies/progress.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/run.hpp"
+#include "support/files.hpp"
 #include "support/processes/mpi_session.hpp"
-#include "support/root_folder.hpp"
 
 namespace livermark::cli {
 

@@ -13,7 +13,7 @@
 #include "studies/arena/arena.hpp"
 #include "studies/arena/outside_motion.hpp"
 #include "studies/exchange/score.hpp"
-#include "support/root_folder.hpp"
+#include "support/files.hpp"
 
 namespace livermark::cli {
 

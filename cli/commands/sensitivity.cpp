@@ -7,7 +7,7 @@
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "studies/sensitivity/sensitivity.hpp"
-#include "support/root_folder.hpp"
+#include "support/files.hpp"
 
 namespace livermark::cli {
 

@@ -13,7 +13,7 @@
 #include "results/tables/table_layout.hpp"
 #include "studies/stability/scaled_steps.hpp"
 #include "studies/stability/stability.hpp"
-#include "support/root_folder.hpp"
+#include "support/files.hpp"
 
 namespace livermark::cli {
 

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "cli/commands/commands.hpp"
-#include "cli/run_tables.hpp"
 #include "cli/common_options.hpp"
+#include "cli/run_tables.hpp"
 #include "results/hdf5/result_files.hpp"
-#include "support/root_folder.hpp"
+#include "support/files.hpp"
 
 namespace livermark::cli {
 

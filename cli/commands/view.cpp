@@ -12,14 +12,13 @@
 
 #include "cli/commands/commands.hpp"
 #include "results/hdf5/result_files.hpp"
-#include "server/remembered.hpp"
 #include "server/serve.hpp"
 #include "server/sessions/live_fem.hpp"
 #include "server/sessions/live_springs.hpp"
-#include "server/token.hpp"
+#include "server/site.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/child_process.hpp"
-#include "support/root_folder.hpp"
 
 namespace livermark::cli {
 

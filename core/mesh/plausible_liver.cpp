@@ -1,15 +1,224 @@
 #include "core/mesh/plausible_liver.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <fmt/format.h>
 #include <numeric>
+#include <span>
+#include <string_view>
 #include <utility>
+#include <vector>
 
-#include "core/mesh/bounding_box.hpp"
-#include "core/mesh/parts_by_faces.hpp"
-#include "core/mesh/segment_names.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "support/files.hpp"
 
 namespace livermark::core {
+
+namespace {
+
+using Words = std::span<const std::string_view>;
+
+template <class... Word> constexpr std::array<std::string_view, sizeof...(Word)> word_list(Word... words) {
+    return {words...};
+}
+
+/// Codes of SNOMED CT and of SNOMED RT, as PS3.16 has them for segments (CID 7159, 12114 and others). Codes that are
+/// not here are judged by the words beside them.
+struct CodedRole {
+    std::string_view code;
+    SegmentRole role;
+};
+constexpr std::array concepts{
+    CodedRole{"10200004", SegmentRole::liver},   // Liver
+    CodedRole{"T-62000", SegmentRole::liver},    //
+    CodedRole{"108369006", SegmentRole::lesion}, // Neoplasm
+    CodedRole{"86049000", SegmentRole::lesion},  // Neoplasm, Primary
+    CodedRole{"372087000", SegmentRole::lesion}, // Neoplasm, Primary, in later editions
+    CodedRole{"14799000", SegmentRole::lesion},  // Neoplasm, Secondary
+    CodedRole{"2099007", SegmentRole::lesion},   // Hemangioma
+    CodedRole{"367643001", SegmentRole::lesion}, // Cyst
+    CodedRole{"M-3340A", SegmentRole::lesion},   //
+    CodedRole{"52988006", SegmentRole::lesion},  // Lesion
+    CodedRole{"M-01100", SegmentRole::lesion},   //
+    CodedRole{"4147007", SegmentRole::lesion},   // Mass
+    CodedRole{"M-03000", SegmentRole::lesion},   //
+    CodedRole{"27925004", SegmentRole::lesion},  // Nodule
+    CodedRole{"6574001", SegmentRole::lesion},   // Necrosis
+    CodedRole{"M-54000", SegmentRole::lesion},   //
+    CodedRole{"44132006", SegmentRole::lesion},  // Abscess
+    CodedRole{"M-41610", SegmentRole::lesion},   //
+    CodedRole{"59820001", SegmentRole::vessel},  // Blood vessel
+    CodedRole{"T-40000", SegmentRole::vessel},   //
+    CodedRole{"51114001", SegmentRole::vessel},  // Artery
+    CodedRole{"T-41000", SegmentRole::vessel},   //
+    CodedRole{"29092000", SegmentRole::vessel},  // Vein
+    CodedRole{"T-48000", SegmentRole::vessel},   //
+    CodedRole{"32764006", SegmentRole::vessel},  // Portal vein
+    CodedRole{"T-48810", SegmentRole::vessel},   //
+    CodedRole{"8993003", SegmentRole::vessel},   // Hepatic vein
+    CodedRole{"T-48720", SegmentRole::vessel},   //
+    CodedRole{"76015000", SegmentRole::vessel},  // Hepatic artery
+    CodedRole{"64131007", SegmentRole::vessel},  // Inferior vena cava
+    CodedRole{"28273000", SegmentRole::vessel},  // Bile duct
+};
+
+/// Words for the organ and its tissue, of which a name of the liver has one.
+constexpr auto liver_words = word_list("liver", "livers", "hepatic", "hepar", "parenchyma", "couinaud", "leber", "foie",
+                                       "h\xc3\xad"
+                                       "gado",
+                                       "higado", "fegato", "figado",
+                                       "f\xc3\xad"
+                                       "gado");
+/// Words that such a name may have beside it.
+constexpr auto liver_qualifiers = word_list(
+    "whole", "entire", "total", "full", "complete", "all", "native", "healthy", "normal", "remaining", "remnant",
+    "residual", "future", "flr", "fatty", "steatotic", "cirrhotic", "tissue", "organ", "parenchymal", "lobe", "lobes",
+    "right", "left", "caudate", "quadrate", "segment", "segments", "seg", "section", "sector", "anterior", "posterior",
+    "medial", "lateral", "superior", "inferior", "upper", "lower", "middle", "central", "half", "part", "parts", "of",
+    "the", "mask", "label", "labels", "region", "volume", "roi", "contour", "model", "segmentation", "ct", "mr", "mri",
+    "auto", "manual", "final", "edited", "smoothed", "copy", "gt", "ground", "truth", "prediction", "a", "b", "c", "s",
+    "iva", "ivb", "l", "r");
+constexpr auto roman_numbers = word_list("i", "ii", "iii", "iv", "v", "vi", "vii", "viii");
+
+/// Parts of words, because some names are written without spaces: "livertumor01", "portalvein", "venacava".
+constexpr auto lesion_parts =
+    word_list("tumor", "tumour", "tumeur", "lesion", "lesi\xc3\xb3n", "l\xc3\xa4sion", "metast", "cancer", "carcin",
+              "neoplas", "angioma", "adenom", "sarcom", "blastom", "lymphom", "malignan", "hyperplas", "nodul",
+              "absces", "necros", "echinococ", "livercyst", "livermass", "kyst");
+constexpr auto lesion_words = word_list("mass", "masses", "cyst", "cysts", "hcc", "icc", "ccc", "fnh", "hca", "crlm",
+                                        "hydatid", "gtv", "zyste", "zysten");
+constexpr auto vessel_parts =
+    word_list("vessel", "vein", "venous", "vena", "cava", "arter", "aort", "portal", "vascul", "biliar", "choledoch",
+              "ductus", "thromb", "gef\xc3\xa4\xc3\x9f", "vaiss", "shunt");
+constexpr auto vessel_words = word_list("duct", "ducts", "bile", "porta", "ivc", "svc", "pv", "hv", "tips");
+/// Organs whose lesions are not the liver's, unless the liver is named as well.
+constexpr auto other_organs = word_list(
+    "kidney", "kidneys", "renal", "lung", "lungs", "pulmonary", "pancreas", "pancreatic", "spleen", "splenic", "colon",
+    "rectal", "rectum", "stomach", "gastric", "bladder", "brain", "breast", "bone", "prostate", "adrenal", "thyroid",
+    "ovary", "ovarian", "uterus", "duodenum", "gallbladder", "esophagus", "lymph", "skin");
+/// Words that turn the meaning of a lesion's name.
+constexpr auto not_of_a_lesion = word_list("non", "not", "no", "bed", "margin", "margins", "healthy", "normal", "free",
+                                           "ablation", "ablated", "cavity", "background", "surrounding");
+/// What follows one of these says more about what stands before it: "liver without tumours", "tumour in liver".
+constexpr auto prepositions = word_list("of", "in", "within", "inside", "near", "at", "with", "without", "and",
+                                        "including", "incl", "excluding", "excl", "minus", "plus", "from", "around");
+/// Names that programs give by themselves.
+constexpr auto words_that_say_nothing =
+    word_list("segment", "segments", "seg", "segmentation", "label", "labels", "value", "region", "roi", "mask",
+              "class", "object", "structure", "unknown", "unnamed", "untitled", "new", "color", "colour", "layer",
+              "component", "foreground", "tissue", "organ", "anatomical");
+
+bool is_one_of(std::string_view word, Words words) {
+    return std::ranges::find(words, word) != words.end();
+}
+
+bool has_a_part(std::string_view word, Words parts) {
+    return std::ranges::any_of(parts, [&](std::string_view part) { return word.find(part) != std::string_view::npos; });
+}
+
+/// Words in lower case, without numbers: a name is parted at signs, before capitals and around digits.
+std::vector<std::string> words_of(const std::string &name) {
+    enum class Kind { none, lower, upper, digit };
+    const auto kind_of = [](unsigned char c) {
+        if (std::isdigit(c))
+            return Kind::digit;
+        if (std::isupper(c))
+            return Kind::upper;
+        return std::islower(c) || c >= 0x80 ? Kind::lower : Kind::none; // of UTF-8 every byte belongs to a letter
+    };
+    std::vector<std::string> words;
+    std::string word;
+    auto before = Kind::none;
+    const auto end_word = [&] {
+        if (!word.empty() && before != Kind::digit)
+            words.push_back(support::lower_case(word));
+        word.clear();
+    };
+    for (const char c : name) {
+        const auto kind = kind_of(static_cast<unsigned char>(c));
+        const bool goes_on = kind == before || (before == Kind::upper && kind == Kind::lower);
+        if (!goes_on)
+            end_word();
+        if (kind != Kind::none)
+            word += c;
+        before = kind;
+    }
+    end_word();
+    return words;
+}
+
+bool is_liver(const std::vector<std::string> &words) {
+    const auto is_of_liver = [](const std::string &word) { return is_one_of(word, liver_words); };
+    return std::ranges::any_of(words, is_of_liver) && std::ranges::all_of(words, [&](const std::string &word) {
+               return is_of_liver(word) || is_one_of(word, liver_qualifiers) || is_one_of(word, roman_numbers);
+           });
+}
+
+bool is_of_lesion(const std::string &word) {
+    return (has_a_part(word, lesion_parts) || is_one_of(word, lesion_words)) && !word.starts_with("non") &&
+           !word.starts_with("peri") && word.find("ectom") == std::string::npos; // what was cut out
+}
+
+bool is_of_vessel(const std::string &word) {
+    return has_a_part(word, vessel_parts) || is_one_of(word, vessel_words);
+}
+
+bool is_of_other_organ(const std::vector<std::string> &words) {
+    const auto has = [&](Words of) {
+        return std::ranges::any_of(words, [&](const std::string &word) { return is_one_of(word, of); });
+    };
+    return has(other_organs) && !has(liver_words);
+}
+
+/// The last word that says something decides: "tumour vessels" are vessels, a "vascular lesion" is a lesion.
+SegmentRole role_of_phrase(const std::vector<std::string> &words, const std::vector<std::string> &all) {
+    if (is_liver(words))
+        return SegmentRole::liver;
+    for (auto word = words.rbegin(); word != words.rend(); ++word) {
+        if (is_of_vessel(*word))
+            return SegmentRole::vessel;
+        if (!is_of_lesion(*word))
+            continue;
+        const bool is_turned =
+            std::ranges::any_of(words, [](const std::string &w) { return is_one_of(w, not_of_a_lesion); });
+        return is_turned || is_of_other_organ(all) ? SegmentRole::other : SegmentRole::lesion;
+    }
+    return SegmentRole::other;
+}
+
+} // namespace
+
+SegmentRole role_of_name(const std::string &name) {
+    const auto words = words_of(name);
+    const auto says_nothing = [](const std::string &word) {
+        return word.size() == 1 || is_one_of(word, words_that_say_nothing);
+    };
+    if (std::ranges::all_of(words, says_nothing))
+        return SegmentRole::unnamed;
+    if (is_liver(words))
+        return SegmentRole::liver;
+    const auto preposition =
+        std::ranges::find_if(words, [](const std::string &word) { return is_one_of(word, prepositions); });
+    const auto origin = std::ranges::find(words, "from"); // of a metastasis, which need not lie there
+    return role_of_phrase({words.begin(), preposition}, {words.begin(), origin});
+}
+
+SegmentRole role_of_segment(const std::string &name, const SegmentCode &code) {
+    const auto known = std::ranges::find(concepts, code.type, &CodedRole::code);
+    auto role = SegmentRole::unnamed;
+    if (known != concepts.end())
+        role = known->role;
+    else if (code.type.starts_with("M-8") || code.type.starts_with("M-9"))
+        role = SegmentRole::lesion; // numbers of ICD-O's morphology, which are neoplasms
+    else
+        role = role_of_name(code.meaning);
+    if (role == SegmentRole::other || role == SegmentRole::unnamed) {
+        const auto by_name = role_of_name(name);
+        role = by_name == SegmentRole::unnamed ? role : by_name;
+    }
+    return role == SegmentRole::lesion && is_of_other_organ(words_of(code.region)) ? SegmentRole::other : role;
+}
 
 namespace {
 

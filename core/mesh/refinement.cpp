@@ -1,8 +1,13 @@
 #include "core/mesh/refinement.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
+#include <map>
+#include <memory>
+#include <span>
 #include <stdexcept>
+#include <utility>
 
 namespace livermark::core {
 
@@ -113,6 +118,247 @@ LoadCase refine(const LoadCase &load_case, const TetraMesh &coarse) {
 
 Problem refine(const Problem &problem) {
     return {std::make_shared<const Body>(refine(*problem.body)), refine(problem.load_case, problem.body->mesh)};
+}
+
+namespace {
+
+using Edge = std::array<int, 2>;
+
+Edge edge_of(int a, int b) {
+    return {std::min(a, b), std::max(a, b)};
+}
+
+/// The nodes on the edges that are split.
+class NewNodes {
+  public:
+    NewNodes(std::vector<Vector3> &points, const std::map<Edge, Vector3> &on_edges)
+        : points_(points), is_end_(points.size() + on_edges.size(), false) {
+        for (const auto &[edge, point] : on_edges) {
+            node_[edge] = static_cast<int>(points_.size());
+            points_.push_back(point);
+            for (const int end : edge)
+                is_end_[end] = true;
+        }
+    }
+
+    /// Cuts a tetrahedron or triangle until none of its edges has a new node, and hands out the parts. What is
+    /// right-handed stays so.
+    template <std::size_t corners, class Keep> void cut(const std::array<int, corners> &nodes, const Keep &keep) const {
+        // The longest; of several the last by the numbers of its nodes, so that all who have it choose alike.
+        std::pair<double, Edge> longest{0.0, {}};
+        std::array<std::size_t, 2> ends{};
+        for (std::size_t i = 0; i < corners; ++i)
+            for (std::size_t j = i + 1; j < corners; ++j)
+                if (const auto edge = edge_of(nodes[i], nodes[j]); is_split(edge)) {
+                    const std::pair candidate{(points_[edge[0]] - points_[edge[1]]).squaredNorm(), edge};
+                    if (candidate > longest) {
+                        longest = candidate;
+                        ends = {i, j};
+                    }
+                }
+        if (longest.first == 0.0)
+            return keep(nodes);
+        for (const auto end : ends) {
+            auto part = nodes;
+            part[end] = node_.at(longest.second);
+            cut(part, keep);
+        }
+    }
+
+  private:
+    bool is_split(const Edge &edge) const {
+        return is_end_[edge[0]] && is_end_[edge[1]] && node_.contains(edge); // few edges of a large mesh are
+    }
+
+    std::vector<Vector3> &points_;
+    std::map<Edge, int> node_;
+    std::vector<bool> is_end_; ///< of an edge that is split
+};
+
+/// What holds on a boundary triangle, free ones are all alike.
+bool are_alike(const LoadCase &load_case, int a, int b) {
+    if (load_case.is_free(a) != load_case.is_free(b) || load_case.is_constrained(a) != load_case.is_constrained(b) ||
+        load_case.constraint_on(a) != load_case.constraint_on(b))
+        return false;
+    if (!load_case.is_loaded(a))
+        return true;
+    if (const auto *load = load_case.round_load_on(a); load && load == load_case.round_load_on(b))
+        return true;
+    // Pressures change their direction from facet to facet of a curved surface; that is no rim.
+    const double x = load_case.value[a].norm(), y = load_case.value[b].norm();
+    constexpr double rounding = 1e-6;
+    return std::abs(x - y) <= rounding * std::max(x, y);
+}
+
+/// Gives the parts of each facet that a round tool presses their own mean traction. They stand in one row.
+void spread_round_loads(const LoadCase &load_case, const BisectedBody &parts, LoadCase &result) {
+    const auto &parent = parts.parent_triangle;
+    for (std::size_t first = 0, end = 0; first < parent.size(); first = end) {
+        for (end = first; end < parent.size() && parent[end] == parent[first];)
+            ++end;
+        const auto *load = load_case.round_load_on(parent[first]);
+        if (!load)
+            continue;
+        std::vector<Corners> corners;
+        for (auto part = first; part < end; ++part)
+            corners.push_back(corners_of(parts.body.mesh, static_cast<int>(part)));
+        const auto share = shares_of_parts(load, corners);
+        for (auto part = first; part < end; ++part)
+            result.value[part] *= share[part - first];
+    }
+}
+
+bool has_one_of(const std::array<int, 4> &nodes, const std::vector<bool> &is_marked) {
+    return std::ranges::any_of(nodes, [&](int node) { return is_marked[node]; });
+}
+
+/// @return [m]
+double longest_edge_of(const TetraMesh &mesh, const std::array<int, 4> &nodes) {
+    double longest = 0.0;
+    for (const auto &[i, j] : tetrahedron_edges)
+        longest = std::max(longest, (mesh.points[nodes[i]] - mesh.points[nodes[j]]).norm());
+    return longest;
+}
+
+Vector3 centroid_of(const TetraMesh &mesh, const std::array<int, 4> &nodes) {
+    Vector3 centroid = Vector3::Zero();
+    for (const int node : nodes)
+        centroid += 0.25 * mesh.points[node];
+    return centroid;
+}
+
+/// The same with nothing on the facets that round tools press.
+LoadCase without_round_loads(LoadCase load_case) {
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.round_load_on(f))
+            load_case.free_facet(f);
+    return load_case;
+}
+
+/// Whether strains below some round tool change too much within a tetrahedron.
+/// @param longest_edge  see refine_at_rims_and_tools()
+bool is_coarse_below(std::span<const RoundLoad> tools, const TetraMesh &mesh, const std::array<int, 4> &nodes,
+                     double longest_edge) {
+    const Vector3 centroid = centroid_of(mesh, nodes);
+    const double longest = longest_edge_of(mesh, nodes);
+    return std::ranges::any_of(tools, [&](const RoundLoad &tool) {
+        return longest > longest_edge * std::max(tool.radius, (centroid - tool.middle).norm());
+    });
+}
+
+/// Cuts all edges of some tetrahedra in two.
+/// @param is_chosen  (four nodes) -> bool
+template <class Choose> BisectedProblem refine_where(const Problem &problem, const Choose &is_chosen) {
+    std::set<Edge> edges;
+    for (const auto &nodes : problem.body->mesh.tetrahedra)
+        if (is_chosen(nodes))
+            for (const auto &[i, j] : tetrahedron_edges)
+                edges.insert(edge_of(nodes[i], nodes[j]));
+    auto bisected = bisect(*problem.body, edges);
+    auto load_case = on_parts(problem.load_case, bisected);
+    return {{std::make_shared<const Body>(std::move(bisected.body)), std::move(load_case)},
+            std::move(bisected.parent_tetrahedron)};
+}
+
+} // namespace
+
+BisectedBody split_edges(const Body &body, const std::map<Edge, Vector3> &points) {
+    const auto &coarse = body.mesh;
+    BisectedBody result{{.name = body.name, .mesh = {}, .materials = body.materials}, {}, {}, {}};
+    for (const auto &[edge, point] : points)
+        result.parent_edge.push_back(edge);
+    auto &fine = result.body.mesh;
+    fine.points = coarse.points;
+    fine.region_names = coarse.region_names;
+    fine.patch_names = coarse.patch_names;
+    const NewNodes new_nodes(fine.points, points);
+    for (std::size_t t = 0; t < coarse.tetrahedra.size(); ++t)
+        new_nodes.cut(coarse.tetrahedra[t], [&](const auto &part) {
+            fine.tetrahedra.push_back(part);
+            fine.region.push_back(coarse.region[t]);
+            result.parent_tetrahedron.push_back(static_cast<int>(t));
+        });
+    for (int f = 0; f < coarse.num_boundary_triangles(); ++f)
+        new_nodes.cut(coarse.boundary_triangles[f], [&](const auto &part) {
+            fine.boundary_triangles.push_back(part);
+            fine.boundary_patch.push_back(coarse.boundary_patch[f]);
+            result.parent_triangle.push_back(f);
+        });
+    return result;
+}
+
+BisectedBody bisect(const Body &body, const std::set<Edge> &edges) {
+    std::map<Edge, Vector3> middles;
+    for (const auto &[a, b] : edges)
+        middles.emplace(Edge{a, b}, 0.5 * (body.mesh.points[a] + body.mesh.points[b]));
+    return split_edges(body, middles);
+}
+
+LoadCase on_parts(const LoadCase &load_case, const BisectedBody &parts) {
+    auto result = load_case;
+    result.condition_on.clear();
+    result.value.clear();
+    for (const int parent : parts.parent_triangle) {
+        result.condition_on.push_back(load_case.condition_on[parent]);
+        result.value.push_back(load_case.value[parent]);
+    }
+    spread_round_loads(load_case, parts, result);
+    if (!load_case.node_factor.empty())
+        for (const auto &[a, b] : parts.parent_edge)
+            result.node_factor.push_back(load_case.factor_between(a, b));
+    if (!load_case.node_shift.empty())
+        for (const auto &[a, b] : parts.parent_edge)
+            result.node_shift.emplace_back(0.5 * (load_case.node_shift[a] + load_case.node_shift[b]));
+    return result;
+}
+
+std::vector<bool> rim_nodes(const TetraMesh &mesh, const LoadCase &load_case) {
+    std::map<Edge, int> first_triangle;
+    std::vector<bool> is_rim(mesh.points.size(), false);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto edge = edge_of(mesh.boundary_triangles[f][c], mesh.boundary_triangles[f][(c + 1) % 3]);
+            const auto [other, is_new] = first_triangle.try_emplace(edge, f);
+            if (!is_new && !are_alike(load_case, f, other->second))
+                is_rim[edge[0]] = is_rim[edge[1]] = true;
+        }
+    return is_rim;
+}
+
+BisectedProblem refine_at_rims(const Problem &problem) {
+    const auto is_rim = rim_nodes(problem.body->mesh, problem.load_case);
+    return refine_where(problem, [&](const auto &nodes) { return has_one_of(nodes, is_rim); });
+}
+
+BisectedProblem refine_at_rims_and(const Problem &problem, const std::vector<bool> &is_further) {
+    const auto is_rim = rim_nodes(problem.body->mesh, problem.load_case);
+    return refine_where(problem,
+                        [&](const auto &nodes) { return has_one_of(nodes, is_rim) || has_one_of(nodes, is_further); });
+}
+
+BisectedProblem refine_near_places(const Problem &problem, std::span<const InteriorPlace> places, double radii) {
+    const auto &mesh = problem.body->mesh;
+    return refine_where(problem, [&](const auto &nodes) {
+        const Vector3 centroid = centroid_of(mesh, nodes);
+        return std::ranges::any_of(
+            places, [&](const auto &place) { return (centroid - place.middle).norm() < radii * place.radius; });
+    });
+}
+
+BisectedProblem refine_at_rims_and_tools(const Problem &problem, double longest_edge) {
+    const auto &mesh = problem.body->mesh;
+    const auto round_loads = problem.load_case.round_loads();
+    const auto is_rim = rim_nodes(mesh, without_round_loads(problem.load_case));
+    return refine_where(problem, [&](const auto &nodes) {
+        return has_one_of(nodes, is_rim) || is_coarse_below(round_loads, mesh, nodes, longest_edge);
+    });
+}
+
+Problem refine_at_rims(const Problem &problem, int levels) {
+    auto refined = problem;
+    for (int level = 0; level < levels; ++level)
+        refined = refine_at_rims(refined).problem;
+    return refined;
 }
 
 } // namespace livermark::core

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/load_case.hpp"
-#include "core/mesh/facet_points.hpp"
+#include "core/mesh/places.hpp"
 #include "core/tool/touching_tool.hpp"
 
 /// A rigid ball that moves and touches facets between point masses: contact without adhesion, with Coulomb friction,

@@ -1,4 +1,4 @@
-#include "fem_reference/distributed/distributed_hyperelasticity.hpp"
+#include "fem_reference/hyperelastic/hyperelasticity.hpp"
 
 #include <deal.II/base/mpi.h>
 
@@ -8,11 +8,10 @@
 #include <utility>
 
 #include "core/stopwatch.hpp"
-#include "fem_reference/distributed/distributed_saddle_point.hpp"
-#include "fem_reference/distributed/ranks.hpp"
-#include "fem_reference/facet_conditions.hpp"
-#include "fem_reference/hyperelastic/paths/path_solution.hpp"
-#include "fem_reference/hyperelastic/paths/path_system.hpp"
+#include "fem_reference/distributed/distributed_systems.hpp"
+#include "fem_reference/distributed/part.hpp"
+#include "fem_reference/hyperelastic/equilibrium_search.hpp"
+#include "fem_reference/linear/conditions.hpp"
 #include "support/processes/mpi_session.hpp"
 
 namespace livermark::hyperelastic {

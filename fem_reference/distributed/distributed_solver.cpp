@@ -12,13 +12,10 @@
 #include <string>
 
 #include "core/stopwatch.hpp"
-#include "fem_reference/discretisation.hpp"
-#include "fem_reference/distributed/distributed_multigrid.hpp"
-#include "fem_reference/distributed/distributed_saddle_point.hpp"
-#include "fem_reference/distributed/distributed_stiffness.hpp"
-#include "fem_reference/distributed/ranks.hpp"
-#include "fem_reference/dof_conditions.hpp"
-#include "fem_reference/facet_conditions.hpp"
+#include "fem_reference/distributed/distributed_systems.hpp"
+#include "fem_reference/distributed/part.hpp"
+#include "fem_reference/linear/chosen_solver.hpp"
+#include "fem_reference/linear/conditions.hpp"
 #include "support/processes/mpi_session.hpp"
 
 namespace livermark::fem_reference {

@@ -2,7 +2,7 @@
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
-#include "fem_reference/linear/formulation.hpp"
+#include "fem_reference/linear/choices.hpp"
 
 namespace livermark::fem_reference {
 

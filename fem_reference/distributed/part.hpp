@@ -1,12 +1,19 @@
 #pragma once
 
+#include <deal.II/base/partitioner.h>
+#include <deal.II/lac/la_parallel_vector.h>
+
 #include <array>
 #include <cstdint>
+#include <exception>
+#include <memory>
+#include <span>
+#include <stdexcept>
 #include <vector>
 
 #include "core/problem.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
-#include "fem_reference/linear/pressure_system.hpp"
+#include "support/processes/mpi_session.hpp"
 
 namespace livermark::fem_reference {
 
@@ -43,5 +50,74 @@ std::vector<SharedEntry> nodes_of(const Part &part, const ElasticSystem &system)
 /// Pressures by vertex and region.
 /// @return shape (m)
 std::vector<SharedEntry> pressures_of(const Part &part, const PressureSystem &pressure);
+
+/// Between the numbers of a part, in the order of its system, and vectors of all ranks, in which each rank has those
+/// that it owns. The components of an entry stand together in both.
+class NodeExchange {
+  public:
+    using Vector = dealii::LinearAlgebra::distributed::Vector<double>;
+
+    /// Collective: numbers what each rank owns, and asks for the numbers of the rest.
+    /// @param entries  (n) of this rank's part
+    NodeExchange(std::span<const SharedEntry> entries, int components);
+
+    /// (n) of each entry among those of all ranks
+    const std::vector<std::int64_t> &numbers() const { return number_; }
+    /// Of this part that this rank owns.
+    const std::vector<int> &owned() const { return owned_; }
+    bool owns(std::size_t entry) const { return is_owned_[entry]; }
+    std::int64_t num_entries_of_all_ranks() const;
+    /// Of this part that other ranks own: as many come with every exchange.
+    std::size_t num_received() const { return number_.size() - owned_.size(); }
+
+    /// Zero.
+    Vector vector() const { return Vector(partitioner_); }
+    const std::shared_ptr<const dealii::Utilities::MPI::Partitioner> &partitioner() const { return partitioner_; }
+
+    /// Collective. What is owned here and elsewhere, where the part has it.
+    /// @param values  shape (components n)
+    template <class T> void read(const Vector &vector, std::span<T> values) const;
+    /// What is owned here.
+    template <class T> void write(std::span<const T> values, Vector &vector) const;
+
+    /// Collective. Overwrites what others own with what they have.
+    /// @param values  shape (components n)
+    void share(std::span<double> values) const;
+
+  private:
+    int components_;
+    std::vector<std::int64_t> number_;
+    std::vector<int> owned_;     ///< entries, in ascending order
+    std::vector<bool> is_owned_; ///< (n)
+    std::vector<int> place_;     ///< (n) in the vectors of this rank
+    std::shared_ptr<const dealii::Utilities::MPI::Partitioner> partitioner_;
+};
+
+/// What action() returns. If it throws on one rank of several, the others cannot know, and would wait for ever: it says
+/// why and ends them all. std::invalid_argument is for what all ranks find wrong alike, and goes on.
+template <class Action> auto on_all_ranks(const Action &action) {
+    try {
+        return action();
+    } catch (const std::invalid_argument &) {
+        throw;
+    } catch (const std::exception &error) {
+        if (support::mpi_num_ranks() == 1)
+            throw;
+        support::abort_all_ranks(error.what());
+    }
+}
+
+/// Collective.
+/// @param constraint  shape (3 n) of the part, index of the constraint of each unknown, -1 where free
+/// @param force       shape (3 n)
+/// @return shape (P) sums over the unknowns of all ranks
+std::vector<core::Vector3> sum_of_reactions(const NodeExchange &nodes, std::span<const int> constraint,
+                                            std::span<const double> force, std::size_t num_constraints);
+
+/// Collective.
+/// @param displacement  shape (3 n) of the part
+/// @return shape (N) at the nodes of the mesh that was cut, on every rank
+std::vector<core::Vector3> on_mesh(const Part &part, const ElasticSystem &system, const NodeExchange &nodes,
+                                   std::span<const double> displacement);
 
 } // namespace livermark::fem_reference

@@ -1,17 +1,251 @@
 #include "fem_reference/dynamics/release.hpp"
 
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "core/error_norms.hpp"
 #include "core/stopwatch.hpp"
-#include "fem_reference/dof_conditions.hpp"
-#include "fem_reference/dynamics/mass_matrix.hpp"
-#include "fem_reference/dynamics/newmark.hpp"
-#include "fem_reference/dynamics/ritz_motion.hpp"
+#include "fem_reference/dynamics/modes.hpp"
+#include "fem_reference/linear/conditions.hpp"
+#include "fem_reference/solvers/constrained_solver.hpp"
 
 namespace livermark::fem_reference {
+
+struct Newmark::Impl {
+    Impl(const SymmetricBlocks<double> &stiffness_, const SymmetricMatrix &mass_, const core::RayleighDamping &damping,
+         double time_step_)
+        : stiffness(stiffness_), mass(mass_), time_step(time_step_),
+          solver(combine(damping.beta + 0.5 * time_step, compressed_rows(stiffness), damping.alpha + 2.0 / time_step,
+                         mass)),
+          force(3 * static_cast<std::size_t>(mass.num_rows())), momentum(force.size()), mean_velocity(force.size()) {}
+
+    Energy multiply_by_matrices(const Motion &motion);
+    Energy advance(Motion &motion, std::span<const double> load);
+
+    const SymmetricBlocks<double> &stiffness;
+    const SymmetricMatrix &mass;
+    double time_step;
+    ConstrainedSolver solver;
+    std::vector<double> force, momentum, mean_velocity;
+};
+
+/// force = K u, momentum = M v
+Energy Newmark::Impl::multiply_by_matrices(const Motion &motion) {
+    stiffness.multiply(motion.displacement, force);
+    multiply_mass(mass, motion.velocity, momentum);
+    return {.kinetic = 0.5 * dot(motion.velocity, momentum), .strain = 0.5 * dot(motion.displacement, force)};
+}
+
+Energy Newmark::Impl::advance(Motion &motion, std::span<const double> load) {
+    const auto before = multiply_by_matrices(motion);
+    for (std::size_t i = 0; i < force.size(); ++i)
+        force[i] = 2.0 / time_step * momentum[i] + load[i] - force[i];
+    solver.solve_constrained(force, mean_velocity);
+    for (std::size_t i = 0; i < force.size(); ++i) {
+        motion.displacement[i] += time_step * mean_velocity[i];
+        motion.velocity[i] = 2.0 * mean_velocity[i] - motion.velocity[i];
+    }
+    return before;
+}
+
+Newmark::Newmark(const SymmetricBlocks<double> &stiffness, const SymmetricMatrix &mass,
+                 const core::RayleighDamping &damping, double time_step, std::span<const double> prescribed)
+    : impl_(std::make_unique<Impl>(stiffness, mass, damping, time_step)) {
+    impl_->solver.factorise(prescribed); // the mass makes it positive definite, whatever is constrained
+}
+Newmark::~Newmark() = default;
+Newmark::Newmark(Newmark &&) noexcept = default;
+Newmark &Newmark::operator=(Newmark &&) noexcept = default;
+
+Energy Newmark::advance(Motion &motion, std::span<const double> load) {
+    return impl_->advance(motion, load);
+}
+
+Energy Newmark::energy(const Motion &motion) const {
+    return impl_->multiply_by_matrices(motion);
+}
+
+namespace {
+
+/// What is left of a vector when the space is taken out of it, below which it is but rounding of what was taken out.
+constexpr double rounding = 1e-12;
+/// More than a motion takes as a rule: growing would go through the memory again, and what is not used costs nothing.
+constexpr Eigen::Index columns_at_once = 128;
+/// Nearly all of the motion is in the first vectors, so they are found in double precision; the others may be a little
+/// off the way, as what they leave out is looked at.
+constexpr Eigen::Index num_exact = 5;
+
+} // namespace
+
+RitzSpace::RitzSpace(const SymmetricBlocks<double> &stiffness, const SymmetricMatrix &mass, ConstrainedSolver &solver,
+                     std::vector<double> force)
+    : stiffness_(&stiffness), mass_(mass), solver_(&solver), force_(std::move(force)), next_load_(force_),
+      vector_(force_.size()), product_(force_.size()), vectors_(force_.size(), 0) {}
+
+RitzSpace::RitzSpace(const SymmetricMatrix &mass, SolveStatics solve, std::vector<double> force)
+    : mass_(mass), solve_statics_(std::move(solve)), force_(std::move(force)), next_load_(force_),
+      vector_(force_.size()), product_(force_.size()), force_of_vector_(force_.size()), vectors_(force_.size(), 0),
+      forces_(force_.size(), 0) {}
+
+void RitzSpace::solve() {
+    if (solve_statics_)
+        solve_statics_(next_load_, vector_, force_of_vector_);
+    else if (size() < num_exact)
+        solver_->solve_constrained(next_load_, vector_);
+    else
+        solver_->solve_single_precision(next_load_, vector_);
+}
+
+/// Takes the space out of what was solved, and makes its size 1; its product with M is beside it.
+/// @return false if nothing is left
+bool RitzSpace::make_orthogonal() {
+    const auto num_unknowns = static_cast<Eigen::Index>(force_.size());
+    Eigen::Map<Eigen::VectorXd> vector(vector_.data(), num_unknowns), product(product_.data(), num_unknowns),
+        force(force_of_vector_.data(), std::ssize(force_of_vector_));
+    multiply_mass(mass_, vector_, product_);
+    const double size_before = std::sqrt(vector.dot(product));
+    // Twice is enough (W. Kahan, in B. N. Parlett 1980, The symmetric eigenvalue problem, 6-9); once is not, because
+    // the rounding of one vector grows in those after it.
+    for (int pass = 0; pass < 2; ++pass) {
+        const Eigen::VectorXd component = vectors().transpose() * product;
+        vector.noalias() -= vectors() * component;
+        if (solve_statics_)
+            force.noalias() -= forces_.leftCols(size()) * component;
+        multiply_mass(mass_, vector_, product_);
+    }
+    const double left = std::sqrt(vector.dot(product));
+    if (!(left > rounding * size_before))
+        return false;
+    vector /= left;
+    product /= left;
+    force /= left;
+    return true;
+}
+
+bool RitzSpace::extend() {
+    const auto num_unknowns = static_cast<Eigen::Index>(force_.size());
+    solve();
+    if (!make_orthogonal())
+        return false;
+    next_load_ = product_;
+
+    const auto last = size();
+    if (last == vectors_.cols()) {
+        vectors_.conservativeResize(Eigen::NoChange, last + columns_at_once);
+        if (solve_statics_)
+            forces_.conservativeResize(Eigen::NoChange, last + columns_at_once);
+    }
+    vectors_.col(last) = Eigen::VectorXd::Map(vector_.data(), num_unknowns);
+    force_on_space_.conservativeResize(last + 1);
+    force_on_space_[last] = dot(vector_, force_);
+    if (solve_statics_) {
+        forces_.col(last) = Eigen::VectorXd::Map(force_of_vector_.data(), num_unknowns);
+        product_ = force_of_vector_;
+    } else {
+        stiffness_->multiply(vector_, product_);
+    }
+    stiffness_of_space_.conservativeResize(last + 1, last + 1);
+    stiffness_of_space_.col(last) =
+        vectors_.leftCols(last + 1).transpose() * Eigen::VectorXd::Map(product_.data(), num_unknowns);
+    stiffness_of_space_.row(last) = stiffness_of_space_.col(last).transpose();
+    return true;
+}
+
+namespace {
+
+constexpr double motion_tolerance = 5e-5;
+constexpr int vectors_per_check = 5;
+constexpr int vectors_left_out = 10; ///< of the motion that a check compares with
+/// Where what the vectors change begins to go down at the pace that it keeps.
+constexpr int fewest_to_extrapolate = 40;
+/// A probe that moves less than this part of the one that moves most counts as if it moved that much.
+constexpr double least_part = 1e-3;
+
+/// What the last vectors change in the motion of the whole body and of each probe, the largest of these parts.
+double largest_change(const RitzSpace &space, const core::Release &release) {
+    const auto num_probes = static_cast<Eigen::Index>(release.probes.size());
+    Eigen::MatrixXd of_probes(3 * num_probes, space.size());
+    for (Eigen::Index q = 0; q < num_probes; ++q)
+        of_probes.middleRows<3>(3 * q) =
+            space.vectors().middleRows<3>(3 * static_cast<Eigen::Index>(release.probes[q].node));
+
+    const Eigen::Index num_before = space.size() - vectors_left_out;
+    auto motion = motion_in(space, space.size(), release);
+    auto motion_before = motion_in(space, num_before, release);
+    double moved = 0.0, changed = 0.0; // squares, summed over time; V is orthonormal
+    Eigen::ArrayXd probe_moved = Eigen::ArrayXd::Zero(num_probes), probe_changed = probe_moved;
+    for (int step = 0; step < release.num_steps; ++step) {
+        motion.advance();
+        motion_before.advance();
+        const Eigen::VectorXd z = motion.displacement();
+        Eigen::VectorXd change = z;
+        change.head(num_before) -= motion_before.displacement();
+        moved += z.squaredNorm();
+        changed += change.squaredNorm();
+        const Eigen::VectorXd probes = of_probes * z, change_of_probes = of_probes * change;
+        probe_moved += probes.reshaped(3, num_probes).colwise().squaredNorm().transpose().array();
+        probe_changed += change_of_probes.reshaped(3, num_probes).colwise().squaredNorm().transpose().array();
+    }
+    double largest = changed / moved;
+    const double least = least_part * least_part * (num_probes > 0 ? probe_moved.maxCoeff() : 0.0);
+    for (Eigen::Index q = 0; q < num_probes; ++q)
+        if (probe_changed[q] > 0.0)
+            largest = std::max(largest, probe_changed[q] / std::max(probe_moved[q], least));
+    return std::sqrt(largest);
+}
+
+} // namespace
+
+RitzMotion::RitzMotion(const Eigen::MatrixXd &stiffness, const Eigen::VectorXd &force,
+                       const core::RayleighDamping &damping, double time_step)
+    : time_step_(time_step), displacement_(Eigen::ArrayXd::Zero(force.size())), velocity_(displacement_) {
+    if (force.size() == 0)
+        return;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness);
+    modes_ = solver.eigenvectors();
+    square_ = solver.eigenvalues();
+    force_ = modes_.transpose() * force;
+    effective_ = 2.0 / time_step + damping.alpha + (damping.beta + 0.5 * time_step) * square_;
+}
+
+void RitzMotion::advance() {
+    const Eigen::ArrayXd mean_velocity = (2.0 / time_step_ * velocity_ + force_ - square_ * displacement_) / effective_;
+    displacement_ += time_step_ * mean_velocity;
+    velocity_ = 2.0 * mean_velocity - velocity_;
+}
+
+RitzMotion motion_in(const RitzSpace &space, Eigen::Index num_vectors, const core::Release &release) {
+    return {space.stiffness().topLeftCorner(num_vectors, num_vectors), space.force().head(num_vectors), release.damping,
+            release.output_interval};
+}
+
+bool extend_until_converged(RitzSpace &space, const core::Release &release) {
+    const int most = release.num_steps / 2; // a vector costs as much as one or two steps
+    std::vector<double> changes;
+    for (int size = vectors_per_check; size <= most; size += vectors_per_check) {
+        while (space.size() < size)
+            if (!space.extend())
+                return true;
+        if (size <= vectors_left_out)
+            continue;
+        changes.push_back(largest_change(space, release));
+        if (changes.back() < motion_tolerance)
+            return true;
+        if (size >= fewest_to_extrapolate) {
+            const double before = changes.end()[-1 - vectors_left_out / vectors_per_check];
+            const double decades_per_vector = std::log10(before / changes.back()) / vectors_left_out;
+            if (!(decades_per_vector * (most - size) > std::log10(changes.back() / motion_tolerance)))
+                return false;
+        }
+    }
+    return false;
+}
 
 namespace {
 

@@ -1,18 +1,76 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "core/problem.hpp"
 #include "fem_reference/hyperelastic/material_law.hpp"
-#include "fem_reference/hyperelastic/reference_element.hpp"
-#include "fem_reference/hyperelastic/relaxation/isochoric_part.hpp"
+#include "fem_reference/linear/choices.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
-#include "fem_reference/linear/formulation.hpp"
-#include "fem_reference/linear/pressure_system.hpp"
 
 namespace livermark::hyperelastic {
+
+/// Lagrange elements on the unit tetrahedron (corners 0, e_x, e_y, e_z) at the points of a quadrature rule. Nodes are
+/// in the order of fem_reference::ElasticSystem::cell_nodes.
+struct ReferenceTetrahedron {
+    std::vector<double> weight;                ///< (Q) they sum to 1: parts of the volume
+    std::vector<Eigen::Matrix3Xd> gradient;    ///< (Q) of the shape functions, one per column, shape (3, nodes)
+    std::vector<Eigen::Vector4d> linear_shape; ///< (Q) values of the four linear shape functions
+};
+
+/// The same on the unit triangle: corners, then midpoints of 01 12 20.
+struct ReferenceTriangle {
+    std::vector<double> weight;             ///< (Q) they sum to 1/2
+    std::vector<Eigen::VectorXd> shape;     ///< (Q) values, shape (nodes)
+    std::vector<Eigen::Matrix2Xd> gradient; ///< (Q) shape (2, nodes)
+};
+
+/// How many points integrate over a tetrahedron.
+enum class TetrahedronRule {
+    one_point,      ///< exact to degree 1: all there is to integrate on linear elements
+    four_points,    ///< exact to degree 2: what other codes take for quadratic elements
+    fourteen_points ///< exact to degree 5 (Witherden and Vincent 2015, Comput. Math. Appl. 69(10))
+};
+
+/// @param degree  1 or 2
+ReferenceTetrahedron reference_tetrahedron(int degree, TetrahedronRule rule);
+
+/// With seven points, exact to degree 5: the follower loads of quadratic elements have degree 4.
+/// @param degree  1 or 2
+ReferenceTriangle reference_triangle(int degree);
+
+/// What relaxation adds to the energy per volume of a point in one time step:
+///     - faded W_s(F') + 1/2 H : (C' - I),   F' = J^(-1/3) F,   C' = F'^T F',
+/// so that the isochoric part of the law is multiplied by 1 - faded = core::instant_part(), and what the branches
+/// remember pushes along: a potential, although relaxation has none over several steps.
+/// (J. C. Simo 1987, On a fully three-dimensional finite-strain viscoelastic damage model, Comput. Methods Appl. Mech.
+/// Eng. 60; Simo and Hughes, Computational Inelasticity, 1998, section 10.3)
+struct IsochoricPart {
+    const MaterialLaw &law;
+    const core::Material &material;
+    double faded;
+    const Matrix3 &remembered; ///< H, symmetric [Pa]
+
+    /// [Pa]
+    /// @param f  det F > 0, here and below
+    double energy(const Matrix3 &f) const;
+    /// Its derivative by F [Pa].
+    Matrix3 stress(const Matrix3 &f) const;
+    /// Its second derivative [Pa].
+    Tangent tangent(const Matrix3 &f) const;
+};
+
+/// What the branches follow: the deviator S - (S : C') / 3 C'^-1 of S = 2 d W_s / dC' at C', symmetric [Pa]. At small
+/// strains twice the shear modulus times the deviatoric strain.
+Matrix3 isochoric_stress(const MaterialLaw &law, const core::Material &material, const Matrix3 &f);
+
+/// A time step at all points of integration of a body.
+struct DeviatoricMemory {
+    double faded = 0.0;                ///< 1 - core::instant_part()
+    std::vector<Matrix3> remembered{}; ///< H at each point, cell by cell: sum over branches of fade h(n) - gain s(n)
+};
 
 /// What is to be found; n is the number of nodes, m that of pressures.
 struct State {

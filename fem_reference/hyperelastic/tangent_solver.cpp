@@ -12,10 +12,9 @@
 #include <optional>
 
 #include "fem_reference/linear/chosen_solver.hpp"
-#include "fem_reference/solvers/clear_constrained.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
-#include "fem_reference/solvers/multigrid/two_level.hpp"
-#include "fem_reference/solvers/multivector.hpp"
+#include "fem_reference/solvers/matrices.hpp"
+#include "fem_reference/solvers/two_level.hpp"
 #include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::hyperelastic {

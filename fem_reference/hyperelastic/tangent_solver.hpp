@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "fem_reference/hyperelastic/elements.hpp"
-#include "fem_reference/hyperelastic/surface/surface_stiffness.hpp"
+#include "fem_reference/hyperelastic/surface.hpp"
 
 namespace livermark::hyperelastic {
 

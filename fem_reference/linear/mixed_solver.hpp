@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "fem_reference/linear/chosen_solver.hpp"
-#include "fem_reference/linear/pressure_system.hpp"
+#include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
-#include "fem_reference/solvers/multigrid/nested_iteration.hpp"
+#include "fem_reference/solvers/iterative_solver.hpp"
 
 namespace livermark::fem_reference {
 
 /// [K D^T; D -C] [u; p] = [f; 0] with some displacements prescribed, by iterations on both at once, see
-/// saddle_point.hpp. With these elements the number of iterations depends neither on the mesh nor on Poisson's ratio.
+/// mixed_solver.cpp. With these elements the number of iterations depends neither on the mesh nor on Poisson's ratio.
 /// At last all that is free moves by a rigid motion, so that the reactions balance the loads whatever the tolerance,
 /// see balance().
 class MixedSolver {

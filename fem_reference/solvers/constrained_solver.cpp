@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "core/stopwatch.hpp"
-#include "fem_reference/dynamics/mass_matrix.hpp"
-#include "fem_reference/solvers/multivector.hpp"
+#include "fem_reference/dynamics/modes.hpp"
+#include "fem_reference/solvers/matrices.hpp"
 #include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::fem_reference {

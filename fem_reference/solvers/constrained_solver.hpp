@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "fem_reference/solvers/symmetric_matrix.hpp"
+#include "fem_reference/solvers/matrices.hpp"
 
 namespace livermark::fem_reference {
 
@@ -60,7 +60,7 @@ class ConstrainedSolver {
     void solve_constrained(std::span<const double> load, std::span<double> u);
 
     /// The same in single precision, which takes half of the time: for iterations that correct it.
-    /// @param load     shape (n, lanes), see multivector.hpp
+    /// @param load     shape (n, lanes), see matrices.hpp
     /// @param u        shape (n, lanes)
     /// @param columns  to be solved for, each < lanes; the others are not looked at
     void solve_single_precision(std::span<const float> load, std::span<float> u, int lanes,

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "interactive/elements/energies/element_energy.hpp"
 
 namespace livermark::interactive {

@@ -6,7 +6,7 @@
 
 #include "interactive/elements/rows_of_nodes.hpp"
 #include "interactive/inertia.hpp"
-#include "support/factors/supernodes.hpp"
+#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::interactive {
 

@@ -6,10 +6,9 @@
 #include <limits>
 #include <set>
 
-#include "core/mesh/neighbours.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "live/material.hpp"
-#include "meshes/cutting/check_cut.hpp"
-#include "meshes/cutting/clean_up.hpp"
+#include "meshes/cutting/parting.hpp"
 #include "meshes/cutting/tool_geometry.hpp"
 #include "support/input_error.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "core/mesh/neighbours.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "meshes/cutting/cut.hpp"
 
 namespace livermark::live {

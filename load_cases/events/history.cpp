@@ -7,10 +7,8 @@
 
 #include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/known_names.hpp"
-#include "support/root_folder.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::load_cases {
 

@@ -5,16 +5,16 @@
 #include <optional>
 #include <string_view>
 
-#include "core/mesh/bounding_box.hpp"
-#include "core/mesh/point_location.hpp"
+#include "core/mesh/places.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/tool/needle/needle_line.hpp"
 #include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_tables.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::load_cases {
 

@@ -5,8 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/mesh/bounding_box.hpp"
-#include "core/mesh/triangle.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/event_reader.hpp"

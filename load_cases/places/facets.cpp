@@ -8,12 +8,10 @@
 #include <numeric>
 #include <vector>
 
-#include "core/mesh/bounding_box.hpp"
-#include "core/mesh/patches.hpp"
-#include "core/mesh/triangle.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/units.hpp"
 #include "load_cases/places/selector.hpp"
-#include "support/length_unit.hpp"
+#include "support/toml_input.hpp"
 
 namespace livermark::load_cases {
 

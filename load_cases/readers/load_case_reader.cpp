@@ -9,15 +9,15 @@
 #include <utility>
 #include <vector>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/effects.hpp"
 #include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_tables.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::load_cases {
 

@@ -15,7 +15,7 @@
 #include "load_cases/readers/effects.hpp"
 #include "load_cases/readers/event_reader.hpp"
 #include "support/input_error.hpp"
-#include "support/length_unit.hpp"
+#include "support/toml_input.hpp"
 
 namespace livermark::load_cases {
 

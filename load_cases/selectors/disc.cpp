@@ -3,7 +3,7 @@
 #include <numbers>
 #include <optional>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 

@@ -10,10 +10,7 @@
 #include <set>
 #include <utility>
 
-#include "core/mesh/neighbours.hpp"
-#include "core/mesh/patches.hpp"
-#include "meshes/cutting/check_cut.hpp"
-#include "meshes/cutting/clean_up.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "meshes/cutting/parting.hpp"
 #include "meshes/cutting/splitting.hpp"
 #include "meshes/cutting/tool_geometry.hpp"

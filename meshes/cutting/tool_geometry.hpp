@@ -37,4 +37,10 @@ bool is_above(const BladeCut &blade, const core::Vector3 &point);
 double distance_between(std::span<const std::array<core::Vector3, 3>> triangles,
                         std::span<const std::array<core::Vector3, 3>> others);
 
+/// Whether the tool of a cut is one: its numbers are finite, a margin and a thickness are not negative, a normal is not
+/// zero, a blade has an area, and the mesh has the region.
+/// @throws support::InputError  if it is none
+/// @throws CutNotOnBody         if the mesh has no such region
+void check_cut(const Cut &cut, const core::TetraMesh &mesh);
+
 } // namespace livermark::meshes

@@ -1,18 +1,66 @@
 #include "meshes/io/mesh_checks.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
+#include <limits>
+#include <numbers>
 #include <numeric>
+#include <set>
 #include <utility>
 
-#include "core/mesh/neighbours.hpp"
-#include "core/mesh/overlaps.hpp"
 #include "core/mesh/plausible_liver.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "meshes/cutting/cut.hpp"
-#include "meshes/io/mesh_figures.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::meshes {
+
+double tetrahedron_quality(const core::Vector3 &a, const core::Vector3 &b, const core::Vector3 &c,
+                           const core::Vector3 &d) {
+    const double mean_square = ((b - a).squaredNorm() + (c - a).squaredNorm() + (d - a).squaredNorm() +
+                                (c - b).squaredNorm() + (d - b).squaredNorm() + (d - c).squaredNorm()) /
+                               6.0;
+    return 6.0 * std::numbers::sqrt2 * core::signed_volume(a, b, c, d) / (mean_square * std::sqrt(mean_square));
+}
+
+MeshFigures mesh_figures(const core::TetraMesh &mesh) {
+    MeshFigures figures;
+    figures.num_tetrahedra = mesh.num_tetrahedra();
+    figures.num_nodes = mesh.num_nodes();
+    figures.smallest_quality = std::numeric_limits<double>::infinity();
+    for (const auto &[a, b, c, d] : mesh.tetrahedra) {
+        const auto &x = mesh.points;
+        figures.volume += core::signed_volume(x[a], x[b], x[c], x[d]);
+        figures.smallest_quality = std::min(figures.smallest_quality, tetrahedron_quality(x[a], x[b], x[c], x[d]));
+    }
+    figures.extent = core::bounding_box(mesh.points).sizes();
+
+    const auto edges = core::edge_table(mesh.tetrahedra).edges;
+    figures.num_edges = static_cast<int>(edges.size());
+    figures.shortest_edge = std::numeric_limits<double>::infinity();
+    for (const auto &[i, j] : edges) {
+        const double length = (mesh.points[j] - mesh.points[i]).norm();
+        figures.mean_edge += length / static_cast<double>(edges.size());
+        figures.shortest_edge = std::min(figures.shortest_edge, length);
+    }
+    return figures;
+}
+
+std::string to_text(const MeshFigures &figures) {
+    return fmt::format("tetrahedra        {}\n"
+                       "nodes             {}\n"
+                       "edges             {}\n"
+                       "volume            {:.1f} mL\n"
+                       "extent            {:.1f} x {:.1f} x {:.1f} mm\n"
+                       "mean edge         {:.2f} mm\n"
+                       "shortest edge     {:.2f} mm ({:.3f} of the mean)\n"
+                       "smallest quality  {:.3f}\n",
+                       figures.num_tetrahedra, figures.num_nodes, figures.num_edges, 1e6 * figures.volume,
+                       1e3 * figures.extent.x(), 1e3 * figures.extent.y(), 1e3 * figures.extent.z(),
+                       1e3 * figures.mean_edge, 1e3 * figures.shortest_edge, figures.shortest_edge / figures.mean_edge,
+                       figures.smallest_quality);
+}
 
 namespace {
 
@@ -119,6 +167,84 @@ void check_faces(const RawMesh &raw, const std::string &file) {
                 fmt::format("{}: the triangle of nodes {} is not a face of a tetrahedron; remove it", file,
                             corner_names(raw, triangle)));
     refuse_several_parts(raw, file);
+}
+
+namespace {
+
+/// Numbers the physical groups that occur, in the order of their tags, and names them.
+std::vector<int> number_groups(const std::vector<int> &tags, const std::map<int, std::string> &names,
+                               const std::string &word, std::vector<std::string> &group_names) {
+    const std::set<int> occurring(tags.begin(), tags.end());
+    std::map<int, int> number;
+    for (const int tag : occurring) {
+        number.emplace(tag, static_cast<int>(group_names.size()));
+        const auto named = names.find(tag);
+        group_names.push_back(named != names.end() ? named->second
+                              : tag == 0           ? "unnamed"
+                                                   : fmt::format("{}_{}", word, tag));
+    }
+    std::vector<int> numbers;
+    numbers.reserve(tags.size());
+    for (const int tag : tags)
+        numbers.push_back(number.at(tag));
+    return numbers;
+}
+
+/// The patch of each boundary triangle by the triangles of the file.
+std::vector<int> boundary_tags(const RawMesh &raw, const core::TetraMesh &mesh, const std::string &file) {
+    std::map<std::array<int, 3>, int> tag_of;
+    for (std::size_t f = 0; f < raw.triangles.size(); ++f) {
+        const auto [entry, is_new] = tag_of.emplace(core::face_key(raw.triangles[f]), raw.patch_tag[f]);
+        if (!is_new && entry->second != raw.patch_tag[f])
+            throw support::InputError(fmt::format("{}: the triangle of nodes {} {} {} lies in two patches; keep one",
+                                                  file, raw.node_tag[raw.triangles[f][0]],
+                                                  raw.node_tag[raw.triangles[f][1]],
+                                                  raw.node_tag[raw.triangles[f][2]]));
+    }
+    std::vector<int> tags;
+    tags.reserve(mesh.boundary_triangles.size());
+    for (const auto &face : mesh.boundary_triangles) {
+        const auto named = tag_of.find(core::face_key(face));
+        tags.push_back(named == tag_of.end() ? 0 : named->second);
+    }
+    return tags;
+}
+
+} // namespace
+
+void leave_out_stray_triangles(RawMesh &raw) {
+    const auto faces = core::sorted_faces(raw.tetrahedra);
+    RawMesh kept;
+    std::size_t first = raw.triangles.size(), num_stray = 0;
+    for (std::size_t t = 0; t < raw.triangles.size(); ++t)
+        if (std::ranges::binary_search(faces, core::face_key(raw.triangles[t]), {}, &core::TetrahedronFace::nodes)) {
+            kept.triangles.push_back(raw.triangles[t]);
+            kept.patch_tag.push_back(raw.patch_tag[t]);
+        } else {
+            first = std::min(first, t);
+            ++num_stray;
+        }
+    if (num_stray == 0)
+        return;
+    const auto &[a, b, c] = raw.triangles[first];
+    raw.remarks.push_back(
+        fmt::format("{} triangles that are not faces of tetrahedra, such as that of nodes {} {} {}, are left out",
+                    num_stray, raw.node_tag[a], raw.node_tag[b], raw.node_tag[c]));
+    raw.triangles = std::move(kept.triangles);
+    raw.patch_tag = std::move(kept.patch_tag);
+}
+
+core::TetraMesh assemble_mesh(const RawMesh &raw, const std::string &file) {
+    check_nodes(raw, file);
+    check_tetrahedra(raw, file);
+    check_faces(raw, file);
+    core::TetraMesh mesh;
+    mesh.points = raw.points;
+    mesh.tetrahedra = raw.tetrahedra;
+    mesh.region = number_groups(raw.region_tag, raw.region_names, "region", mesh.region_names);
+    mesh.boundary_triangles = core::outer_faces(mesh.tetrahedra);
+    mesh.boundary_patch = number_groups(boundary_tags(raw, mesh, file), raw.patch_names, "patch", mesh.patch_names);
+    return mesh;
 }
 
 } // namespace livermark::meshes

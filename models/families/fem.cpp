@@ -6,12 +6,12 @@
 #include <utility>
 #include <vector>
 
-#include "core/mesh/local_refinement.hpp"
+#include "core/mesh/refinement.hpp"
 #include "fem_reference/distributed/distributed_solver.hpp"
 #include "fem_reference/dynamics/modes.hpp"
+#include "fem_reference/dynamics/relaxing_solver.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
-#include "fem_reference/relaxation/relaxing_solver.hpp"
-#include "fem_reference/solvers/multivector.hpp"
+#include "fem_reference/solvers/matrices.hpp"
 #include "models/model_table.hpp"
 #include "models/refined_solution.hpp"
 #include "support/processes/mpi_session.hpp"

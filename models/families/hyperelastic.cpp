@@ -9,9 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "fem_reference/distributed/distributed_hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
-#include "fem_reference/hyperelastic/relaxation/slow_path.hpp"
+#include "fem_reference/hyperelastic/slow_path.hpp"
 #include "models/model_table.hpp"
 #include "models/pushed_model.hpp"
 #include "models/refined_solution.hpp"

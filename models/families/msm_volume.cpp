@@ -5,7 +5,7 @@
 
 #include "models/mass_spring_model.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::models::families {
 

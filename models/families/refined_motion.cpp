@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/mesh/local_refinement.hpp"
+#include "core/mesh/refinement.hpp"
 #include "core/observed_error.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"

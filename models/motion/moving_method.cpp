@@ -6,7 +6,7 @@
 #include "msm/elastic_body.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::models {
 

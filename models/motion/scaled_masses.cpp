@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/mesh/bounding_box.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "msm/dynamics/time_step.hpp"
 

@@ -6,10 +6,10 @@
 #include <span>
 #include <utility>
 
-#include "core/mesh/bounding_box.hpp"
-#include "core/mesh/local_refinement.hpp"
+#include "core/mesh/refinement.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/stopwatch.hpp"
-#include "fem_reference/hyperelastic/motion/tool_motion.hpp"
+#include "fem_reference/hyperelastic/motion.hpp"
 #include "interactive/method.hpp"
 #include "models/motion/moving_method.hpp"
 

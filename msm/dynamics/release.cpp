@@ -9,7 +9,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/implicit_integrators.hpp"

@@ -12,9 +12,7 @@
 
 #include "msm/dynamics/time_step.hpp"
 #include "support/factors/blas_memory.hpp"
-#include "support/factors/orderings.hpp"
 #include "support/input_error.hpp"
-#include "support/openmp.hpp"
 
 namespace livermark::msm {
 

@@ -8,7 +8,7 @@
 #include <memory>
 #include <random>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"

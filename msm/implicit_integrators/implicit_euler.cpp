@@ -3,8 +3,6 @@
 
 #include "msm/integrator.hpp"
 #include "support/factors/blas_memory.hpp"
-#include "support/factors/orderings.hpp"
-#include "support/openmp.hpp"
 
 namespace livermark::msm::implicit_integrators {
 

@@ -12,7 +12,7 @@
 #include "msm/springs/strain_measures.hpp"
 #include "msm/springs/tetrahedron.hpp"
 #include "msm/springs/volume_penalty.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::msm {
 

@@ -8,7 +8,7 @@
 #include "msm/spring_law.hpp"
 #include "msm/springs/tetrahedron.hpp"
 #include "msm/springs/volume_penalty.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::msm {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "msm/statics/rest_stiffness.hpp"
 
 namespace livermark::msm {

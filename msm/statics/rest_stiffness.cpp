@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "support/input_error.hpp"

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "core/mesh/interior_place.hpp"
+#include "core/mesh/places.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "core/tool/needle/pushed_body.hpp"

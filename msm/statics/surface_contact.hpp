@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "core/mesh/facet_points.hpp"
+#include "core/mesh/places.hpp"
 #include "core/problem.hpp"
 #include "core/tool/touching_tool.hpp"
 #include "msm/elastic_body.hpp"

@@ -10,9 +10,8 @@
 #include <numbers>
 #include <utility>
 
-#include "core/mesh/neighbours.hpp"
-#include "core/mesh/overlaps.hpp"
 #include "core/mesh/plausible_liver.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::python {

@@ -20,7 +20,7 @@
 #include "python/bindings/interpreter.hpp"
 #include "python/bindings/springs.hpp"
 #include "support/input_error.hpp"
-#include "support/processes/forks.hpp"
+#include "support/processes/own_process.hpp"
 
 namespace livermark::python {
 

@@ -14,7 +14,6 @@
 #include "msm/springs/spring_network.hpp"
 #include "python/bindings/arrays.hpp"
 #include "support/input_error.hpp"
-#include "support/known_names.hpp"
 
 namespace livermark::python {
 

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "meshes/cutting/cut_body_file.hpp"
 #include "meshes/cutting/cut_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
@@ -11,7 +10,7 @@
 #include "results/provenance.hpp"
 #include "studies/advise/advise.hpp"
 #include "studies/files.hpp"
-#include "support/file_ending.hpp"
+#include "support/files.hpp"
 
 namespace livermark::python {
 

@@ -10,7 +10,7 @@
 #include "msm/nodal_conditions.hpp"
 #include "python/bindings/interpreter.hpp"
 #include "studies/run/problems.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::python {
 

@@ -12,7 +12,7 @@
 #include "studies/exchange/score.hpp"
 #include "studies/progress.hpp"
 #include "support/input_error.hpp"
-#include "support/processes/forks.hpp"
+#include "support/processes/own_process.hpp"
 
 namespace livermark::python {
 

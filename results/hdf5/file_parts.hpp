@@ -8,7 +8,7 @@
 #include "results/hdf5/io/columns.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/records/result.hpp"
-#include "support/whole_file.hpp"
+#include "support/files.hpp"
 
 /// Parts of several kinds of files that Livermark writes. Internal to results/.
 namespace livermark::results::hdf5 {

@@ -7,7 +7,7 @@
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/solution_group.hpp"
 #include "results/problem_key.hpp"
-#include "support/whole_file.hpp"
+#include "support/files.hpp"
 
 namespace livermark::results {
 

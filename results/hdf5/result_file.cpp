@@ -9,7 +9,7 @@
 #include <span>
 #include <stdexcept>
 
-#include "core/mesh/deformation.hpp"
+#include "core/mesh/places.hpp"
 #include "results/hdf5/file_parts.hpp"
 #include "results/hdf5/solution_group.hpp"
 

@@ -14,7 +14,7 @@
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/problem_key.hpp"
-#include "support/fnv_hash.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::results {

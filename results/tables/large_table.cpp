@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/mesh/deformation.hpp"
+#include "core/mesh/places.hpp"
 #include "core/tool/slow_response.hpp"
 #include "core/units.hpp"
 #include "results/one_reference.hpp"

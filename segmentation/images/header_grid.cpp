@@ -11,7 +11,7 @@
 
 #include "segmentation/images/image_bytes.hpp"
 #include "segmentation/images/nifti_header.hpp"
-#include "support/file_ending.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::segmentation {

@@ -13,9 +13,8 @@
 #include <zlib.h>
 
 #include "segmentation/images/nifti_header.hpp"
-#include "support/file_ending.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::segmentation {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/mesh/segment_names.hpp"
+#include "core/mesh/plausible_liver.hpp"
 #include "segmentation/images/header_grid.hpp"
 
 /// What ITK reads of image files, before anything is believed. Internal to segmentation/.

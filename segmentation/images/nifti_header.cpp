@@ -17,7 +17,7 @@
 #include <system_error>
 #include <zlib.h>
 
-#include "support/file_ending.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::segmentation {

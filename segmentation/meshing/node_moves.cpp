@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "segmentation/meshing/mesh_links.hpp"
+#include "segmentation/meshing/edge_operations.hpp"
 
 namespace livermark::segmentation {
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,5 +24,16 @@ meshes::SurfaceMesh read_surface(const std::filesystem::path &file, std::vector<
 /// Reads a file of lesions in the same way: each closed part by itself is one, the largest first, and parts that cut
 /// each other are one together.
 std::vector<meshes::SurfaceMesh> read_lesions(const std::filesystem::path &file, std::vector<std::string> &remarks);
+
+/// What a surface file has to be for a reader that takes its format strictly.
+struct PlainSurfaceText {
+    std::optional<std::string> text; ///< nothing if the file can be read as it is
+    std::size_t num_left_out = 0;    ///< lines and points of an OBJ file, which bound nothing
+};
+
+/// Takes away what formats allow, or programs write, and readers stumble over: a byte order mark, keywords of an ASCII
+/// STL in capitals, and elements of an OBJ that are no faces.
+/// @param ending  of the name, in lower case: .stl, .obj, .ply or .off
+PlainSurfaceText plain_surface_text(std::string text, const std::string &ending);
 
 } // namespace livermark::segmentation

@@ -1,11 +1,17 @@
 #pragma once
 
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Surface_mesh.h>
+
 #include <string>
 #include <vector>
 
-#include "segmentation/surfaces/cgal_surface.hpp"
-
+/// The surfaces of CGAL, for the sources that work on them.
 namespace livermark::segmentation {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using CgalSurface = CGAL::Surface_mesh<Point>;
 
 /// Corners, and for each triangle their numbers.
 struct TriangleSoup {

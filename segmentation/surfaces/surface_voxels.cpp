@@ -12,8 +12,8 @@
 #include <numeric>
 #include <optional>
 
-#include "core/mesh/bounding_box.hpp"
-#include "segmentation/surfaces/cgal_surface.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "segmentation/surfaces/surface_repair.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::segmentation {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/problem.hpp"
-#include "server/fields.hpp"
+#include "server/session.hpp"
 
 /// What the sessions of the live page have in common: the body they are about, and what it is made of.
 namespace livermark::server {

@@ -3,26 +3,206 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
+#include <limits>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/tool/needle/needle_line.hpp"
+#include "live/cutting/remains.hpp"
 #include "live/material.hpp"
 #include "models/model_table.hpp"
-#include "server/sessions/cut_live_body.hpp"
+#include "models/pushed_model.hpp"
 #include "server/sessions/live_body.hpp"
-#include "server/sessions/shared_fem.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::server {
+
+/// What cuts have left of a body, as a body of its own.
+struct CutLiveBody {
+    LiveBody left;         ///< its boundary triangles in the order of live::Remains
+    std::vector<int> node; ///< (N) of each node: its number in the whole body, ascending
+};
+
+namespace {
+
+std::vector<char> marks_of(std::string_view text, std::size_t num_tetrahedra) {
+    std::vector<char> marks(num_tetrahedra, 0);
+    long last = -1;
+    while (!text.empty()) {
+        const auto word = text.substr(0, text.find(','));
+        long number = -1;
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+        if (error != std::errc{} || end != word.data() + word.size() || number <= last ||
+            number >= static_cast<long>(num_tetrahedra))
+            throw support::InputError(
+                fmt::format("gone has '{}', where a number from {} to {} belongs; send tetrahedra "
+                            "in ascending order",
+                            support::shown(word), last + 1, num_tetrahedra - 1));
+        marks[static_cast<std::size_t>(number)] = 1;
+        last = number;
+        text.remove_prefix(std::min(word.size() + 1, text.size()));
+    }
+    return marks;
+}
+
+core::LoadCase constraints_of(const core::LoadCase &whole, const std::vector<int> &facets) {
+    auto left = whole;
+    left.condition_on.clear();
+    left.value.clear();
+    for (const int facet : facets) {
+        const bool is_wound = facet < 0;
+        left.condition_on.push_back(is_wound ? -1 : whole.condition_on[facet]);
+        left.value.push_back(is_wound ? core::Vector3(core::Vector3::Constant(std::numeric_limits<double>::quiet_NaN()))
+                                      : whole.value[facet]);
+    }
+    return left;
+}
+
+} // namespace
+
+/// @param gone  numbers of tetrahedra of the whole body, with commas between them; each once, ascending
+/// @throws support::InputError if they are not that, or nothing is left
+CutLiveBody cut_live_body(const LiveBody &whole, const std::string &gone) {
+    const auto remains = live::remains_of(whole.body->mesh, marks_of(gone, whole.body->mesh.tetrahedra.size()));
+    if (remains.tetrahedron.empty())
+        throw support::InputError("nothing is left of the body; take a smaller part away");
+    auto body = *whole.body;
+    auto &mesh = body.mesh;
+    mesh = remains.mesh;
+    mesh.points.clear();
+    std::vector<int> number(remains.mesh.points.size(), -1);
+    for (const auto &tetrahedron : mesh.tetrahedra)
+        for (const int node : tetrahedron)
+            number[node] = 0;
+    CutLiveBody cut;
+    for (std::size_t node = 0; node < number.size(); ++node)
+        if (number[node] == 0) {
+            number[node] = mesh.num_nodes();
+            mesh.points.push_back(remains.mesh.points[node]);
+            cut.node.push_back(static_cast<int>(node));
+        }
+    const auto renumber = [&](auto &lists) {
+        for (auto &list : lists)
+            for (int &node : list)
+                node = number[node];
+    };
+    renumber(mesh.tetrahedra);
+    renumber(mesh.boundary_triangles);
+    cut.left = {.file = whole.file,
+                .body = std::make_shared<const core::Body>(std::move(body)),
+                .constrained = constraints_of(whole.constrained, remains.facet)};
+    return cut;
+}
+
+namespace {
+
+/// CHOLMOD, METIS and BLAS, as they are packaged, do not say that several threads may use them at once; and two factors
+/// in the making need the memory of both.
+std::unique_lock<std::mutex> alone(const ReportProgress &report) {
+    static std::mutex mutex;
+    std::unique_lock lock(mutex, std::try_to_lock);
+    if (!lock) {
+        report("Another page is being served.");
+        lock.lock();
+    }
+    return lock;
+}
+
+bool are_equal(const core::Material &a, const core::Material &b) {
+    return a.density == b.density && a.young_modulus == b.young_modulus && a.poisson_ratio == b.poisson_ratio;
+}
+
+/// Whether two bodies have the same stiffness, facet by facet.
+bool are_equal(const core::Body &a, const core::Body &b) {
+    return a.mesh.points == b.mesh.points && a.mesh.tetrahedra == b.mesh.tetrahedra && a.mesh.region == b.mesh.region &&
+           a.mesh.boundary_triangles == b.mesh.boundary_triangles &&
+           std::ranges::equal(a.materials, b.materials, [](const core::Material &of_a, const core::Material &of_b) {
+               return are_equal(of_a, of_b);
+           });
+}
+
+/// All that there are, for who asks next.
+struct Known {
+    std::mutex mutex;
+    std::vector<std::weak_ptr<SharedFem>> all;
+};
+
+Known &known() {
+    static Known known;
+    return known;
+}
+
+} // namespace
+
+struct SharedFem::Impl {
+    std::shared_ptr<const core::Body> body;
+    core::LoadCase constrained;
+    fem_reference::RepeatedLoads loads;
+};
+
+SharedFem::SharedFem(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+SharedFem::~SharedFem() = default;
+
+std::shared_ptr<SharedFem> SharedFem::of(const std::shared_ptr<const core::Body> &body,
+                                         const core::LoadCase &constrained, const ReportProgress &report) {
+    // Whoever wants the same waits here until the first one has made it.
+    const auto lock = alone(report);
+    const std::lock_guard looking(known().mutex);
+    auto &all = known().all;
+    std::erase_if(all, [](const auto &one) { return one.expired(); });
+    for (const auto &one : all)
+        if (auto shared = one.lock(); shared && core::are_statically_equal(shared->impl_->constrained, constrained) &&
+                                      are_equal(*shared->impl_->body, *body))
+            return shared;
+    std::unique_ptr<Impl> impl(new Impl{body, constrained, {*body, constrained, report}});
+    std::shared_ptr<SharedFem> made(new SharedFem(std::move(impl)));
+    all.push_back(made);
+    return made;
+}
+
+hyperelastic::PathSolution SharedFem::solve_hyperelastic(const core::Problem &problem, const ReportProgress &report) {
+    // Forces out of balance over the loads: the indentation is then right to fewer digits than a page shows.
+    constexpr double tolerance = 1e-5;
+    const auto lock = alone(report);
+    report(fmt::format("Hyperelastic elements are being solved for the same forces: {} tetrahedra.",
+                       problem.body->mesh.num_tetrahedra()));
+    const auto elements = *models::hyperelastic_elements(models::static_reference(core::Regime::large).on_mesh);
+    auto found = hyperelastic::solve(problem, hyperelastic::material_law(std::string(elements.law)),
+                                     elements.discretisation, {.fractions = {1.0}, .tolerance = tolerance});
+    if (found.solution.status != core::SolutionStatus::ok)
+        throw support::InputError("they find no equilibrium under these forces; push less");
+    return found;
+}
+
+int SharedFem::count() {
+    const std::lock_guard looking(known().mutex);
+    return static_cast<int>(std::ranges::count(known().all, false, &std::weak_ptr<SharedFem>::expired));
+}
+
+fem_reference::RepeatedLoads::Solution SharedFem::solve(const core::LoadCase &load_case, std::vector<double> &last,
+                                                        const ReportProgress &report,
+                                                        const fem_reference::RepeatedLoads::InnerForces &inner) {
+    const auto lock = alone(report);
+    auto solution = impl_->loads.solve(load_case, last, inner);
+    if (!solution.is_unique)
+        throw support::InputError(
+            "what is constrained leaves the body, or a part of it, free to move as a rigid body; choose a "
+            "result whose load case constrains it in all six ways");
+    if (!solution.has_converged)
+        throw support::InputError("the iterations do not come to an end; choose a smaller Poisson's ratio");
+    return solution;
+}
 
 namespace {
 

@@ -13,7 +13,7 @@
 #include <toml++/toml.h>
 #include <utility>
 
-#include "core/mesh/parts_by_faces.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "models/mass_spring_model.hpp"
 #include "models/model_table.hpp"
 #include "support/input_error.hpp"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "meshes/io/mesh_figures.hpp"
+#include "meshes/io/mesh_checks.hpp"
 #include "results/hdf5/files/cohort_file.hpp"
 #include "studies/advise/step_cost.hpp"
 #include "studies/progress.hpp"

@@ -15,8 +15,8 @@
 #include "models/model_table.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "results/quantile.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/root_folder.hpp"
 
 namespace livermark::studies {
 

@@ -15,7 +15,6 @@
 #include "studies/files.hpp"
 #include "studies/run/problems.hpp"
 #include "support/input_error.hpp"
-#include "support/known_names.hpp"
 
 namespace livermark::studies {
 

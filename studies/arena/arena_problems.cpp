@@ -8,12 +8,11 @@
 #include <set>
 #include <utility>
 
-#include "core/mesh/local_refinement.hpp"
 #include "core/mesh/refinement.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "studies/files.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/root_folder.hpp"
 #include "support/toml_input.hpp"
 
 namespace livermark::studies {

@@ -8,8 +8,8 @@
 #include "results/hdf5/references.hpp"
 #include "results/provenance.hpp"
 #include "studies/run/solutions.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::studies {
 

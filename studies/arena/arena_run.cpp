@@ -5,8 +5,8 @@
 #include <limits>
 #include <utility>
 
-#include "core/mesh/deformation.hpp"
-#include "core/mesh/triangle.hpp"
+#include "core/mesh/places.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/processor_time.hpp"
 #include "core/tool/ball_contact.hpp"
 #include "core/tool/tool_motion.hpp"

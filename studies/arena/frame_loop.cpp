@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::studies {
 

@@ -12,11 +12,10 @@
 #include "results/records/needle.hpp"
 #include "studies/arena/arena_problems.hpp"
 #include "studies/arena/needle_run.hpp"
+#include "studies/files.hpp"
 #include "studies/needle/insertion.hpp"
 #include "studies/needle/needle_problems.hpp"
-#include "studies/files.hpp"
 #include "support/input_error.hpp"
-#include "support/known_names.hpp"
 
 namespace livermark::studies {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "meshes/io/mesh_reader.hpp"
+#include "meshes/io/mesh_files.hpp"
 #include "models/motion/frame_body.hpp"
 #include "msm/elastic_body.hpp"
 #include "results/hdf5/references.hpp"
@@ -16,8 +16,8 @@
 #include "studies/arena/arena_reference.hpp"
 #include "studies/arena/arena_run.hpp"
 #include "studies/files.hpp"
-#include "support/length_unit.hpp"
-#include "support/processes/python_program.hpp"
+#include "support/processes/child_process.hpp"
+#include "support/toml_input.hpp"
 
 namespace livermark::studies {
 

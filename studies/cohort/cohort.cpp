@@ -11,21 +11,20 @@
 #include <string_view>
 #include <utility>
 
-#include "meshes/generators/liver/liver_generator.hpp"
-#include "meshes/generators/liver/liver_variation.hpp"
-#include "meshes/io/liver_body_file.hpp"
+#include "meshes/generators/liver_generator.hpp"
+#include "meshes/generators/liver_shape.hpp"
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"
 #include "results/records/cohort.hpp"
 #include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/run.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/processes/memory.hpp"
+#include "support/processes/child_process.hpp"
 #include "support/processes/mpi_session.hpp"
-#include "support/processes/python_program.hpp"
+#include "support/processes/own_process.hpp"
 #include "support/toml_input.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::studies {
 

@@ -9,7 +9,7 @@
 #include "core/processor_time.hpp"
 #include "core/tool/tool_stiffness.hpp"
 #include "meshes/cutting/cut.hpp"
-#include "meshes/io/mesh_figures.hpp"
+#include "meshes/io/mesh_checks.hpp"
 
 namespace livermark::studies {
 

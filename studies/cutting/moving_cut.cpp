@@ -9,7 +9,6 @@
 #include "studies/arena/arena_problems.hpp"
 #include "studies/arena/frame_loop.hpp"
 #include "support/input_error.hpp"
-#include "support/known_names.hpp"
 
 namespace livermark::studies {
 

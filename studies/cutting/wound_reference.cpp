@@ -4,7 +4,7 @@
 #include <array>
 #include <map>
 
-#include "core/mesh/local_refinement.hpp"
+#include "core/mesh/refinement.hpp"
 #include "meshes/cutting/cut.hpp"
 
 namespace livermark::studies {

@@ -10,8 +10,8 @@
 #include "studies/exchange/formats/vtu_output.hpp"
 #include "studies/files.hpp"
 #include "studies/run/problems.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::studies {
 

@@ -7,9 +7,9 @@
 #include <limits>
 #include <utility>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/units.hpp"
-#include "meshes/io/mesh_reader.hpp"
+#include "meshes/io/mesh_files.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/exchange/formats/outside_solution.hpp"
@@ -18,7 +18,7 @@
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions.hpp"
 #include "support/input_error.hpp"
-#include "support/length_unit.hpp"
+#include "support/toml_input.hpp"
 
 namespace livermark::studies {
 

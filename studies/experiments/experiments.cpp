@@ -12,17 +12,16 @@
 
 #include "core/mesh/plausible_liver.hpp"
 #include "core/mesh/refinement.hpp"
-#include "experiments/marker_field.hpp"
+#include "experiments/markers.hpp"
 #include "experiments/own_experiment.hpp"
-#include "meshes/generators/expected_tetrahedra.hpp"
+#include "meshes/generators/delaunay.hpp"
 #include "models/model_table.hpp"
 #include "models/motion/moving_method.hpp"
 #include "results/provenance.hpp"
 #include "results/records/experiment.hpp"
 #include "studies/files.hpp"
-#include "support/file_ending.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/known_names.hpp"
 
 namespace livermark::studies {
 

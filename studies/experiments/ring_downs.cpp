@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "core/stopwatch.hpp"
-#include "experiments/fitted_motion.hpp"
-#include "experiments/marker_field.hpp"
+#include "experiments/experiment.hpp"
+#include "experiments/markers.hpp"
 #include "models/motion/whole_motion.hpp"
 
 namespace livermark::studies {

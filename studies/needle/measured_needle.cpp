@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <limits>
 
-#include "experiments/needle_curve.hpp"
+#include "experiments/markers.hpp"
 #include "studies/needle/insertion.hpp"
 #include "studies/needle/needle_problems.hpp"
 #include "support/input_error.hpp"

@@ -18,7 +18,6 @@
 #include "studies/needle/needle_problems.hpp"
 #include "studies/run/problems.hpp"
 #include "support/input_error.hpp"
-#include "support/known_names.hpp"
 
 namespace livermark::studies {
 

@@ -7,7 +7,7 @@
 
 #include "core/units.hpp"
 #include "models/model_table.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 #include "support/processes/mpi_session.hpp"
 
 namespace livermark::studies {

@@ -18,9 +18,9 @@
 #include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/solutions.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/mpi_session.hpp"
-#include "support/root_folder.hpp"
 #include "support/toml_input.hpp"
 
 namespace livermark::studies {

@@ -9,7 +9,7 @@
 #include <span>
 #include <utility>
 
-#include "fem_reference/linear/solver_choice.hpp"
+#include "fem_reference/linear/choices.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/provenance.hpp"
@@ -18,8 +18,8 @@
 #include "studies/run/run.hpp"
 #include "studies/run/work_plan.hpp"
 #include "support/input_error.hpp"
-#include "support/processes/memory.hpp"
 #include "support/processes/mpi_session.hpp"
+#include "support/processes/own_process.hpp"
 #include "support/processes/process_pool.hpp"
 
 namespace livermark::studies {

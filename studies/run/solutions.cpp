@@ -13,10 +13,9 @@
 #include "results/hdf5/result_file.hpp"
 #include "results/problem_key.hpp"
 #include "results/provenance.hpp"
-#include "support/fnv_hash.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/processes/memory.hpp"
-#include "support/root_folder.hpp"
+#include "support/processes/own_process.hpp"
 
 namespace livermark::studies {
 

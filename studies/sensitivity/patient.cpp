@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/mesh/deformation.hpp"
+#include "core/mesh/places.hpp"
 #include "core/tool/tool_stiffness.hpp"
 #include "load_cases/places/facets.hpp"
 #include "load_cases/readers/load_case_tables.hpp"

@@ -21,10 +21,9 @@
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions.hpp"
 #include "studies/sensitivity/patient.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/known_names.hpp"
-#include "support/processes/python_program.hpp"
-#include "support/root_folder.hpp"
+#include "support/processes/child_process.hpp"
 #include "support/toml_input.hpp"
 
 namespace livermark::studies {

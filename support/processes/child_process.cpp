@@ -7,7 +7,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <fcntl.h>
+#include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
 #include <poll.h>
@@ -20,10 +22,8 @@
 #include <unistd.h>
 #include <utility>
 
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/processes/python_program.hpp"
-#include "support/root_folder.hpp"
-#include "support/whole_file.hpp"
 
 extern char **environ; // NOLINT(readability-redundant-declaration): POSIX asks for it
 
@@ -268,6 +268,117 @@ Converted convert_by_script(const std::string &script, const std::filesystem::pa
                                      of_modules.empty() ? remedy : of_modules));
     }
     return {read_text(text), std::move(lines)};
+}
+
+namespace {
+
+/// Of the source tree; or of an installed package, whose folder livermark/data is the root then.
+std::filesystem::path package_folder() {
+    const auto in_tree = root_folder() / "python";
+    return std::filesystem::exists(in_tree / "livermark") ? in_tree : root_folder() / ".." / "..";
+}
+
+/// The variable that makes the package found, before the absolute places that it held.
+std::string search_path() {
+    auto path = fmt::format("PYTHONPATH={}", std::filesystem::absolute(package_folder()).string());
+    const char *others = std::getenv("PYTHONPATH"); // NOLINT(concurrency-mt-unsafe): nobody changes the environment
+    std::istringstream places(others ? others : "");
+    for (std::string place; std::getline(places, place, ':');)
+        if (place.starts_with('/'))
+            path += ":" + place;
+    return path;
+}
+
+/// Whether there is no such interpreter, or one that lacks a library.
+bool is_lacking(const FilterOutcome &outcome, const std::string &last) {
+    constexpr int no_such_program = 127; // what env says
+    return outcome.status == no_such_program || last.starts_with("ModuleNotFoundError: ") ||
+           last.starts_with("ImportError: ") ||
+           std::ranges::any_of(outcome.lines, [](const auto &line) { return line.starts_with("Unknown option: -P"); });
+}
+
+} // namespace
+
+std::string remedy_for_modules(const std::vector<std::string> &lines) {
+    const char *places = std::getenv("PYTHONPATH"); // NOLINT(concurrency-mt-unsafe): nobody changes the environment
+    if (!places || *places == '\0' || lines.empty())
+        return "";
+    const bool is_foreign = lines.back().starts_with("ImportError: "); // what is missing has another name, and remedy
+    const bool cannot_start =
+        lines.front().starts_with("Python path configuration") || lines.front().starts_with("Fatal Python error");
+    return is_foreign || cannot_start ? "unset PYTHONPATH, which may name modules of another Python" : "";
+}
+
+std::vector<std::string> start_of_python(const std::string &interpreter) {
+    return {"env", "-u", "PYTHONHOME", "-u", "PYTHONINSPECT", "-u", "PYTHONSTARTUP", search_path(), interpreter, "-P"};
+}
+
+std::string run_python(const std::string &part, const std::vector<std::string> &arguments, std::string_view input,
+                       const std::string &purpose, const std::string &packages) {
+    std::string lacking, remedy;
+    for (const auto *const interpreter : {"/usr/bin/python3", "python3"}) {
+        auto words = start_of_python(interpreter);
+        words.insert(words.end(), {"-m", "livermark." + part});
+        words.insert(words.end(), arguments.begin(), arguments.end());
+        auto outcome = run_filter(words, input);
+        const auto last = outcome.lines.empty() ? "no reason given" : outcome.lines.back();
+        if (outcome.status == 0)
+            return std::move(outcome.output);
+        if (outcome.status == 2 && !is_lacking(outcome, last))
+            throw InputError(last);
+        if (remedy.empty())
+            remedy = remedy_for_modules(outcome.lines);
+        if (!is_lacking(outcome, last) && !remedy.empty())
+            break;
+        if (!is_lacking(outcome, last))
+            throw std::runtime_error(fmt::format("livermark.{} failed: {}", part, fmt::join(outcome.lines, "\n")));
+        if (lacking.empty())
+            lacking = last.find(": ") == std::string::npos ? last : last.substr(last.find(": ") + 2);
+    }
+    throw InputError(fmt::format("{} needs libraries of Python ({}); {}", purpose,
+                                 lacking.empty() ? "it does not start" : lacking,
+                                 remedy.empty() ? "apt-get install " + packages : remedy));
+}
+
+namespace {
+
+/// Says that all was written. A pipe without a reader would end the process by a signal, which is taken back.
+ssize_t write_what_can_be(void * /*cookie*/, const char *text, std::size_t size) {
+    sigset_t pipe_signal, before;
+    sigemptyset(&pipe_signal);
+    sigaddset(&pipe_signal, SIGPIPE);
+    pthread_sigmask(SIG_BLOCK, &pipe_signal, &before);
+    std::size_t place = 0;
+    while (place < size) {
+        const auto written = write(STDERR_FILENO, text + place, size - place);
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0)
+            break;
+        place += static_cast<std::size_t>(written);
+    }
+    if (place < size && errno == EPIPE) {
+        const timespec at_once{0, 0};
+        sigtimedwait(&pipe_signal, nullptr, &at_once);
+    }
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
+    return static_cast<ssize_t>(size);
+}
+
+} // namespace
+
+UnfailingStandardError::UnfailingStandardError() : before_(stderr) {
+    if (std::FILE *stream = fopencookie(nullptr, "w", {nullptr, write_what_can_be, nullptr, nullptr})) {
+        std::setvbuf(stream, nullptr, _IOLBF, 4096); // lines of two processes do not mix
+        stderr = stream;
+    }
+}
+
+UnfailingStandardError::~UnfailingStandardError() {
+    if (stderr != before_) {
+        std::fclose(stderr);
+        stderr = before_;
+    }
 }
 
 } // namespace livermark::support

@@ -1,11 +1,126 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <cstring>
+#include <exception>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <mutex>
+#include <pthread.h>
+#include <stdexcept>
 #include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
 
+/// What a process has to know of fork(): the new process has the memory of the old one, but only the thread that
+/// called. Threads that others wait for are not there, and a mutex that another thread held stays locked.
 namespace livermark::support {
+
+namespace forks {
+inline std::atomic<unsigned> count = 0;
+}
+
+/// Forks between the process in which this was called first and this one: another number than before tells of a new
+/// process.
+inline unsigned fork_count() {
+    [[maybe_unused]] static const int registered = pthread_atfork(nullptr, nullptr, [] { ++forks::count; });
+    return forks::count;
+}
+
+/// A mutex of the process, one for each purpose. It is free in a new process, whoever held it in the old one: for work
+/// that is whole again when it is begun anew.
+template <class Purpose> std::mutex &mutex_of_process() {
+    static std::mutex mutex;
+    [[maybe_unused]] static const int registered = pthread_atfork(nullptr, nullptr, [] { std::construct_at(&mutex); });
+    return mutex;
+}
+
+/// What to do where a run needs more memory than there is.
+inline constexpr std::string_view memory_remedy = "take --jobs 1, or a mesh of fewer tetrahedra";
+
+/// Why something failed, for a message: what the error says, or, where memory ran out, that and a remedy.
+std::string reason_of(const std::exception &error, std::string_view remedy = memory_remedy);
+
+/// Gives the machine back what was freed: blocks that are still there keep an allocator from doing it by itself.
+void return_freed_memory();
+
+/// What this process may use of the machine.
+struct MachineShare {
+    int cores = 1;      ///< >= 1
+    double bytes = 0.0; ///< of memory that new processes could have [byte]; infinite where the system does not say
+};
+
+/// The cores and the memory that are left to this process: of the machine, and of the control groups of Linux that it
+/// is in, in which containers, batch systems and systemd put limits (cgroup v1 and v2). A group and those above it
+/// count. Memory that a group has only as a cache of files is left.
+/// @param root  where proc/ and the mounted control groups are: "/", or for a test a folder
+MachineShare share_of_machine(const std::filesystem::path &root = "/");
+
+/// Values one behind the other as bytes, for a process of the same program: see own_process.hpp.
+class Packer {
+  public:
+    template <class Value> void put(const Value &value) {
+        static_assert(std::is_trivially_copyable_v<Value>);
+        append(&value, sizeof(value));
+    }
+    void put(const std::string &text) {
+        put(static_cast<std::uint64_t>(text.size()));
+        append(text.data(), text.size());
+    }
+    template <class Value> void put(const std::vector<Value> &values) {
+        put(static_cast<std::uint64_t>(values.size()));
+        if constexpr (std::is_trivially_copyable_v<Value>)
+            append(values.data(), values.size() * sizeof(Value));
+        else
+            for (const auto &value : values)
+                put(value);
+    }
+    std::string bytes() && { return std::move(bytes_); }
+
+  private:
+    void append(const void *data, std::size_t size) { bytes_.append(static_cast<const char *>(data), size); }
+    std::string bytes_;
+};
+
+/// The same values in the same order.
+class Unpacker {
+  public:
+    explicit Unpacker(std::string_view bytes) : bytes_(bytes) {}
+
+    template <class Value> void get(Value &value) { take(&value, sizeof(value)); }
+    void get(std::string &text) {
+        text.resize(count());
+        take(text.data(), text.size());
+    }
+    template <class Value> void get(std::vector<Value> &values) {
+        values.resize(count());
+        if constexpr (std::is_trivially_copyable_v<Value>)
+            take(values.data(), values.size() * sizeof(Value));
+        else
+            for (auto &value : values)
+                get(value);
+    }
+
+  private:
+    std::size_t count() {
+        std::uint64_t number = 0;
+        get(number);
+        if (number > bytes_.size()) // no value has less than a byte
+            throw std::runtime_error("a process has sent less than it said");
+        return static_cast<std::size_t>(number);
+    }
+    void take(void *to, std::size_t size) {
+        if (size > bytes_.size())
+            throw std::runtime_error("a process has sent less than it said");
+        if (size > 0)
+            std::memcpy(to, bytes_.data(), size);
+        bytes_.remove_prefix(size);
+    }
+    std::string_view bytes_;
+};
 
 /// What somebody else's reader may take for a file.
 struct ReaderLimits {

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cmath>
 #include <csignal>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -11,7 +12,9 @@
 #include <exception>
 #include <fmt/format.h>
 #include <new>
+#include <optional>
 #include <poll.h>
+#include <span>
 #include <stdexcept>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -21,9 +24,79 @@
 #include <vector>
 
 #include "support/input_error.hpp"
-#include "support/processes/work_queue.hpp"
 
 namespace livermark::support {
+
+/// What is left to do for the workers of run_in_process_pool(), which says who does what.
+class WorkQueue {
+  public:
+    /// @param group      shape (I) the group of each item, >= 0
+    /// @param waits_for  of each item the items that have to be done before it begins; may be shorter, and has to live
+    ///   as long as this
+    WorkQueue(std::span<const int> group, std::span<const std::vector<int>> waits_for);
+
+    /// @param at  the group that the worker is at, or -1; where it goes on
+    /// @return nothing if all is begun, or has to wait
+    std::optional<int> next(int &at);
+
+    void done(int item) { is_done_[item] = 1; }
+
+  private:
+    struct Group {
+        std::deque<int> items;
+        bool is_begun = false;
+    };
+
+    std::deque<int>::const_iterator first_to_begin(const Group &group) const;
+    bool has_something(const Group &group) const { return first_to_begin(group) != group.items.end(); }
+    int other_group() const;
+
+    std::span<const std::vector<int>> waits_for_;
+    std::vector<char> is_done_;
+    std::vector<Group> groups_;
+};
+
+WorkQueue::WorkQueue(std::span<const int> group, std::span<const std::vector<int>> waits_for)
+    : waits_for_(waits_for), is_done_(group.size(), 0) {
+    for (std::size_t item = 0; item < group.size(); ++item) {
+        if (static_cast<std::size_t>(group[item]) >= groups_.size())
+            groups_.resize(group[item] + 1);
+        groups_[group[item]].items.push_back(static_cast<int>(item));
+    }
+}
+
+std::optional<int> WorkQueue::next(int &at) {
+    if (at < 0 || !has_something(groups_[at]))
+        at = other_group();
+    if (at < 0)
+        return std::nullopt;
+    auto &group = groups_[at];
+    group.is_begun = true;
+    const auto place = first_to_begin(group);
+    const int item = *place;
+    group.items.erase(place);
+    return item;
+}
+
+std::deque<int>::const_iterator WorkQueue::first_to_begin(const Group &group) const {
+    return std::ranges::find_if(group.items, [&](int item) {
+        return static_cast<std::size_t>(item) >= waits_for_.size() ||
+               std::ranges::all_of(waits_for_[item], [&](int other) { return is_done_[other] != 0; });
+    });
+}
+
+int WorkQueue::other_group() const {
+    int best = -1;
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        if (!has_something(groups_[g]))
+            continue;
+        if (!groups_[g].is_begun)
+            return static_cast<int>(g);
+        if (best < 0 || groups_[g].items.size() > groups_[best].items.size())
+            best = static_cast<int>(g);
+    }
+    return best;
+}
 
 namespace {
 

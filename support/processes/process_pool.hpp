@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "support/processes/machine_share.hpp"
+#include "support/processes/own_process.hpp"
 
 namespace livermark::support {
 

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "fem_reference/dynamics/mass_matrix.hpp"
+#include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
 
 namespace livermark::tests {

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "fem_reference/solvers/divergence_rows.hpp"
+#include "fem_reference/solvers/matrices.hpp"
 
 namespace livermark::tests {
 

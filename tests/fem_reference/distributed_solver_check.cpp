@@ -9,10 +9,10 @@
 #include <limits>
 #include <stdexcept>
 
-#include "core/mesh/bounding_box.hpp"
 #include "core/mesh/refinement.hpp"
-#include "fem_reference/distributed/distributed_hyperelasticity.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "fem_reference/distributed/distributed_solver.hpp"
+#include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "support/processes/mpi_session.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <limits>
 
-#include "support/fnv_hash.hpp"
+#include "support/files.hpp"
 #include "tests/fuzz/seed_files.hpp"
 
 namespace livermark::fuzz {

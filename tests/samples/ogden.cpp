@@ -1,6 +1,6 @@
 #include "tests/samples/ogden.hpp"
 
-#include "fem_reference/hyperelastic/ogden_term.hpp"
+#include "fem_reference/hyperelastic/material_law.hpp"
 
 namespace livermark::tests {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "meshes/generators/box_generator.hpp"
-#include "meshes/io/msh_writer.hpp"
+#include "meshes/io/mesh_files.hpp"
 
 namespace livermark::tests {
 

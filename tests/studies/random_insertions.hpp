@@ -16,7 +16,7 @@
 #include "msm/springs/spring_network.hpp"
 #include "results/records/needle.hpp"
 #include "studies/needle/insertion.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 #include "tests/samples/random_needles.hpp"
 #include "tests/studies/moving_insertion.hpp"
 

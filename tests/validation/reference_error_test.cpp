@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/error_norms.hpp"
-#include "core/mesh/local_refinement.hpp"
 #include "core/mesh/refinement.hpp"
 #include "core/observed_error.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"

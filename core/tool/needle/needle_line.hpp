@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/mesh/interior_place.hpp"
+#include "core/mesh/places.hpp"
 #include "core/tool/needle/needle.hpp"
 
 namespace livermark::core {

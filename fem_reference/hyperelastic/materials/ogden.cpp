@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "fem_reference/hyperelastic/ogden_term.hpp"
+#include "fem_reference/hyperelastic/material_law.hpp"
 
 namespace livermark::hyperelastic::materials {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "interactive/kernels/node_rows.hpp"
-#include "support/factors/supernodes.hpp"
+#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::interactive::kernels {
 

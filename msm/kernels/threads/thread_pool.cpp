@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "support/processes/forks.hpp"
+#include "support/processes/own_process.hpp"
 
 namespace livermark::msm {
 

@@ -9,11 +9,10 @@
 #include <sstream>
 #include <string_view>
 
-#include "core/mesh/bounding_box.hpp"
-#include "support/file_ending.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
 #include "support/processes/child_process.hpp"
-#include "support/whole_file.hpp"
 
 namespace livermark::studies {
 

@@ -1,6 +1,6 @@
 #include <fstream>
 
-#include "meshes/io/msh_writer.hpp"
+#include "meshes/io/mesh_files.hpp"
 #include "tests/cli/bad_inputs/bad_inputs.hpp"
 #include "tests/samples/test_meshes.hpp"
 

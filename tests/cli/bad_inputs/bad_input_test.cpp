@@ -4,7 +4,7 @@
 #include <set>
 
 #include "results/hdf5/result_file.hpp"
-#include "support/whole_file.hpp"
+#include "support/files.hpp"
 
 #include "tests/cli/bad_inputs/bad_inputs.hpp"
 #include "tests/samples/records/sample_result.hpp"

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "meshes/io/msh_writer.hpp"
+#include "meshes/io/mesh_files.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {

@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "results/hdf5/result_file.hpp"
-#include "support/file_claim.hpp"
+#include "support/files.hpp"
 #include "tests/livermark_command.hpp"
 
 namespace livermark {

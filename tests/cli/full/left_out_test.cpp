@@ -3,7 +3,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "meshes/io/msh_writer.hpp"
+#include "meshes/io/mesh_files.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "tests/child.hpp"
 #include "tests/result_folder.hpp"

@@ -8,7 +8,7 @@
 #include <ranges>
 
 #include "load_cases/readers/load_case_reader.hpp"
-#include "meshes/io/msh_writer.hpp"
+#include "meshes/io/mesh_files.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/samples/test_meshes.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "meshes/io/msh_writer.hpp"
+#include "meshes/io/mesh_files.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/livermark_command.hpp"

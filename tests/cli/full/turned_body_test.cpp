@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "meshes/io/mesh_files.hpp"
 #include "meshes/io/msh_reader.hpp"
-#include "meshes/io/msh_writer.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/tables/tool_cells.hpp"
 #include "tests/child.hpp"

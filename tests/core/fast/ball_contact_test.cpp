@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "core/mesh/triangle.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/tool/ball_contact.hpp"
 #include "core/tool/tool_motion.hpp"
 #include "tests/samples/touched_block.hpp"

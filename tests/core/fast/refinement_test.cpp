@@ -1,12 +1,17 @@
-#include "core/mesh/refinement.hpp"
-
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <set>
+#include <span>
+#include <stdexcept>
+#include <vector>
 
+#include "core/mesh/refinement.hpp"
+#include "core/observed_error.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -193,3 +198,282 @@ TEST(Refinement, RefusesABoundaryTriangleThatIsNotThere) {
 
 } // namespace
 } // namespace livermark::core
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+
+double volume(const core::TetraMesh &mesh) {
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    return std::accumulate(volumes.begin(), volumes.end(), 0.0);
+}
+
+/// Of a triangle, however its nodes are turned.
+std::array<int, 3> turned(std::array<int, 3> nodes) {
+    std::ranges::rotate(nodes, std::ranges::min_element(nodes));
+    return nodes;
+}
+
+std::set<std::array<int, 3>> triangles(std::span<const std::array<int, 3>> all) {
+    std::set<std::array<int, 3>> result;
+    for (const auto &nodes : all)
+        result.insert(turned(nodes));
+    return result;
+}
+
+core::Problem pressed_box() {
+    const auto body = tests::make_body(tests::shaken_box_mesh({0.1, 0.12, 0.08}, {4, 5, 3}), {1060.0, 5e3, 0.45});
+    auto load_case = tests::empty_load_case(body->mesh);
+    tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
+    tests::pull(load_case, body->mesh, "x_max", {10.0, 0.0, 0.0});
+    return {body, std::move(load_case)};
+}
+
+/// What fits together has no outer faces but the parts of the boundary triangles: a face between two tetrahedra that
+/// one of them cut differently would be one.
+TEST(LocalRefinement, LeavesAMeshThatFitsTogether) {
+    const auto problem = pressed_box();
+    for (const int levels : {1, 2, 3}) {
+        const auto refined = core::refine_at_rims(problem, levels);
+        const auto &coarse = problem.body->mesh, &fine = refined.body->mesh;
+        EXPECT_GT(fine.num_tetrahedra(), coarse.num_tetrahedra());
+        EXPECT_EQ(triangles(core::outer_faces(fine.tetrahedra)), triangles(fine.boundary_triangles));
+        EXPECT_NEAR(volume(fine), volume(coarse), 1e-14);
+        EXPECT_GT(std::ranges::min(core::tetrahedron_volumes(fine)), 0.0);
+        EXPECT_TRUE(std::equal(coarse.points.begin(), coarse.points.end(), fine.points.begin()));
+        EXPECT_EQ(refined.load_case.num_facets(), fine.boundary_triangles.size());
+    }
+}
+
+TEST(LocalRefinement, CutsAtTheRimsAndNowhereElse) {
+    const auto problem = pressed_box();
+    const auto is_rim = core::rim_nodes(problem.body->mesh, problem.load_case);
+    for (int node = 0; node < problem.body->mesh.num_nodes(); ++node) {
+        const auto &x = problem.body->mesh.points[node];
+        const bool is_side = x.y() < 1e-9 || x.y() > 0.12 - 1e-9 || x.z() < 1e-9 || x.z() > 0.08 - 1e-9;
+        EXPECT_EQ(is_rim[node], is_side && (x.x() < 1e-9 || x.x() > 0.1 - 1e-9)) << x.transpose();
+    }
+    const auto refined = core::refine_at_rims(problem, 1);
+    std::set<std::array<int, 4>> kept(refined.body->mesh.tetrahedra.begin(), refined.body->mesh.tetrahedra.end());
+    int num_at_rims = 0;
+    for (const auto &nodes : problem.body->mesh.tetrahedra)
+        if (std::ranges::any_of(nodes, [&](int node) { return is_rim[node]; })) {
+            ++num_at_rims;
+            EXPECT_FALSE(kept.contains(nodes));
+        }
+    EXPECT_GT(num_at_rims, 0);
+    EXPECT_LT(num_at_rims, problem.body->mesh.num_tetrahedra());
+}
+
+TEST(LocalRefinement, CutsAtFurtherNodesAsWell) {
+    const auto problem = pressed_box();
+    const auto &mesh = problem.body->mesh;
+    auto is_marked = core::rim_nodes(mesh, problem.load_case);
+    std::vector<bool> is_further(mesh.points.size(), false);
+    const auto further = std::ranges::find(is_marked, false) - is_marked.begin();
+    is_marked[further] = is_further[further] = true;
+    const auto refined = core::refine_at_rims_and(problem, is_further);
+    const auto &fine = refined.problem.body->mesh.tetrahedra;
+    const std::set<std::array<int, 4>> kept(fine.begin(), fine.end());
+    for (const auto &nodes : mesh.tetrahedra)
+        if (std::ranges::any_of(nodes, [&](int node) { return is_marked[node]; })) {
+            EXPECT_FALSE(kept.contains(nodes));
+        }
+    is_further[further] = false;
+    EXPECT_EQ(core::refine_at_rims_and(problem, is_further).problem.body->mesh.tetrahedra,
+              core::refine_at_rims(problem).problem.body->mesh.tetrahedra);
+    EXPECT_GT(fine.size(), core::refine_at_rims(problem).problem.body->mesh.tetrahedra.size());
+}
+
+TEST(LocalRefinement, KeepsWhatIsPrescribedLinearBetweenNodes) {
+    auto problem = pressed_box();
+    for (const auto &point : problem.body->mesh.points)
+        problem.load_case.node_factor.push_back(1.0 + point.x() - 2.0 * point.z());
+    problem.load_case.node_shift = problem.body->mesh.points;
+    const auto refined = core::refine_at_rims(problem, 2);
+    ASSERT_EQ(refined.load_case.node_factor.size(), refined.body->mesh.points.size());
+    for (int node = 0; node < refined.body->mesh.num_nodes(); ++node) {
+        const auto &point = refined.body->mesh.points[node];
+        EXPECT_NEAR(refined.load_case.factor_at(node), 1.0 + point.x() - 2.0 * point.z(), 1e-15);
+        EXPECT_LT((refined.load_case.node_shift[node] - point).norm(), 1e-15);
+    }
+}
+
+/// Every part has the condition of its parent, so the loads are the same.
+TEST(LocalRefinement, KeepsAreasOfConditions) {
+    auto problem = pressed_box();
+    auto &load_case = problem.load_case;
+    load_case.conditions.push_back({"end", core::ConditionKind::pressure});
+    for (int f = 0; f < load_case.num_facets(); f += 2)
+        if (load_case.is_loaded(f))
+            load_case.condition_on[f] = static_cast<int>(load_case.conditions.size()) - 1;
+    const auto refined = core::refine_at_rims(problem, 2);
+    const auto areas = [](const core::Problem &of) {
+        std::map<int, double> area;
+        for (int f = 0; f < of.body->mesh.num_boundary_triangles(); ++f)
+            area[of.load_case.condition_on[f]] += core::area_vector(of.body->mesh, f).norm();
+        return area;
+    };
+    const auto before = areas(problem), after = areas(refined);
+    ASSERT_EQ(before.size(), after.size());
+    for (const auto &[key, area] : before)
+        EXPECT_NEAR(after.at(key), area, 1e-14);
+}
+
+TEST(ObservedError, IsExactForErrorsThatShrinkByOneFactor) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    std::vector<core::Solution> levels;
+    for (const double error : {0.008, 0.004, 0.002}) {
+        auto &solution = levels.emplace_back();
+        solution.displacement.assign(mesh.points.size(), Vector3(1.0 + error, 0.0, 0.0));
+        solution.reaction = {{0.0, 1.0 + 2.0 * error, 0.0}};
+        solution.strain_energy = 1.0 - error;
+    }
+    const auto observed = core::observed_error(mesh, {}, levels);
+    EXPECT_NEAR(observed.order, 1.0, 0.01); // differences are relative to the finer one
+    EXPECT_NEAR(observed.relative_l2, 0.002, 2e-5);
+    EXPECT_NEAR(observed.energy, 0.002, 2e-5);
+    EXPECT_NEAR(observed.reaction, 0.004, 4e-5);
+    EXPECT_THROW(core::observed_error(mesh, {}, std::span(levels).first(2)), std::invalid_argument);
+}
+
+core::ObservedMotionError observed_of_motions_off_by(const std::vector<double> &errors) {
+    std::vector<core::History> levels;
+    for (const double error : errors) {
+        auto &history = levels.emplace_back();
+        history.time = {0.0, 0.1, 0.2};
+        for (const double amplitude : {1.0, 0.5, -0.7})
+            history.displacement.emplace_back((1.0 + error) * amplitude, 0.0, 0.0);
+    }
+    return core::observed_motion_error(levels);
+}
+
+TEST(ObservedError, OfMotionIsExactForErrorsThatHalve) {
+    const auto observed = observed_of_motions_off_by({0.016, 0.008, 0.004});
+    EXPECT_NEAR(observed.order, 1.0, 0.01);
+    EXPECT_NEAR(observed.relative_l2, 0.004, 5e-5);
+    EXPECT_NEAR(observed.difference, 0.004, 5e-5);
+    EXPECT_THROW(observed_of_motions_off_by({0.016, 0.008}), std::invalid_argument);
+}
+
+TEST(ObservedError, OfMotionBelievesNoOrderBetterThanTheFirst) {
+    const auto lucky = observed_of_motions_off_by({0.016, 0.004, 0.001});
+    EXPECT_NEAR(lucky.order, 2.0, 0.01);
+    EXPECT_EQ(lucky.relative_l2, lucky.difference);
+}
+
+TEST(ObservedError, BelievesNoFactorThatIsTooGoodOrNone) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    const auto with_errors = [&](double first, double second, double third) {
+        std::vector<core::Solution> levels;
+        for (const double error : {first, second, third}) {
+            auto &solution = levels.emplace_back();
+            solution.displacement.assign(mesh.points.size(), Vector3(1.0 + error, 0.0, 0.0));
+            solution.reaction = {{0.0, 1.0, 0.0}};
+            solution.strain_energy = 1.0;
+        }
+        return core::observed_error(mesh, {}, levels);
+    };
+    const auto lucky = with_errors(0.1, 0.0101, 0.0001);
+    EXPECT_NEAR(lucky.relative_l2, lucky.difference / 3.0, 1e-12);
+    const auto stuck = with_errors(0.03, 0.02, 0.01);
+    EXPECT_NEAR(stuck.relative_l2, 4.0 * stuck.difference, 1e-12);
+}
+
+/// Where energies and reactions hardly change any more, they may still lack what no mesh has refined.
+TEST(ObservedError, OfEnergyAndReactionsBelievesNoOrderBetterThanTheFirst) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    std::vector<core::Solution> levels;
+    for (const double error : {0.1, 0.01, 0.0}) {
+        auto &solution = levels.emplace_back();
+        solution.displacement.assign(mesh.points.size(), Vector3(1.0 + 0.1 * std::sqrt(error), 0.0, 0.0));
+        solution.reaction = {{0.0, 1.0 + error, 0.0}};
+        solution.strain_energy = 1.0 - error;
+    }
+    const auto observed = core::observed_error(mesh, {}, levels);
+    EXPECT_NEAR(observed.energy, 0.01, 1e-12);
+    EXPECT_NEAR(observed.reaction, 0.01, 1e-12);
+    // A slow displacement does not make them slow.
+    levels[0].displacement[0].x() = 2.0;
+    EXPECT_EQ(core::observed_error(mesh, {}, levels).energy, observed.energy);
+}
+
+TEST(ObservedError, OfANumberIsThatOfTheFirstOrderAtBest) {
+    EXPECT_NEAR(core::observed_error(std::vector{1.4, 1.2, 1.1}), 0.1, 1e-12);      // the first order
+    EXPECT_NEAR(core::observed_error(std::vector{9.0, 1.4, 1.2, 1.1}), 0.1, 1e-12); // the last three count
+    EXPECT_NEAR(core::observed_error(std::vector{2.0, 1.01, 1.0}), 0.01, 1e-12);    // luck
+    EXPECT_NEAR(core::observed_error(std::vector{1.3, 1.4, 1.3}), 0.4, 1e-12);      // no order at all
+    EXPECT_EQ(core::observed_error(std::vector{1.0, 1.0, 1.0}), 0.0);
+    EXPECT_THROW(core::observed_error(std::vector{1.0, 1.0}), std::invalid_argument);
+}
+
+/// Solutions 1 + error in x, with a path of one point at half of it.
+std::vector<core::Solution> with_errors(const core::TetraMesh &mesh, std::span<const double> errors) {
+    std::vector<core::Solution> levels;
+    for (const double error : errors) {
+        auto &solution = levels.emplace_back();
+        solution.displacement.assign(mesh.points.size(), Vector3(1.0 + error, 0.0, 0.0));
+        solution.reaction = {{0.0, 1.0 + 2.0 * error, 0.0}};
+        solution.strain_energy = 1.0 - error;
+        auto &point = solution.path.emplace_back();
+        point.displacement.assign(mesh.points.size(),
+                                  Eigen::Vector3f(static_cast<float>(0.5 + 0.5 * error), 0.0F, 0.0F));
+        point.reaction = {{0.0, 0.5 + error, 0.0}};
+        point.strain_energy = 0.25 - 0.25 * error;
+    }
+    return levels;
+}
+
+TEST(Extrapolation, IsExactForErrorsThatShrinkByOneFactor) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    const auto levels = with_errors(mesh, std::array{0.016, 0.008, 0.004, 0.002});
+    const auto limit = core::extrapolated(mesh, {}, levels);
+    constexpr double tolerance = 3e-5; // the factor is that of relative differences
+    for (const auto &displacement : limit.displacement)
+        EXPECT_NEAR(displacement.x(), 1.0, tolerance);
+    EXPECT_NEAR(limit.reaction[0].y(), 1.0, 1e-12);
+    EXPECT_NEAR(limit.strain_energy, 1.0, 1e-12);
+    EXPECT_NEAR(limit.path[0].displacement[0].x(), 0.5, tolerance);
+    EXPECT_NEAR(limit.path[0].reaction[0].y(), 0.5, 1e-12);
+    EXPECT_NEAR(limit.path[0].strain_energy, 0.25, 1e-12);
+    EXPECT_NEAR(limit.observed_error.value().relative_l2, core::doubt * 0.002, tolerance);
+}
+
+TEST(Extrapolation, LeavesAloneWhatHasNoCleanOrder) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    for (const auto &errors : {std::array{0.1, 0.0101, 0.0001}, std::array{0.03, 0.02, 0.01}}) {
+        const auto levels = with_errors(mesh, errors);
+        const auto limit = core::extrapolated(mesh, {}, levels);
+        EXPECT_EQ(limit.displacement, levels.back().displacement);
+        EXPECT_EQ(limit.reaction, levels.back().reaction);
+        EXPECT_EQ(limit.strain_energy, levels.back().strain_energy);
+        EXPECT_EQ(limit.observed_error->relative_l2, core::observed_error(mesh, {}, levels).relative_l2);
+    }
+}
+
+/// Solutions of traction alone have reactions that do not depend on the mesh.
+TEST(Extrapolation, LeavesReactionsThatDoNotChange) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    auto levels = with_errors(mesh, std::array{0.008, 0.004, 0.002});
+    for (auto &solution : levels)
+        solution.reaction = {{0.0, 1.0, 0.0}};
+    EXPECT_EQ(core::extrapolated(mesh, {}, levels).reaction, levels.back().reaction);
+}
+
+TEST(LocalRefinement, NamesTheTetrahedronThatEachIsAPartOf) {
+    const auto problem = pressed_box();
+    const auto refined = core::refine_at_rims(problem);
+    const auto &coarse = problem.body->mesh, &fine = refined.problem.body->mesh;
+    ASSERT_EQ(refined.parent_tetrahedron.size(), fine.tetrahedra.size());
+    std::vector<double> volume_of_parts(coarse.tetrahedra.size(), 0.0);
+    const auto volumes = core::tetrahedron_volumes(fine);
+    for (std::size_t t = 0; t < volumes.size(); ++t)
+        volume_of_parts[refined.parent_tetrahedron[t]] += volumes[t];
+    const auto expected = core::tetrahedron_volumes(coarse);
+    for (std::size_t t = 0; t < expected.size(); ++t)
+        EXPECT_NEAR(volume_of_parts[t], expected[t], 1e-12 * expected[t]);
+}
+
+} // namespace
+} // namespace livermark

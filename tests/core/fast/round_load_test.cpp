@@ -5,7 +5,6 @@
 #include <numeric>
 #include <vector>
 
-#include "core/mesh/local_refinement.hpp"
 #include "core/mesh/refinement.hpp"
 #include "core/tool/round_load.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"

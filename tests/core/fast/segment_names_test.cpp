@@ -1,4 +1,4 @@
-#include "core/mesh/segment_names.hpp"
+#include "core/mesh/plausible_liver.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "experiments/needle_curve.hpp"
+#include "experiments/markers.hpp"
 
 #include <algorithm>
 #include <filesystem>

@@ -10,8 +10,8 @@
 #include "models/model_table.hpp"
 #include "results/records/experiment.hpp"
 #include "studies/experiments/experiments.hpp"
-#include "support/known_names.hpp"
-#include "support/whole_file.hpp"
+#include "support/files.hpp"
+#include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 
 namespace livermark::experiments {

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "core/error_norms.hpp"
-#include "fem_reference/dof_conditions.hpp"
+#include "fem_reference/linear/conditions.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"

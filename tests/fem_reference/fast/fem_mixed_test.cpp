@@ -5,10 +5,10 @@
 #include <limits>
 
 #include "core/mesh/refinement.hpp"
-#include "fem_reference/dof_conditions.hpp"
+#include "fem_reference/linear/conditions.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "fem_reference/linear/mixed_solver.hpp"
-#include "fem_reference/solvers/multigrid/nested_iteration.hpp"
+#include "fem_reference/solvers/iterative_solver.hpp"
 #include "tests/fem_reference/dense_divergence.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/not_a_number.hpp"

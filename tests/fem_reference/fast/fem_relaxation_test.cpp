@@ -7,9 +7,9 @@
 #include <limits>
 #include <vector>
 
-#include "core/mesh/local_refinement.hpp"
-#include "fem_reference/dof_conditions.hpp"
-#include "fem_reference/relaxation/relaxing_solver.hpp"
+#include "core/mesh/refinement.hpp"
+#include "fem_reference/dynamics/relaxing_solver.hpp"
+#include "fem_reference/linear/conditions.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/not_a_number.hpp"
 #include "tests/samples/relaxing_cube.hpp"

@@ -5,8 +5,8 @@
 #include <random>
 
 #include "fem_reference/hyperelastic/elements.hpp"
-#include "fem_reference/hyperelastic/follower_pressure.hpp"
-#include "fem_reference/solvers/multivector.hpp"
+#include "fem_reference/hyperelastic/surface.hpp"
+#include "fem_reference/solvers/matrices.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/samples/calculix_neo_hooke.hpp"
 

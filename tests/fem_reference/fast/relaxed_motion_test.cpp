@@ -1,4 +1,4 @@
-#include "fem_reference/relaxation/relaxed_motion.hpp"
+#include "fem_reference/dynamics/relaxed_motion.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 #include <unsupported/Eigen/MatrixFunctions>
 #include <vector>
 
-#include "fem_reference/dof_conditions.hpp"
-#include "fem_reference/dynamics/mass_matrix.hpp"
+#include "fem_reference/dynamics/modes.hpp"
+#include "fem_reference/dynamics/relaxing_solver.hpp"
 #include "fem_reference/dynamics/release.hpp"
-#include "fem_reference/relaxation/relaxing_solver.hpp"
+#include "fem_reference/linear/conditions.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 
 namespace livermark {

@@ -9,11 +9,9 @@
 #include <numbers>
 #include <unsupported/Eigen/MatrixFunctions>
 
-#include "fem_reference/dof_conditions.hpp"
-#include "fem_reference/dynamics/eigenpairs.hpp"
-#include "fem_reference/dynamics/mass_matrix.hpp"
 #include "fem_reference/dynamics/modes.hpp"
-#include "fem_reference/solvers/multivector.hpp"
+#include "fem_reference/linear/conditions.hpp"
+#include "fem_reference/solvers/matrices.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "support/input_error.hpp"

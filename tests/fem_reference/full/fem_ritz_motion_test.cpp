@@ -4,11 +4,9 @@
 #include <limits>
 #include <numbers>
 
-#include "fem_reference/dof_conditions.hpp"
-#include "fem_reference/dynamics/eigenpairs.hpp"
-#include "fem_reference/dynamics/mass_matrix.hpp"
+#include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/dynamics/release.hpp"
-#include "fem_reference/dynamics/ritz_motion.hpp"
+#include "fem_reference/linear/conditions.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"

@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "core/mesh/interior_place.hpp"
+#include "core/mesh/places.hpp"
 #include "interactive/place_response.hpp"
 #include "tests/interactive/both_precisions.hpp"
 

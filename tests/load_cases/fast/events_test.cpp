@@ -7,7 +7,7 @@
 #include "core/load_case.hpp"
 #include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "support/root_folder.hpp"
+#include "support/files.hpp"
 #include "support/toml_input.hpp"
 
 namespace livermark {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 #include <string>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/test_meshes.hpp"

@@ -8,14 +8,13 @@
 #include <fstream>
 #include <limits>
 
-#include "core/mesh/neighbours.hpp"
-#include "meshes/cutting/clean_up.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "meshes/cutting/cut_reader.hpp"
+#include "meshes/cutting/parting.hpp"
 #include "meshes/generators/box_generator.hpp"
-#include "meshes/generators/lattice_box.hpp"
-#include "meshes/io/mesh_figures.hpp"
+#include "meshes/io/mesh_checks.hpp"
+#include "meshes/io/mesh_files.hpp"
 #include "meshes/io/msh_reader.hpp"
-#include "meshes/io/msh_writer.hpp"
 #include "tests/cut_checks.hpp"
 #include "tests/samples/test_meshes.hpp"
 

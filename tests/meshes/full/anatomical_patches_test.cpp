@@ -1,4 +1,4 @@
-#include "meshes/anatomy/anatomical_patches.hpp"
+#include "meshes/anatomy/body_axes.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -8,16 +8,15 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-#include "core/mesh/patches.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "meshes/anatomy/body_axes.hpp"
-#include "meshes/anatomy/liver_registration.hpp"
+#include "meshes/anatomy/liver_patches.hpp"
 #include "meshes/generators/box_generator.hpp"
-#include "meshes/generators/liver/liver_generator.hpp"
-#include "meshes/generators/liver/liver_variation.hpp"
+#include "meshes/generators/liver_generator.hpp"
+#include "meshes/generators/liver_shape.hpp"
 #include "meshes/io/body_reader.hpp"
+#include "meshes/io/mesh_files.hpp"
 #include "meshes/io/msh_reader.hpp"
-#include "meshes/io/msh_writer.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 

@@ -1,4 +1,4 @@
-#include "meshes/io/mesh_reader.hpp"
+#include "meshes/io/mesh_files.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -12,9 +12,9 @@
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/msh_reader.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/length_unit.hpp"
-#include "support/whole_file.hpp"
+#include "support/toml_input.hpp"
 #include "tests/livermark_command.hpp"
 
 namespace livermark {

@@ -3,7 +3,6 @@
 
 #include "models/model_table.hpp"
 #include "support/input_error.hpp"
-#include "support/known_names.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::models {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "models/model_table.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::models {

@@ -10,7 +10,7 @@
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "meshes/io/msh_writer.hpp"
+#include "meshes/io/mesh_files.hpp"
 #include "models/model_table.hpp"
 
 namespace livermark {

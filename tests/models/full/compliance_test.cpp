@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "models/model_table.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::models {

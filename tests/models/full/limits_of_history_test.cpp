@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/error_norms.hpp"
-#include "core/mesh/local_refinement.hpp"
+#include "core/mesh/refinement.hpp"
 #include "models/model_table.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/tool/tool_motion.hpp"
-#include "fem_reference/hyperelastic/motion/tool_motion.hpp"
+#include "fem_reference/hyperelastic/motion.hpp"
 #include "models/model_table.hpp"
 #include "models/motion/moving_method.hpp"
 #include "models/motion/whole_motion.hpp"

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/mesh/local_refinement.hpp"
+#include "core/mesh/refinement.hpp"
 #include "core/observed_error.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"

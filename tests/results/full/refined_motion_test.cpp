@@ -4,7 +4,6 @@
 #include <string>
 
 #include "core/error_norms.hpp"
-#include "core/mesh/local_refinement.hpp"
 #include "core/mesh/refinement.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "models/model_table.hpp"

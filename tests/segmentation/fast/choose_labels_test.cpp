@@ -2,7 +2,7 @@
 #include <numeric>
 #include <utility>
 
-#include "segmentation/images/phantom.hpp"
+#include "segmentation/images/label_image.hpp"
 #include "segmentation/images/segmentation.hpp"
 #include "support/input_error.hpp"
 

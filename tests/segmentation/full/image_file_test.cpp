@@ -7,7 +7,7 @@
 #include <itkImageFileWriter.h>
 #include <itkMetaDataObject.h>
 
-#include "segmentation/images/phantom.hpp"
+#include "segmentation/images/label_image.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 

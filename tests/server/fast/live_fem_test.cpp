@@ -17,12 +17,11 @@
 #include <utility>
 #include <vector>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/tool/needle/needle_line.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "models/model_table.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "server/sessions/shared_fem.hpp"
 #include "support/input_error.hpp"
 #include "tests/samples/records/sample_result.hpp"
 #include "tests/samples/test_meshes.hpp"

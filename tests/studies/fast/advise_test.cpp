@@ -9,7 +9,7 @@
 #include "models/mass_spring_model.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "studies/files.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 #include "tests/bad_input.hpp"
 
 namespace livermark::studies {

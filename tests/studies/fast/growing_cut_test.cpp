@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/mesh/local_refinement.hpp"
+#include "core/mesh/refinement.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/springs/coupled_springs.hpp"

@@ -7,7 +7,7 @@
 #include "models/pushed_model.hpp"
 #include "results/records/needle.hpp"
 #include "studies/needle/insertion.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
 #include "tests/studies/some_tissue.hpp"
 

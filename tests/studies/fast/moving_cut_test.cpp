@@ -9,7 +9,7 @@
 
 #include "models/model_table.hpp"
 #include "models/motion/moving_method.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -7,7 +7,7 @@
 #include "load_cases/places/facets.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "models/model_table.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {

@@ -10,7 +10,7 @@
 #include "studies/advise/step_cost.hpp"
 #include "studies/cutting/growing_cut.hpp"
 #include "studies/cutting/wound_reference.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/small_bar.hpp"
 #include "tests/samples/test_meshes.hpp"

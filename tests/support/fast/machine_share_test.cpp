@@ -1,4 +1,4 @@
-#include "support/processes/machine_share.hpp"
+#include "support/processes/own_process.hpp"
 
 #include <algorithm>
 #include <cmath>

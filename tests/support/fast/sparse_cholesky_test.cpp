@@ -1,5 +1,3 @@
-#include "support/factors/sparse_cholesky.hpp"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -8,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "support/factors/supernodes.hpp"
+#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark {
 namespace {

@@ -13,7 +13,7 @@
 #include "msm/spring_energy.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -8,8 +8,8 @@
 #include <sys/stat.h>
 
 #include "results/hdf5/result_file.hpp"
+#include "support/files.hpp"
 #include "support/input_error.hpp"
-#include "support/whole_file.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_result.hpp"
 

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "results/hdf5/io/columns.hpp"
-#include "support/whole_file.hpp"
+#include "support/files.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 

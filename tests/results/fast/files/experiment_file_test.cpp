@@ -4,7 +4,7 @@
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/records/experiment.hpp"
-#include "support/whole_file.hpp"
+#include "support/files.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_experiment.hpp"

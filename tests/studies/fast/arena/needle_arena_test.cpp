@@ -8,7 +8,7 @@
 #include "models/motion/moving_method.hpp"
 #include "studies/arena/needle_run.hpp"
 #include "studies/needle/insertion.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {

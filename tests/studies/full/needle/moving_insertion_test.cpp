@@ -12,7 +12,7 @@
 #include "msm/springs/spring_network.hpp"
 #include "msm/statics/rest_stiffness.hpp"
 #include "studies/needle/insertion.hpp"
-#include "support/known_names.hpp"
+#include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
 #include "tests/studies/moving_insertion.hpp"
 

@@ -1,0 +1,161 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/mesh/tetra_mesh.hpp"
+#include "core/problem.hpp"
+#include "core/tool/touching_tool.hpp"
+#include "fem_reference/hyperelastic/elements.hpp"
+#include "fem_reference/linear/elastic_system.hpp"
+
+namespace livermark::hyperelastic {
+
+/// The nodes of a boundary triangle in the order of ReferenceTriangle, corners as the mesh has them.
+std::vector<int> nodes_of_facet(const fem_reference::ElasticSystem &system, const core::TetraMesh &mesh,
+                                std::size_t facet);
+
+/// Minus the derivatives of forces on the surface by displacements, one small matrix for each facet, in two parts: a
+/// symmetric one that stands in the stiffness, and so in what preconditions it, and the rest, which products add.
+class SurfaceStiffness {
+  public:
+    struct OfFacet {
+        std::vector<int> nodes;
+        Eigen::MatrixXd symmetric, rest; ///< shape (3 k, 3 k) [N/m], unknown 3 a + i of its k nodes
+    };
+    void add(OfFacet facet) { of_facet_.push_back(std::move(facet)); }
+
+    /// Adds the symmetric parts.
+    void add_to(fem_reference::SymmetricBlocks<double> &stiffness) const;
+    /// out += the rest times x
+    /// @param x, out  shape (3 n)
+    void add_product(std::span<const double> x, std::span<double> out) const;
+
+  private:
+    std::vector<OfFacet> of_facet_;
+};
+
+/// A pressure that stays perpendicular to the surface as it moves, and acts on its deformed area:
+///     f_a = - integral over the triangle of p N_a x_r cross x_s dr ds,   x = X + u,
+/// with r and s the coordinates on the unit triangle. The integrals are exact.
+/// (K. Schweizerhof, E. Ramm 1984, Displacement dependent pressure loads in nonlinear finite element analyses, Comput.
+/// Struct. 18(6))
+class FollowerPressure {
+  public:
+    /// @param system    kept alive and unchanged by the caller
+    /// @param mesh      that it was assembled on
+    /// @param pressure  shape (T) [Pa], positive inwards, 0 where there is none; or empty
+    /// @throws std::invalid_argument if it has another size
+    FollowerPressure(const fem_reference::ElasticSystem &system, const core::TetraMesh &mesh,
+                     std::span<const double> pressure);
+
+    bool is_empty() const { return facets_.empty(); }
+
+    /// @param factor        that pressures are multiplied by
+    /// @param displacement  shape (3 n) [m]
+    /// @param force         shape (3 n) [N], added to
+    void add_forces(double factor, const std::vector<double> &displacement, std::vector<double> &force) const;
+
+    /// The derivatives of minus the forces. They are not symmetric: a surface whose edge is free or sees the pressure
+    /// end there has no potential. The symmetric halves stand in the stiffness.
+    SurfaceStiffness load_stiffness(double factor, const std::vector<double> &displacement) const;
+
+  private:
+    struct Facet {
+        std::vector<int> nodes; ///< corners as in the mesh, then the middles of 01 12 20
+        double pressure;        ///< [Pa]
+    };
+    const fem_reference::ElasticSystem *system_;
+    std::vector<Facet> facets_;
+    ReferenceTriangle reference_;
+};
+
+/// How contact is enforced.
+struct ContactSettings {
+    /// Penalty eps over E / sqrt(R d) with the largest Young's modulus E of the body, the radius R of the ball and its
+    /// depth d: Hertz's ball sinks in by 1 / stiffness of its depth beyond the surface.
+    double stiffness = 100.0;
+    double sunk_in = 1e-3;     ///< of the depth, weighted with pressure, where augmentation ends
+    int max_augmentations = 4; ///< at each point of the path
+};
+
+/// What touches at a state.
+struct TouchSums {
+    core::Vector3 force = core::Vector3::Zero();    ///< on the body [N]
+    core::Vector3 friction = core::Vector3::Zero(); ///< of that by friction [N]
+    double area = 0.0;                              ///< of the surface at rest [m^2]
+    double slipping_area = 0.0;                     ///< of that [m^2]
+    double sunk_in = 0.0;                           ///< penetration in the mean weighted with pressure [m]
+    /// sqrt(5/2) times the distance from the axis through the centre of the ball along its press, in the quadratic mean
+    /// weighted with pressure: of Hertz's pressure the radius of contact [m].
+    double radius = 0.0;
+};
+
+/// A rigid ball that touches a body (core::TouchingTool): the integrals
+///     f_a = integral over the surface at rest of N_a (p n + tau) dA
+/// at the seven points of ReferenceTriangle on each facet that may touch, with core::touch() at x = X + u. Pressures
+/// are on the area at rest. Multipliers of augmentation and anchors of friction are kept at the points.
+class TouchingBall {
+  public:
+    /// @param system  kept alive and unchanged by the caller
+    /// @param body, load_case  that it was assembled on; with a ball that touches
+    TouchingBall(const fem_reference::ElasticSystem &system, const core::Body &body, const core::LoadCase &load_case,
+                 const ContactSettings &settings = {});
+
+    const core::TouchingTool &tool() const { return tool_; }
+    const core::ContactLaw &law() const { return law_; }
+    const ContactSettings &settings() const { return settings_; }
+
+    /// @param centre        where the ball is [m]
+    /// @param displacement  shape (3 n) [m]
+    /// @param force         shape (3 n) [N], added to
+    void add_forces(const core::Vector3 &centre, std::span<const double> displacement,
+                    std::vector<double> &force) const;
+    /// The derivatives of minus the forces. Curvature and slip take no more than largest_pressure(), so that Newton's
+    /// method has a direction where the ball has moved and the body not yet.
+    /// @param expected  shape (num_points()) [Pa], of expected_pressure(): what the curvature of the ball takes where
+    ///   the pressure is more; or empty, and the derivatives are exact up to largest_pressure()
+    void add_stiffness(const core::Vector3 &centre, std::span<const double> displacement, SurfaceStiffness &stiffness,
+                       std::span<const double> expected = {}) const;
+    /// The pressure that the tangent expects after a change of the displacement, max(0, p - eps n . du), at points that
+    /// touch before it, and zero at others. A small step along the ball makes the pressure of a stiff penalty
+    /// much larger than that, so that the curvature of a tangent with it is wrong, and large enough to make the tangent
+    /// indefinite. Newton's method converges in fewer iterations where the tangent has the expected one (D. Magisano,
+    /// L. Leonetti, G. Garcea 2017, How to improve efficiency and robustness of the Newton method in geometrically
+    /// non-linear structural problem discretized via displacement-based finite elements, Comput. Methods Appl. Mech.
+    /// Eng. 313).
+    /// @param change  shape (3 n) [m]; or empty for none
+    /// @return shape (num_points()) [Pa]
+    std::vector<double> expected_pressure(const core::Vector3 &centre, std::span<const double> displacement,
+                                          std::span<const double> change = {}) const;
+    TouchSums sums(const core::Vector3 &centre, std::span<const double> displacement) const;
+
+    /// Pressures become multipliers (Uzawa), so that the ball sinks in less.
+    void augment(const core::Vector3 &centre, std::span<const double> displacement);
+    /// What sticks and what has slipped is kept for the steps to come.
+    void end_step(const core::Vector3 &centre, std::span<const double> displacement);
+
+    double largest_pressure() const { return largest_pressure_; } ///< [Pa]
+    std::size_t num_points() const { return memory_.size(); }     ///< of all facets that may touch
+
+  private:
+    struct Facet {
+        std::vector<int> nodes;
+        double area; ///< [m^2]
+    };
+    template <class Visit>
+    void visit(const core::Vector3 &centre, std::span<const double> displacement, const Visit &visit) const;
+
+    const fem_reference::ElasticSystem *system_;
+    core::TouchingTool tool_;
+    ContactSettings settings_;
+    core::ContactLaw law_;
+    double largest_pressure_ = 0.0;
+    std::vector<Facet> facets_;
+    ReferenceTriangle reference_;
+    std::vector<core::ContactMemory> memory_; ///< (facets, points)
+};
+
+} // namespace livermark::hyperelastic

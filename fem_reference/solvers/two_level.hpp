@@ -1,0 +1,121 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fem_reference/linear/elastic_system.hpp"
+#include "fem_reference/solvers/matrices.hpp"
+
+namespace livermark::fem_reference {
+
+/// A symmetric positive definite approximation of the inverse of the free rows and columns of a stiffness matrix, in
+/// single precision: what is approximate takes no more, and memory comes in half of the time.
+/// n is the number of rows of the whole matrix; unknowns that are not free are zero in whatever comes out.
+class Preconditioner {
+  public:
+    virtual ~Preconditioner() = default;
+
+    /// Prepares it, unless the same unknowns were free last time.
+    /// @param free  in each of at most max_columns() columns
+    /// @return whether the conditions fix the solution in every column
+    virtual bool set_up(const FreeUnknowns &free) = 0;
+
+    /// @param residual    shape (n, lanes), zero where not free
+    /// @param correction  shape (n, lanes)
+    virtual void apply(std::span<const float> residual, std::span<float> correction) = 0;
+
+    /// How many columns take less time together than one by one.
+    virtual std::size_t max_columns() const { return 1; }
+
+    /// What it is, for the result file.
+    virtual std::string name() const = 0;
+};
+
+/// Between which corners the nodes of a quadratic tetrahedron behind its corners lie.
+inline constexpr std::array<std::array<int, 2>, 6> edges_of_quadratic{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+
+/// The functions of a coarse space as functions of a finer one that contains it: the value at fine node i is the sum
+/// of weight times the value at a coarse node, the same for each component.
+struct Prolongation {
+    std::vector<int> row_start;   ///< (n_fine + 1) index into coarse_node and weight
+    std::vector<int> coarse_node; ///< (nonzeros)
+    std::vector<double> weight;   ///< (nonzeros)
+    std::vector<int> fine_node;   ///< (n_coarse) the fine node at the same place as each coarse node
+
+    /// fine_c += P coarse_c
+    /// @param coarse  shape (3 n_coarse, lanes), see matrices.hpp
+    /// @param fine    shape (3 n_fine, lanes)
+    void add_prolonged(std::span<const double> coarse, std::span<double> fine) const;
+    void add_prolonged(std::span<const float> coarse, std::span<float> fine) const;
+
+    /// coarse_c = P^T fine_c
+    void restrict_to(std::span<const double> fine, std::span<double> coarse) const;
+    void restrict_to(std::span<const float> fine, std::span<float> coarse) const;
+};
+
+/// The prolongation from a body's system to one of degree 2: from degree 2 to that of a body whose tetrahedra are parts
+/// of the coarse ones, or from degree 1 to that of the same body.
+/// @param parent  (M_fine) the coarse tetrahedron that each is a part of, whose edges were cut in two at most once
+///                (core::bisect()); empty for all of the same body in order, or for core::refine(body)
+/// @throws std::invalid_argument if the fine system is not of such parts
+Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine, std::span<const int> parent = {});
+
+/// The parents of prolongation() where they are not given.
+/// @throws std::invalid_argument if the fine system has neither as many tetrahedra nor eight times as many
+std::vector<int> parents_by_number(const ElasticSystem &coarse, const ElasticSystem &fine);
+
+/// Gauss-Seidel sweeps over the nodes of a system, three components at a time. A smoother lives from the memory that it
+/// does not move: it is in single precision, and of the blocks only those below the diagonal are kept. What a row of
+/// them takes from the nodes before gives, transposed, what these nodes take from it, so each sweep reads them once.
+/// Neighbours should be near each other, see NodeOrder.
+class BlockGaussSeidel {
+  public:
+    /// @param matrix  kept alive and unchanged by the caller
+    explicit BlockGaussSeidel(const SymmetricBlocks<float> &matrix);
+
+    /// From now on sweeps are over the free unknowns of each column; the others are zero in whatever comes out.
+    void set_up(const FreeUnknowns &free);
+
+    /// One sweep from the first node to the last, from zero.
+    /// @param right_hand_side  shape (3 n, lanes)
+    /// @param u                shape (3 n, lanes), what it was does not matter
+    /// @param residual         shape (3 n, lanes) right_hand_side - K u
+    void sweep_forward_from_zero(std::span<const float> right_hand_side, std::span<float> u, std::span<float> residual);
+
+    /// One sweep from the last node to the first: the adjoint of the forward one.
+    /// @param u  shape (3 n, lanes), zero where not free; improved
+    void sweep_backward(std::span<const float> right_hand_side, std::span<float> u);
+
+  private:
+    template <int lanes> class Sweep;
+    template <int lanes>
+    void forward(std::span<const float> right_hand_side, std::span<float> u, std::span<float> residual);
+    template <int lanes> void backward(std::span<const float> right_hand_side, std::span<float> u);
+
+    const SymmetricBlocks<float> &matrix_;
+    std::vector<Block<float>> inverse_diagonal_; ///< (n) where all is free
+    int lanes_ = 0;
+    std::vector<int> constrained_;           ///< (n) index into the next two, -1 where all columns are free
+    std::vector<float> constrained_inverse_; ///< (9, lanes) each: of the free rows and columns, otherwise zero
+    std::vector<float> is_free_;             ///< (3, lanes) each: 1 or 0
+    std::vector<float> taken_;               ///< (n, 3, lanes) K u of the rows behind
+};
+
+/// Two-level preconditioner: a Gauss-Seidel sweep on the fine unknowns, a correction from a coarse space, and a sweep
+/// back. The coarse space is contained in the fine one, so a coarse stiffness matrix is P^T K P (see galerkin()) or
+/// that of the coarse elements themselves, which is the same where the material is linear.
+/// @param prolongation   from the coarse space
+/// @param rounded_fine   stiffness of the fine system, for the sweeps; kept alive and unchanged by the caller
+/// @param coarse_solver  solves on the coarse space, exactly or nearly so; kept alive by the caller
+std::unique_ptr<Preconditioner> two_level(Prolongation prolongation, const SymmetricBlocks<float> &rounded_fine,
+                                          Preconditioner &coarse_solver);
+
+/// P^T K P
+/// @param coarse_rows  which nodes of the coarse space share a cell, see CellEntries::below_diagonal
+SymmetricBlocks<double> galerkin(const Prolongation &prolongation, const SymmetricBlocks<double> &stiffness,
+                                 const LowerRows &coarse_rows);
+
+} // namespace livermark::fem_reference

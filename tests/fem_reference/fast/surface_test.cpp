@@ -1,0 +1,278 @@
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+#include <numeric>
+#include <random>
+#include <span>
+#include <vector>
+
+#include "fem_reference/hyperelastic/hyperelasticity.hpp"
+#include "fem_reference/hyperelastic/surface.hpp"
+#include "fem_reference/hyperelastic/surface_deformation.hpp"
+#include "tests/fem_reference/hyperelastic_bodies.hpp"
+#include "tests/fem_reference/touched_block.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+using hyperelastic::Matrix3;
+
+/// Nearly incompressible, with a shear modulus of 1 Pa.
+constexpr core::Material rubber{1000.0, 2.9998, 0.4999};
+const auto &law = hyperelastic::material_law("neo_hookean");
+const Vector3 up = Vector3::UnitZ();
+
+double root(const std::function<double(double)> &f, double low, double high) {
+    const bool is_positive = f(high) > 0.0;
+    for (int halving = 0; halving < 50; ++halving) {
+        const double middle = 0.5 * (low + high);
+        ((f(middle) > 0.0) == is_positive ? high : low) = middle;
+    }
+    return high;
+}
+
+/// F of a half space with two stretches along its surface and a pressure on it.
+Matrix3 stretched(const core::Material &material, double x, double y, double pressure) {
+    const Matrix3 along = Vector3(x, y, 1.0).asDiagonal();
+    return hyperelastic::under_traction(law, {Vector3::Zero(), up, 1.0, along, material}, -pressure * up);
+}
+
+double impedance(const Matrix3 &f) {
+    return hyperelastic::least_surface_impedance(hyperelastic::whole_tangent(law, rubber, f), up);
+}
+
+} // namespace
+
+/// Biot 1963: a free surface wrinkles where it is compressed to these stretches.
+TEST(SurfaceImpedance, VanishesAtBiotsLimits) {
+    const auto in_plane_strain = [](double stretch) { return impedance(stretched(rubber, stretch, 1.0, 0.0)); };
+    const auto uniaxial = [](double stretch) {
+        return impedance(stretched(rubber, stretch, 1.0 / std::sqrt(stretch), 0.0));
+    };
+    const auto equibiaxial = [](double stretch) { return impedance(stretched(rubber, stretch, stretch, 0.0)); };
+    EXPECT_NEAR(root(in_plane_strain, 0.5, 0.9), 0.5437, 1e-3);
+    EXPECT_NEAR(root(uniaxial, 0.4, 0.9), 0.4437, 1e-3);
+    EXPECT_NEAR(root(equibiaxial, 0.62, 0.9), 0.6661, 1e-3);
+}
+
+/// With u = curl of psi, psi = (A + B k z) exp(-k z) in a half space that is not stretched and bears p, the increments
+/// of the shear and of the normal traction per area at rest vanish where (2 mu + p) A = 2 mu B and p B = (2 mu + p) A.
+TEST(SurfaceImpedance, VanishesUnderADeadPressureOfTwoShearModuli) {
+    const auto pressed = [](double pressure) { return -impedance(stretched(rubber, 1.0, 1.0, pressure)); };
+    EXPECT_NEAR(root(pressed, 0.5, 3.0), 2.0 * rubber.shear_modulus(), 2e-3);
+}
+
+/// What follows the surface does no work in a volume that stays as large, whatever its size.
+TEST(SurfaceImpedance, DoesNotChangeUnderAPressureThatFollows) {
+    const double at_rest = impedance(Matrix3::Identity());
+    EXPECT_NEAR(at_rest, rubber.shear_modulus(), 1e-3);
+    for (const double pressure : {1.0, 3.0}) {
+        const auto f = stretched(rubber, 1.0, 1.0, pressure);
+        auto tangent = hyperelastic::whole_tangent(law, rubber, f);
+        hyperelastic::add_follower_pressure(pressure, f, tangent);
+        EXPECT_NEAR(hyperelastic::least_surface_impedance(tangent, up), at_rest, 1e-2);
+    }
+}
+
+/// It depends on the surface, not on how it lies in space.
+TEST(SurfaceImpedance, TurnsWithTheBody) {
+    const Matrix3 turn = Eigen::AngleAxisd(0.7, Vector3(1.0, 2.0, 3.0).normalized()).toRotationMatrix();
+    const auto f = stretched(rubber, 0.8, 0.7, 0.5);
+    const auto turned = hyperelastic::whole_tangent(law, rubber, turn * f * turn.transpose());
+    EXPECT_NEAR(hyperelastic::least_surface_impedance(turned, turn * up), impedance(f), 2e-2 * rubber.shear_modulus());
+}
+
+TEST(SurfaceImpedance, IsNoNumberWhereTheMaterialItselfIsNotElliptic) {
+    const hyperelastic::Tangent softening = -hyperelastic::whole_tangent(law, rubber, Matrix3::Identity());
+    hyperelastic::Tangent mixed = softening;
+    mixed(0, 0) = mixed(4, 4) = 1.0;
+    EXPECT_TRUE(std::isnan(hyperelastic::least_surface_impedance(mixed, up)));
+}
+
+TEST(SurfaceDeformation, UnderATractionBalancesItAndKeepsTheSurface) {
+    Matrix3 f;
+    f << 1.2, 0.1, 0.3, -0.1, 0.8, 0.2, 0.15, 0.05, 0.6;
+    const hyperelastic::SurfacePoint point{Vector3::Zero(), up, 1.0, f, tests::soft_material};
+    const Vector3 traction(200.0, -100.0, -1500.0);
+    const auto balanced = hyperelastic::under_traction(law, point, traction);
+    EXPECT_LT((hyperelastic::whole_stress(law, tests::soft_material, balanced) * up - traction).norm(), 1e-5);
+    EXPECT_EQ(balanced.leftCols<2>(), f.leftCols<2>());
+    EXPECT_GT(balanced.determinant(), 0.0);
+}
+
+/// Of quadratic elements, of which u may be any quadratic function.
+TEST(SurfaceDeformation, IsThatOfTheElements) {
+    const auto body = tests::soft_block();
+    const hyperelastic::Elements elements(body, 2, fem_reference::Formulation::mixed, law,
+                                          hyperelastic::TetrahedronRule::fourteen_points);
+    std::vector<double> displacement;
+    for (const auto &x : elements.system().points)
+        for (const double u : {2.0 * x.x() * x.y() + 0.1 * x.z(), x.z() * x.z(), -0.2 * x.x() + x.y() * x.y()})
+            displacement.push_back(u);
+    const auto surface = hyperelastic::surface_points(elements, displacement);
+    ASSERT_EQ(surface.size(), body->mesh.boundary_triangles.size());
+    double area = 0.0;
+    Vector3 closed = Vector3::Zero();
+    for (const auto &point : surface) {
+        const auto &x = point.at_rest;
+        Matrix3 expected;
+        expected << 1.0 + 2.0 * x.y(), 2.0 * x.x(), 0.1, 0.0, 1.0, 2.0 * x.z(), -0.2, 2.0 * x.y(), 1.0;
+        EXPECT_LT((point.deformation - expected).norm(), 1e-12);
+        EXPECT_GT(point.normal.dot(x - 0.5 * tests::block_size), 0.0);
+        area += point.area;
+        closed += point.area * point.normal;
+    }
+    EXPECT_GE(area, 2.0 * (0.1 * 0.12 + 0.12 * 0.08 + 0.08 * 0.1) - 1e-12);
+    EXPECT_LT(closed.norm(), 1e-15);
+}
+
+/// A pressure that keeps its direction, on one of six sides that do not stretch. At Poisson's ratio 0.45 the limit is a
+/// little below two shear moduli.
+TEST(SurfaceDeformation, TellsWhereALoadIsTooMuch) {
+    const auto body = tests::soft_block();
+    const hyperelastic::Elements elements(body, 2, fem_reference::Formulation::mixed, law,
+                                          hyperelastic::TetrahedronRule::fourteen_points);
+    auto load_case = tests::on_rollers(body->mesh);
+    tests::pull(load_case, body->mesh, "z_max", {0.0, 0.0, -tests::soft_material.shear_modulus()});
+    const std::vector<double> at_rest(elements.num_displacements(), 0.0);
+    EXPECT_EQ(hyperelastic::unstable_part(elements, load_case, at_rest, 1.8), 0.0);
+    EXPECT_EQ(hyperelastic::unstable_part(elements, load_case, at_rest, 2.0), 1.0);
+    for (auto &condition : load_case.conditions)
+        if (condition.kind == core::ConditionKind::traction)
+            condition.kind = core::ConditionKind::pressure;
+    EXPECT_EQ(hyperelastic::unstable_part(elements, load_case, at_rest, 2.0), 0.0) << "it follows";
+}
+
+TEST(SurfaceDeformation, HasTheStretchesAlongTheSurface) {
+    const Matrix3 f = Vector3(0.7, 1.3, 0.1).asDiagonal();
+    const auto stretches = hyperelastic::surface_stretches({Vector3::Zero(), up, 1.0, f, rubber});
+    EXPECT_NEAR(stretches.least, 0.7, 1e-14);
+    EXPECT_NEAR(stretches.largest, 1.3, 1e-14);
+}
+
+namespace {
+
+using hyperelastic::Elements;
+using hyperelastic::TouchingBall;
+
+std::vector<double> differences(const TouchingBall &ball, const std::vector<double> &at,
+                                const std::vector<double> &direction, double step) {
+    std::vector<double> slope(at.size(), 0.0);
+    for (const double sign : {1.0, -1.0}) {
+        auto there = at;
+        for (std::size_t dof = 0; dof < at.size(); ++dof)
+            there[dof] += sign * step * direction[dof];
+        std::vector<double> force(at.size(), 0.0);
+        ball.add_forces(ball.tool().centre_at(1.0), there, force);
+        for (std::size_t dof = 0; dof < at.size(); ++dof)
+            slope[dof] -= sign * force[dof] / (2.0 * step);
+    }
+    return slope;
+}
+
+} // namespace
+
+/// Where some points stick, others slip, and multipliers are not zero.
+TEST(TouchingBall, StiffnessIsTheDerivativeOfItsForces) {
+    for (const int degree : {1, 2}) {
+        const auto problem = tests::touched_block(0.3, {0.0006, 0.0, -0.002});
+        const Elements elements(problem.body, degree, fem_reference::Formulation::displacement,
+                                hyperelastic::material_law("neo_hookean"),
+                                hyperelastic::TetrahedronRule::fourteen_points);
+        // Soft, so that no pressure is beyond what the stiffness takes.
+        TouchingBall ball(elements.system(), *problem.body, problem.load_case, {.stiffness = 3.0});
+        std::mt19937 generator(3);
+        std::uniform_real_distribution<double> some(-1.0, 1.0);
+        std::vector<double> state(elements.num_displacements()), direction(elements.num_displacements());
+        for (std::size_t dof = 0; dof < state.size(); ++dof) {
+            state[dof] = 1e-4 * some(generator);
+            direction[dof] = some(generator);
+        }
+        ball.augment(ball.tool().centre_at(0.5), state);
+        const auto sums = ball.sums(ball.tool().centre_at(1.0), state);
+        ASSERT_GT(sums.slipping_area, 0.0);
+        ASSERT_LT(sums.slipping_area, sums.area);
+        hyperelastic::SurfaceStiffness stiffness;
+        ball.add_stiffness(ball.tool().centre_at(1.0), state, stiffness);
+        auto matrix = elements.zero_tangent();
+        std::ranges::fill(matrix.stiffness.below, fem_reference::Block<double>{});
+        std::ranges::fill(matrix.stiffness.diagonal, fem_reference::Block<double>{});
+        stiffness.add_to(matrix.stiffness);
+        std::vector<double> found(state.size());
+        matrix.stiffness.multiply(std::span<const double>(direction), std::span<double>(found));
+        stiffness.add_product(direction, found);
+        const auto slope = differences(ball, state, direction, 1e-9);
+        double difference = 0.0, size = 0.0;
+        for (std::size_t dof = 0; dof < state.size(); ++dof) {
+            difference += (found[dof] - slope[dof]) * (found[dof] - slope[dof]);
+            size += slope[dof] * slope[dof];
+        }
+        EXPECT_GT(size, 0.0);
+        EXPECT_LT(std::sqrt(difference / size), 1e-5);
+    }
+}
+
+/// The expectation is wrong by the square of the change only, and where nothing changes the tangent is the exact one.
+TEST(TouchingBall, ExpectsThePressureThatItsTangentGives) {
+    const auto problem = tests::touched_block(0.3, {0.0006, 0.0, -0.002});
+    const Elements elements(problem.body, 2, fem_reference::Formulation::displacement,
+                            hyperelastic::material_law("neo_hookean"), hyperelastic::TetrahedronRule::fourteen_points);
+    const TouchingBall ball(elements.system(), *problem.body, problem.load_case, {.stiffness = 3.0});
+    const auto centre = ball.tool().centre_at(1.0);
+    std::mt19937 generator(5);
+    std::uniform_real_distribution<double> some(-1.0, 1.0);
+    std::vector<double> state(elements.num_displacements()), change(state.size()), there(state.size());
+    for (std::size_t dof = 0; dof < state.size(); ++dof) {
+        state[dof] = 1e-4 * some(generator);
+        change[dof] = 1e-7 * some(generator);
+        there[dof] = state[dof] + change[dof];
+    }
+    const auto before = ball.expected_pressure(centre, state), expected = ball.expected_pressure(centre, state, change),
+               after = ball.expected_pressure(centre, there);
+    ASSERT_EQ(before.size(), ball.num_points());
+    double wrong = 0.0, changed = 0.0;
+    for (std::size_t point = 0; point < before.size(); ++point) {
+        wrong += std::abs(after[point] - expected[point]);
+        changed += std::abs(after[point] - before[point]);
+    }
+    EXPECT_GT(changed, 0.0);
+    EXPECT_LT(wrong, 1e-4 * changed);
+
+    const auto product = [&](std::span<const double> of_curvature) {
+        hyperelastic::SurfaceStiffness stiffness;
+        ball.add_stiffness(centre, state, stiffness, of_curvature);
+        std::vector<double> found(state.size(), 0.0);
+        stiffness.add_product(change, found);
+        return found;
+    };
+    EXPECT_EQ(product(before), product({}));
+    EXPECT_NE(product(std::vector<double>(before.size(), 0.0)), product({}));
+}
+
+/// Forces balance; the surface does not go through the ball, and is not pulled.
+TEST(TouchingBall, PressesWithWhatTheOtherSideHolds) {
+    for (const double friction : {0.0, 0.3})
+        for (const auto &kind : tests::hyperelastic_kinds) {
+            const auto problem = tests::touched_block(friction, {0.0, 0.0, -0.006});
+            const auto found = tests::touch(problem, kind, {0.5, 1.0});
+            ASSERT_EQ(found.solution.status, core::SolutionStatus::ok) << found.solution.message;
+            const auto &ball = *problem.load_case.touching;
+            const Vector3 held = found.solution.reaction[0], pressed = found.solution.reaction[1];
+            EXPECT_LT(pressed.z(), 0.0);
+            EXPECT_LT((held + pressed).norm(), 1e-6 * pressed.norm());
+            EXPECT_LT(found.points[0].reaction[1].norm(), pressed.norm());
+            double nearest = 1.0;
+            for (std::size_t node = 0; node < problem.body->mesh.points.size(); ++node)
+                nearest = std::min(
+                    nearest,
+                    (problem.body->mesh.points[node] + found.solution.displacement[node] - ball.centre_at(1.0)).norm());
+            EXPECT_GT(nearest, ball.radius - 1e-4);
+        }
+}
+
+} // namespace livermark

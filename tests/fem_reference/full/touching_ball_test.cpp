@@ -1,0 +1,365 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <vector>
+
+#include "core/mesh/refinement.hpp"
+#include "fem_reference/hyperelastic/hyperelasticity.hpp"
+#include "fem_reference/hyperelastic/surface.hpp"
+#include "fem_reference/linear/conditions.hpp"
+#include "tests/fem_reference/half_space.hpp"
+#include "tests/fem_reference/hyperelastic_bodies.hpp"
+#include "tests/fem_reference/touched_block.hpp"
+#include "tests/samples/touch/sheared_column.hpp"
+
+namespace livermark {
+
+namespace {
+
+using core::Vector3;
+using tests::HalfSpace;
+
+/// The quarter of the half-space that is left between two planes of symmetry, cut out near the contact.
+struct CutOut {
+    HalfSpace space;
+    double size; ///< [m] from the contact to the outer faces
+    core::Problem problem;
+
+    /// @param size_in_radii  of contact
+    /// @param refined_in     radii of contact within which the mesh is refined, again and again
+    CutOut(const HalfSpace &of, double size_in_radii, const std::vector<double> &refined_in)
+        : space(of), size(size_in_radii * space.contact_radius()) {
+        constexpr int bricks = 4;
+        auto mesh = tests::box_mesh({size, size, size}, {bricks, bricks, bricks});
+        for (auto &point : mesh.points)
+            point.z() -= size;
+        const auto body = tests::make_body(std::move(mesh), {1000.0, HalfSpace::modulus, space.poisson});
+        auto load_case = tests::empty_load_case(body->mesh);
+        for (const auto *patch : {"x_min", "x_max", "y_min", "y_max", "z_min"})
+            tests::prescribe(load_case, body->mesh, patch, Vector3::Zero());
+        load_case.conditions.push_back({"touch", core::ConditionKind::touch});
+        load_case.touching = core::TouchingTool{.radius = HalfSpace::ball_radius,
+                                                .start = {0.0, 0.0, HalfSpace::ball_radius},
+                                                .press = {0.0, 0.0, -HalfSpace::depth},
+                                                .constraint = load_case.num_constraints() - 1};
+        problem = {body, load_case};
+        for (const double radii : refined_in) {
+            const core::InteriorPlace contact{Vector3::Zero(), space.contact_radius()};
+            problem = core::refine_near_places(problem, std::span(&contact, 1), radii).problem;
+        }
+    }
+
+    /// Symmetry, and on the outer faces the far field at the whole load.
+    fem_reference::DofConditions conditions(const fem_reference::ElasticSystem &system) const {
+        fem_reference::DofConditions conditions;
+        const auto num_dofs = 3 * system.points.size();
+        conditions.prescribed.assign(num_dofs, tests::free_component);
+        conditions.constraint.assign(num_dofs, -1);
+        conditions.load.assign(num_dofs, 0.0);
+        const double rounding = 1e-9 * size;
+        for (std::size_t node = 0; node < system.points.size(); ++node) {
+            const Vector3 &x = system.points[node];
+            const bool is_outer = x.x() > size - rounding || x.y() > size - rounding || x.z() < -size + rounding;
+            if (is_outer)
+                Vector3::Map(&conditions.prescribed[3 * node]) = space.pressed(space.force(), x);
+            if (x.x() < rounding)
+                conditions.prescribed[3 * node] = 0.0;
+            if (x.y() < rounding)
+                conditions.prescribed[3 * node + 1] = 0.0;
+        }
+        return conditions;
+    }
+};
+
+struct Found {
+    hyperelastic::FollowedPath path;
+    std::size_t unknowns;
+};
+
+Found solve(const CutOut &cut) {
+    const hyperelastic::Elements elements(cut.problem.body, 2, fem_reference::Formulation::displacement,
+                                          hyperelastic::material_law("neo_hookean"),
+                                          hyperelastic::TetrahedronRule::four_points);
+    hyperelastic::TouchingBall ball(elements.system(), *cut.problem.body, cut.problem.load_case);
+    const auto conditions = cut.conditions(elements.system());
+    return {hyperelastic::follow(elements, conditions, cut.problem.load_case.num_constraints(), {},
+                                 {.fractions = {1.0}, .tolerance = 1e-7}, &ball),
+            3 * elements.system().points.size()};
+}
+
+/// Relative errors of force and radius of contact.
+struct HertzErrors {
+    double force, radius, radius_by_area;
+};
+
+HertzErrors errors_on(const std::vector<double> &refined_in) {
+    const HalfSpace space{.poisson = 0.3};
+    const CutOut cut(space, 8.0, refined_in);
+    const auto [path, unknowns] = solve(cut);
+    EXPECT_EQ(path.status, core::SolutionStatus::ok) << path.message;
+    if (path.points.empty())
+        return {};
+    const auto &touch = path.points.back().touch;
+    const HertzErrors errors{-4.0 * touch.force.z() / space.force() - 1.0, touch.radius / space.contact_radius() - 1.0,
+                             std::sqrt(4.0 * touch.area / std::numbers::pi) / space.contact_radius() - 1.0};
+    fmt::print("Hertz: {} unknowns, force {:+.3f} %, radius by pressure {:+.3f} %, by area {:+.3f} %, sunk in "
+               "{:.1e} of the depth\n",
+               unknowns, 100.0 * errors.force, 100.0 * errors.radius, 100.0 * errors.radius_by_area,
+               touch.sunk_in / HalfSpace::depth);
+    return errors;
+}
+
+} // namespace
+
+/// Within a hundredth, also on a mesh with edges that are twice as long below the ball.
+TEST(Hertz, ForceAndRadiusOfContactAreThoseOfTheClosedForm) {
+    const auto coarse = errors_on({5.0, 3.2, 2.0}), fine = errors_on({5.0, 3.2, 2.0, 1.5});
+    for (const auto &errors : {coarse, fine}) {
+        EXPECT_LT(std::abs(errors.force), 0.01);
+        EXPECT_LT(std::abs(errors.radius), 0.01);
+    }
+    EXPECT_LT(std::abs(fine.radius_by_area), 0.01);
+    EXPECT_LT(std::abs(fine.force), std::abs(coarse.force));
+}
+
+namespace {
+
+hyperelastic::FollowedPath follow_ball(const core::Problem &problem, const hyperelastic::Elements &elements,
+                                       const fem_reference::DofConditions &conditions,
+                                       const hyperelastic::ContactSettings &settings) {
+    hyperelastic::TouchingBall ball(elements.system(), *problem.body, problem.load_case, settings);
+    return hyperelastic::follow(elements, conditions, problem.load_case.num_constraints(), {},
+                                {.fractions = {0.5, 1.0}, .tolerance = 1e-7}, &ball);
+}
+
+/// @param of  displacement at the whole load, NaN where it is free: Vector3 -> Vector3
+template <class Displacement>
+fem_reference::DofConditions prescribed(const fem_reference::ElasticSystem &system, const Displacement &of) {
+    fem_reference::DofConditions conditions;
+    const auto num_dofs = 3 * system.points.size();
+    conditions.prescribed.assign(num_dofs, tests::free_component);
+    conditions.constraint.assign(num_dofs, -1);
+    conditions.load.assign(num_dofs, 0.0);
+    for (std::size_t node = 0; node < system.points.size(); ++node)
+        Vector3::Map(&conditions.prescribed[3 * node]) = of(system.points[node]);
+    return conditions;
+}
+
+/// A flat that presses and shears a column.
+struct ShearedColumn {
+    tests::SimpleShear shear;
+    hyperelastic::TouchSums touch;
+    double largest_difference; ///< of a node from the closed form, over the largest displacement
+    double penalty;            ///< [Pa/m]
+};
+
+ShearedColumn shear_column(double part_of_slip, double beyond) {
+    constexpr double penalties = 100.0;
+    const tests::SimpleShear shear(part_of_slip);
+    const double penalty = penalties * shear.modulus() / tests::SimpleShear::height;
+    auto problem = shear.problem({3, 3, 2}, penalty, beyond);
+    const hyperelastic::Elements elements(problem.body, 2, fem_reference::Formulation::displacement,
+                                          hyperelastic::material_law("neo_hookean"),
+                                          hyperelastic::TetrahedronRule::four_points);
+    const auto &ball = *problem.load_case.touching;
+    const hyperelastic::ContactSettings settings{.stiffness = penalty * std::sqrt(ball.radius * ball.press.norm()) /
+                                                              tests::SimpleShear::young_modulus,
+                                                 .max_augmentations = 0};
+    const auto path = follow_ball(problem, elements,
+                                  prescribed(elements.system(),
+                                             [&](const Vector3 &x) {
+                                                 return shear.is_held(x) ? shear.displacement(x)
+                                                                         : Vector3::Constant(tests::free_component);
+                                             }),
+                                  settings);
+    EXPECT_EQ(path.status, core::SolutionStatus::ok) << path.message;
+    ShearedColumn found{shear, {}, 0.0, penalty};
+    if (path.points.empty())
+        return found;
+    found.touch = path.points.back().touch;
+    const auto &displacement = path.points.back().state.displacement;
+    for (std::size_t node = 0; node < elements.system().points.size(); ++node) {
+        const auto expected = shear.displacement(elements.system().points[node]);
+        found.largest_difference =
+            std::max(found.largest_difference, (Vector3::Map(&displacement[3 * node]) - expected).norm());
+    }
+    found.largest_difference /= shear.displacement({0.0, 0.0, tests::SimpleShear::height}).norm();
+    return found;
+}
+
+/// The part of the half-space on one side of the plane along which a ball is dragged, cut out near the contact.
+struct DraggedHalfSpace {
+    tests::HalfSpace space{.poisson = 0.49};
+    double friction = 0.3, way; ///< of the ball, over that at which everything slips
+    double size = 8.0 * space.contact_radius();
+
+    /// Q / (mu P), Cattaneo 1938 and Mindlin 1949
+    double drag() const { return 1.0 - std::pow(1.0 - way, 1.5); }
+    /// c / a
+    double stick_radius() const { return std::cbrt(1.0 - drag()); }
+
+    core::Problem problem() const {
+        constexpr int bricks = 4;
+        auto mesh = tests::box_mesh({2.0 * size, size, size}, {2 * bricks, bricks, bricks});
+        for (auto &point : mesh.points)
+            point -= Vector3(size, 0.0, size);
+        const auto body = tests::make_body(std::move(mesh), {1000.0, tests::HalfSpace::modulus, space.poisson});
+        auto load_case = tests::empty_load_case(body->mesh);
+        for (const auto *patch : {"x_min", "x_max", "y_min", "y_max", "z_min"})
+            tests::prescribe(load_case, body->mesh, patch, Vector3::Zero());
+        load_case.conditions.push_back({"touch", core::ConditionKind::touch});
+        load_case.touching =
+            core::TouchingTool{.radius = tests::HalfSpace::ball_radius,
+                               .start = {0.0, 0.0, tests::HalfSpace::ball_radius},
+                               .press = {way * space.way_to_slip(friction), 0.0, -tests::HalfSpace::depth},
+                               .friction = friction,
+                               .constraint = load_case.num_constraints() - 1};
+        core::Problem problem{body, load_case};
+        for (const double radii : {5.0, 3.2, 2.0}) {
+            const core::InteriorPlace contact{Vector3::Zero(), space.contact_radius()};
+            problem = core::refine_near_places(problem, std::span(&contact, 1), radii).problem;
+        }
+        return problem;
+    }
+
+    /// Symmetry, and on the outer faces what both forces do far away.
+    Vector3 displacement(const Vector3 &x) const {
+        const double rounding = 1e-9 * size;
+        if (std::abs(x.x()) > size - rounding || x.y() > size - rounding || x.z() < -size + rounding) {
+            Vector3 far = space.pressed(space.force(), x) + space.dragged(drag() * friction * space.force(), x);
+            if (x.y() < rounding)
+                far.y() = 0.0;
+            return far;
+        }
+        return {tests::free_component, x.y() < rounding ? 0.0 : tests::free_component, tests::free_component};
+    }
+};
+
+} // namespace
+
+TEST(StickAndSlip, AColumnSticksBelowTheConeOfFriction) {
+    const auto found = shear_column(0.5, 1.0);
+    EXPECT_EQ(found.touch.slipping_area, 0.0);
+    EXPECT_NEAR(found.touch.friction.x() / found.shear.shear_force(), 1.0, 0.005);
+    EXPECT_NEAR(-found.touch.force.z() / found.shear.normal_force(), 1.0, 0.005);
+    EXPECT_NEAR(found.touch.friction.x() / -found.touch.force.z(), 0.5 * tests::SimpleShear::friction, 0.002);
+    EXPECT_LT(found.largest_difference, 0.002);
+}
+
+/// The flat goes on to twice the way at which the column begins to slip, and the column stays there.
+TEST(StickAndSlip, AColumnSlipsWithTheForceOfTheCone) {
+    const auto found = shear_column(1.0, 2.0);
+    EXPECT_NEAR(found.touch.slipping_area, found.touch.area, 1e-12);
+    EXPECT_NEAR(found.touch.friction.x() / -found.touch.force.z(), tests::SimpleShear::friction, 1e-5);
+    EXPECT_NEAR(found.touch.friction.x() / found.shear.shear_force(), 1.0, 0.005);
+    EXPECT_LT(found.largest_difference, 0.002);
+}
+
+/// A ball that is pressed in and dragged by half of what lets all of it slip: the ring between c and a slips. Forces
+/// are those of the closed form. The radius that sticks is printed: it counts points that slip, and needs a finer mesh.
+/// Poisson's ratio is near 1/2, where pressing alone drags nothing along the surface, as the closed form assumes.
+TEST(StickAndSlip, OfADraggedBallIsThatOfCattaneoAndMindlin) {
+    const DraggedHalfSpace half{.way = 0.5};
+    const auto problem = half.problem();
+    const hyperelastic::Elements elements(problem.body, 2, fem_reference::Formulation::displacement,
+                                          hyperelastic::material_law("neo_hookean"),
+                                          hyperelastic::TetrahedronRule::four_points);
+    // Friction has no multipliers: a soft penalty would let points that stick go along.
+    hyperelastic::TouchingBall ball(elements.system(), *problem.body, problem.load_case, {.stiffness = 400.0});
+    const auto path = hyperelastic::follow(
+        elements, prescribed(elements.system(), [&](const Vector3 &x) { return half.displacement(x); }),
+        problem.load_case.num_constraints(), {}, {.fractions = {1.0}, .tolerance = 1e-7}, &ball);
+    ASSERT_EQ(path.status, core::SolutionStatus::ok) << path.message;
+    const auto &touch = path.points.back().touch;
+    const double pressed = -2.0 * touch.force.z() / half.space.force() - 1.0;
+    const double dragged = 2.0 * touch.force.x() / (half.friction * half.space.force()) / half.drag() - 1.0;
+    const double sticking = std::sqrt(2.0 * (touch.area - touch.slipping_area) / std::numbers::pi) /
+                                (half.stick_radius() * half.space.contact_radius()) -
+                            1.0;
+    fmt::print("Cattaneo and Mindlin: {} unknowns, force down {:+.2f} %, along {:+.2f} %, radius that sticks {:+.2f} "
+               "%\n",
+               3 * elements.system().points.size(), 100.0 * pressed, 100.0 * dragged, 100.0 * sticking);
+    EXPECT_LT(std::abs(pressed), 0.01);
+    EXPECT_LT(std::abs(dragged), 0.01);
+}
+
+namespace {
+
+using hyperelastic::Elements;
+using hyperelastic::TouchingBall;
+
+} // namespace
+
+/// Every point that the ball drags along is on the cone of friction, and so is their sum where the surface is flat.
+TEST(TouchingBall, SlidesWithCoulombsForce) {
+    const auto problem = tests::touched_block(0.3, {0.0, 0.0, -0.003}, {0.02, 0.0, 0.0});
+    const auto found = tests::touch(problem, {.degree = 2}, {0.25, 0.5, 0.625, 0.75, 0.875, 1.0});
+    ASSERT_EQ(found.solution.status, core::SolutionStatus::ok) << found.solution.message;
+    const auto along = [&](std::size_t point) {
+        const auto &force = found.points[point].reaction[1];
+        return force.x() / -force.z();
+    };
+    EXPECT_GT(along(2), 0.1);
+    // The normals lean by half the slope of the contact, at most.
+    EXPECT_NEAR(along(5), 0.3, 0.06);
+    const auto smooth =
+        tests::touch(tests::touched_block(0.0, {0.0, 0.0, -0.003}, {0.02, 0.0, 0.0}), {.degree = 2}, {0.5, 1.0});
+    EXPECT_NEAR(smooth.points[1].reaction[1].x() / smooth.points[1].reaction[1].z(), 0.0, 0.06);
+}
+
+/// A ball of one and a half edges sinks in by most of its radius, with friction, in three load steps. Each of them is
+/// found, though points begin to touch, to stick and to slip again and again.
+TEST(TouchingBall, NewtonsMethodFollowsADeepPressInFewIterations) {
+    const Vector3 size(0.048, 0.048, 0.032);
+    const auto body = tests::make_body(tests::shaken_box_mesh(size, {6, 6, 4}), {1060.0, 5000.0, 0.45});
+    auto load_case = tests::empty_load_case(body->mesh);
+    tests::prescribe(load_case, body->mesh, "z_min", Vector3::Zero());
+    constexpr double radius = 0.012;
+    load_case.touching = core::TouchingTool{.radius = radius,
+                                            .start = {0.0231, 0.0253, size.z() + radius},
+                                            .press = {0.0, 0.0, -0.01},
+                                            .friction = 0.3,
+                                            .constraint = load_case.num_constraints()};
+    load_case.conditions.push_back({"touch", core::ConditionKind::touch});
+    load_case.regime = core::Regime::large;
+    const auto found = tests::touch({body, load_case}, {.degree = 2, .formulation = fem_reference::Formulation::mixed},
+                                    {0.1, 0.3, 1.0});
+    ASSERT_EQ(found.solution.status, core::SolutionStatus::ok) << found.solution.message;
+    std::size_t num_solves = 0;
+    for (const auto &step : found.steps) {
+        EXPECT_TRUE(step.converged);
+        num_solves += step.linear_iterations.size();
+    }
+    fmt::print("{} load steps and augmentations, {} linear solves\n", found.steps.size(), num_solves);
+    EXPECT_LT(num_solves, 70);
+}
+
+/// Without augmentation the ball sinks in by what the penalty lets it, so the force errs by 1 / penalty; with it a soft
+/// penalty will do.
+TEST(TouchingBall, ForceConvergesWithThePenaltyAndAugmentationReplacesIt) {
+    const auto problem = tests::touched_block(0.0, {0.0, 0.0, -0.004});
+    const Elements elements(problem.body, 2, fem_reference::Formulation::displacement,
+                            hyperelastic::material_law("neo_hookean"), hyperelastic::TetrahedronRule::fourteen_points);
+    const auto conditions = fem_reference::dof_conditions(problem.load_case, elements.system());
+    const auto force = [&](const hyperelastic::ContactSettings &settings) {
+        TouchingBall ball(elements.system(), *problem.body, problem.load_case, settings);
+        const auto found =
+            hyperelastic::follow(elements, conditions, 2, {}, {.fractions = {0.5, 1.0}, .tolerance = 1e-9}, &ball);
+        EXPECT_EQ(found.status, core::SolutionStatus::ok) << found.message;
+        return found.points.back().touch.force.norm();
+    };
+    const auto penalty = [&](double stiffness) { return force({.stiffness = stiffness, .max_augmentations = 0}); };
+    const double a = penalty(10.0), b = penalty(20.0), c = penalty(40.0), limit = penalty(4000.0);
+    EXPECT_LT(a, b);
+    EXPECT_LT(b, c);
+    EXPECT_NEAR((limit - a) / (limit - b), 2.0, 0.4);
+    EXPECT_NEAR(force({.stiffness = 20.0, .sunk_in = 1e-4, .max_augmentations = 8}), limit, 0.01 * limit);
+    EXPECT_LT(std::abs(force({.stiffness = 20.0, .sunk_in = 1e-4, .max_augmentations = 8}) - limit),
+              0.2 * std::abs(b - limit));
+}
+
+} // namespace livermark
