@@ -18,7 +18,7 @@
 #include "benchmarks/scene.hpp"
 #include "core/processor_time.hpp"
 #include "interactive/elements/corotational_tetrahedra.hpp"
-#include "interactive/elements/critical_step.hpp"
+#include "interactive/elements/explicit_tetrahedra.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::benchmarks {

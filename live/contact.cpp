@@ -7,6 +7,64 @@
 
 namespace livermark::live {
 
+Surface touchable_surface(const core::TetraMesh &mesh, const std::vector<bool> &is_constrained) {
+    Surface surface;
+    surface.nodal_area.assign(mesh.points.size(), 0.0);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        if (is_constrained[f])
+            continue;
+        const double area = core::area_vector(mesh, f).norm();
+        surface.triangles.push_back(mesh.boundary_triangles[f]);
+        surface.facet.push_back(f);
+        surface.area.push_back(area);
+        for (const int node : mesh.boundary_triangles[f])
+            surface.nodal_area[node] += area / 3.0;
+    }
+    for (int node = 0; node < mesh.num_nodes(); ++node)
+        if (surface.nodal_area[node] > 0.0)
+            surface.nodes.push_back(node);
+    return surface;
+}
+
+Load no_load(const Surface &surface) {
+    Load load;
+    load.nodal.assign(surface.nodal_area.size(), core::Vector3::Zero());
+    load.facet.assign(surface.triangles.size(), core::Vector3::Zero());
+    return load;
+}
+
+void clear(Load &load) {
+    for (const int node : load.nodes)
+        load.nodal[node].setZero();
+    for (const int triangle : load.triangles)
+        load.facet[triangle].setZero();
+    load.nodes.clear();
+    load.triangles.clear();
+    load.total.setZero();
+}
+
+namespace {
+
+/// The coupling comes to rest without swinging.
+const double coupling_damping = 2.0 * std::sqrt(coupling_stiffness * coupling_mass);
+
+core::Vector3 shortened(const core::Vector3 &vector, double longest) {
+    const double length = vector.norm();
+    return length > longest ? core::Vector3(longest / length * vector) : vector;
+}
+
+} // namespace
+
+void follow(Proxy &proxy, const core::Vector3 &target, double time_step) {
+    proxy.target += shortened(target - proxy.target, fastest_target * time_step);
+}
+
+void advance(Proxy &proxy, const core::Vector3 &force, double time_step) {
+    const core::Vector3 drawn = shortened(coupling_stiffness * (proxy.target - proxy.position), strongest_coupling);
+    proxy.velocity += time_step / coupling_mass * (drawn - coupling_damping * proxy.velocity + force);
+    proxy.position += time_step * proxy.velocity;
+}
+
 namespace {
 
 using core::Vector3;

@@ -1,14 +1,67 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <vector>
 
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/tool/round_load.hpp"
-#include "live/surface.hpp"
+
+namespace livermark::live {
+
+/// What of a body can be touched: boundary triangles that are not constrained.
+struct Surface {
+    std::vector<std::array<int, 3>> triangles; ///< (L) node numbers of the mesh, right-handed seen from outside
+    std::vector<int> facet;                    ///< (L) which boundary triangles of the mesh these are
+    std::vector<double> area;                  ///< (L) at rest [m^2]
+    std::vector<int> nodes;                    ///< of these triangles, each once, ascending
+    std::vector<double> nodal_area;            ///< (N) a third of the triangles around each node of the mesh [m^2]
+};
+
+/// @param is_constrained  shape (T), which boundary triangles cannot move
+Surface touchable_surface(const core::TetraMesh &mesh, const std::vector<bool> &is_constrained);
+
+/// Forces of a tool on a body.
+struct Load {
+    std::vector<core::Vector3> nodal;            ///< (N) [N]; zero but at the nodes
+    std::vector<int> nodes;                      ///< that may be loaded, each once
+    std::vector<core::Vector3> facet;            ///< (L) of each triangle of the surface [N]; zero but at the triangles
+    std::vector<int> triangles;                  ///< that are loaded, each once
+    core::Vector3 total = core::Vector3::Zero(); ///< [N]
+    /// How the force is spread, with the resultant `total`; looked at where there are triangles alone.
+    core::RoundLoad shape;
+};
+
+/// No load on anything.
+Load no_load(const Surface &surface);
+
+/// Takes the forces off.
+void clear(Load &load);
+
+/// Between the target, which jumps as a hand and a mouse do, and the body there is a small mass on a damped spring
+/// (virtual coupling, Colgate, Stanley, Brown 1995, IROS): however rough the hand, what reaches the body is slow and
+/// not stronger than the limit.
+struct Proxy {
+    core::Vector3 position = core::Vector3::Zero(); ///< [m]
+    core::Vector3 velocity = core::Vector3::Zero(); ///< [m/s]
+    core::Vector3 target = core::Vector3::Zero();   ///< where it is drawn to now [m]
+};
+
+/// Of the virtual coupling. A metal probe that lies loosely in the hand.
+inline constexpr double coupling_mass = 0.05;       ///< [kg]
+inline constexpr double coupling_stiffness = 400.0; ///< [N/m]
+inline constexpr double strongest_coupling = 12.0;  ///< [N]
+inline constexpr double fastest_target = 0.5;       ///< [m/s]
+
+/// Moves the target on, no faster than it may go.
+void follow(Proxy &proxy, const core::Vector3 &target, double time_step);
+
+/// One step of symplectic Euler.
+/// @param force  of the body on the proxy [N]
+void advance(Proxy &proxy, const core::Vector3 &force, double time_step);
 
 /// How a tool touches the surface: over a disc, as the round tools of load cases do, so that a tool of one radius means
 /// the same here and there, and on any mesh.
-namespace livermark::live {
 
 /// A rigid sphere without friction.
 struct Sphere {

@@ -2,13 +2,24 @@
 
 #include <vector>
 
+#include "core/problem.hpp"
 #include "live/scene.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/springs/spring_network.hpp"
 
-/// From what somebody may choose to what moves, and whether it may be chosen.
+/// The material of a body as one who handles it may choose it.
 namespace livermark::live {
+
+/// Index of the region with the largest volume, the first of several.
+int largest_region(const core::TetraMesh &mesh);
+
+/// The same body of another material. All keep their density.
+/// @param young_modulus  of the largest region [Pa]; the others keep the ratio of theirs to it
+/// @param poisson_ratio  of all regions
+core::Body with_material(core::Body body, double young_modulus, double poisson_ratio);
+
+/// From what somebody may choose to what moves, and whether it may be chosen.
 
 /// @throws support::InputError with what is wrong and the remedy
 void check_body(const core::Body &body, const std::vector<bool> &is_constrained);

@@ -6,9 +6,8 @@
 #include <utility>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "live/material.hpp"
 #include "live/parameters.hpp"
-#include "live/prepared.hpp"
+#include "live/scene_cuts.hpp"
 #include "live/springs.hpp"
 #include "support/input_error.hpp"
 

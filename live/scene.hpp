@@ -9,10 +9,8 @@
 
 #include "core/problem.hpp"
 #include "live/contact.hpp"
-#include "live/cutting/find_cut.hpp"
+#include "live/find_cut.hpp"
 #include "live/needle.hpp"
-#include "live/tool.hpp"
-#include "live/virtual_coupling.hpp"
 #include "msm/cutting/cut_parts.hpp"
 #include "msm/kernels/fast_steps.hpp"
 

@@ -1,3 +1,2 @@
-set(livermark_live_sources body_checks.cpp contact.cpp cutting/find_cut.cpp cutting/fitted_rest.cpp cutting/remains.cpp
-  cutting/scene_cuts.cpp material.cpp messages.cpp needle.cpp parameters.cpp scene.cpp springs.cpp
-  surface.cpp virtual_coupling.cpp)
+set(livermark_live_sources parameters.cpp contact.cpp find_cut.cpp scene_cuts.cpp
+  messages.cpp needle.cpp scene.cpp springs.cpp)

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "live/material.hpp"
+#include "live/parameters.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/coupled_springs.hpp"

@@ -7,14 +7,13 @@
 #include <vector>
 
 #include "interactive/colouring.hpp"
-#include "interactive/elements/energies/densities.hpp"
-#include "interactive/elements/energies/element_energy.hpp"
+#include "interactive/elements/energies.hpp"
 #include "interactive/elements/spring_body.hpp"
 #include "tests/oracles/explicit_steps.hpp"
 #include "tests/oracles/implicit_steps.hpp"
 
 /// The laws of Bullet's tetrahedra, as its headers have them, in double precision: energies per volume as those of
-/// interactive/elements/energies/densities.hpp. Its third law, btDeformableLinearElasticityForce, is
+/// interactive/elements/energies.hpp. Its third law, btDeformableLinearElasticityForce, is
 /// interactive::densities::Corotational but for the rotation that it takes.
 namespace livermark::benchmarks::bullet_laws {
 

@@ -8,7 +8,7 @@
 #include "cli/progress.hpp"
 #include "studies/arena/arena.hpp"
 #include "studies/arena/outside_motion.hpp"
-#include "studies/exchange/export_problem.hpp"
+#include "studies/exchange/score.hpp"
 
 namespace livermark::cli {
 

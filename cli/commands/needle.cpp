@@ -7,7 +7,6 @@
 #include "core/units.hpp"
 #include "results/records/needle.hpp"
 #include "results/tables/table_layout.hpp"
-#include "studies/needle/measured_needle.hpp"
 #include "studies/needle/needle_study.hpp"
 #include "support/files.hpp"
 #include "support/input_error.hpp"

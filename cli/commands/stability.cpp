@@ -11,7 +11,6 @@
 #include "msm/dynamics/time_step.hpp"
 #include "results/records/stability.hpp"
 #include "results/tables/table_layout.hpp"
-#include "studies/stability/scaled_steps.hpp"
 #include "studies/stability/stability.hpp"
 #include "support/files.hpp"
 

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "interactive/elements/rows_of_nodes.hpp"
-#include "interactive/kernels/position_steps.hpp"
+#include "interactive/elements/tetrahedra.hpp"
+#include "interactive/kernels/position_rows.hpp"
 
 namespace livermark::interactive {
 

@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "interactive/elements/rows_of_nodes.hpp"
-#include "interactive/inertia.hpp"
+#include "interactive/elements/tetrahedra.hpp"
+#include "interactive/simulation.hpp"
 #include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::interactive {

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "interactive/kernels/prefactored/prefactored_steps.hpp"
+#include "interactive/kernels/prefactored/prefactored_rows.hpp"
 #include "interactive/simulation.hpp"
 #include "support/factors/sparse_cholesky.hpp"
 

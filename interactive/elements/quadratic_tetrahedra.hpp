@@ -3,8 +3,8 @@
 #include <array>
 #include <vector>
 
-#include "interactive/elements/energies/densities.hpp"
-#include "interactive/energy.hpp"
+#include "interactive/elements/energies.hpp"
+#include "interactive/scene.hpp"
 
 namespace livermark::interactive {
 

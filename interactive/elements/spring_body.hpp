@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "interactive/elements/energies/element_energy.hpp"
+#include "interactive/elements/energies.hpp"
 
 namespace livermark::interactive {
 

@@ -10,7 +10,6 @@
 #include "interactive/elements/quadratic_tetrahedra.hpp"
 #include "interactive/elements/tetrahedra.hpp"
 #include "interactive/kernels/fans.hpp"
-#include "interactive/kernels/windows.hpp"
 
 namespace livermark::interactive::kernels {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "interactive/cutting/orders.hpp"
 #include "interactive/kernels/node_rows.hpp"
+#include "interactive/orders.hpp"
 
 namespace livermark::interactive::kernels {
 
@@ -67,5 +67,13 @@ struct ExplicitRows : NodeRows {
 /// @param scene     linear, without nodes of a method's own, or of quadratic_scene()
 /// @param pressure  of tetrahedra, where they are quadratic
 ExplicitRows explicit_rows(const Scene &scene, Pressure pressure);
+
+/// Steps of central differences as ExplicitTetrahedra takes them, in single precision on the vectors of the machine: a
+/// pass over tetrahedra and one over nodes, and before these one for J of tetrahedra and one for pressures of nodes
+/// where they are around nodes. Quadratic tetrahedra are neo-Hookean at their four points. Constrained nodes keep their
+/// velocities. A tetrahedron that is inside out makes NaN, as the logarithm of its J does.
+/// @param step          h of one [s]
+/// @param mass_damping  alpha [1/s]
+void take_explicit_steps(ExplicitRows &rows, double step, double mass_damping, int num_steps);
 
 } // namespace livermark::interactive::kernels

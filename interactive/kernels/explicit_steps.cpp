@@ -3,7 +3,7 @@
 #define HWY_TARGET_INCLUDE "interactive/kernels/explicit_steps.cpp"
 #include <hwy/foreach_target.h> // has to come before highway.h
 
-#include "interactive/kernels/explicit_steps.hpp"
+#include "interactive/kernels/explicit_rows.hpp"
 #include "interactive/kernels/fans-inl.hpp"
 #include "interactive/kernels/quadratic_fans-inl.hpp"
 #include "support/vector_dispatch.hpp"

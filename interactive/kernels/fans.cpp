@@ -93,4 +93,105 @@ std::vector<Fan> cut_into_fans(const std::vector<std::array<int, 4>> &tetrahedra
     return fans;
 }
 
+namespace {
+
+using Triangles = std::vector<std::array<int, 3>>;
+
+bool has_node(const std::array<int, 3> &triangle, int node) {
+    return std::ranges::find(triangle, node) != triangle.end();
+}
+
+/// Of each triangle those that share an edge with it.
+std::vector<std::vector<int>> edge_neighbours(const Triangles &triangles) {
+    std::vector<std::vector<int>> neighbours(triangles.size());
+    for (std::size_t s = 0; s < triangles.size(); ++s)
+        for (std::size_t t = 0; t < triangles.size(); ++t)
+            if (s != t && std::ranges::count_if(triangles[s], [&](int n) { return has_node(triangles[t], n); }) == 2)
+                neighbours[s].push_back(static_cast<int>(t));
+    return neighbours;
+}
+
+class StripWalk {
+  public:
+    explicit StripWalk(const std::vector<std::vector<int>> &neighbours)
+        : neighbours_(&neighbours), is_taken_(neighbours.size(), false) {}
+
+    /// @return triangles, strip after strip
+    std::vector<std::vector<int>> from(int first) {
+        std::vector<std::vector<int>> strips;
+        for (int start = first; start >= 0; start = loneliest_of_all()) {
+            auto &strip = strips.emplace_back();
+            for (int at = start; at >= 0; at = loneliest((*neighbours_)[at])) {
+                is_taken_[at] = true;
+                strip.push_back(at);
+            }
+        }
+        return strips;
+    }
+
+  private:
+    int num_free_neighbours(int triangle) const {
+        return static_cast<int>(std::ranges::count_if((*neighbours_)[triangle], [&](int t) { return !is_taken_[t]; }));
+    }
+
+    /// The one that is left with the fewest neighbours, so that none is left alone; -1 if all are taken.
+    int loneliest(const std::vector<int> &triangles) const {
+        int best = -1, fewest = 4;
+        for (const int t : triangles)
+            if (!is_taken_[t] && num_free_neighbours(t) < fewest) {
+                best = t;
+                fewest = num_free_neighbours(t);
+            }
+        return best;
+    }
+
+    int loneliest_of_all() const {
+        std::vector<int> all(neighbours_->size());
+        for (std::size_t t = 0; t < all.size(); ++t)
+            all[t] = static_cast<int>(t);
+        return loneliest(all);
+    }
+
+    const std::vector<std::vector<int>> *neighbours_;
+    std::vector<bool> is_taken_;
+};
+
+/// The nodes of a strip; those of its first triangle in an order that lets the second one follow.
+void append_strip(const Triangles &triangles, const std::vector<int> &strip, std::vector<StripNode> &nodes) {
+    auto first = triangles[strip[0]];
+    if (strip.size() > 1) { // the node that the second one does not have comes first
+        const auto alone = std::ranges::find_if(first, [&](int node) { return !has_node(triangles[strip[1]], node); });
+        std::rotate(first.begin(), alone, first.end());
+    }
+    for (const int node : first)
+        nodes.push_back({node, -1, false});
+    nodes.back().triangle = strip[0];
+    int a = first[0], b = first[1], c = first[2];
+    for (std::size_t k = 1; k < strip.size(); ++k) {
+        const auto &next = triangles[strip[k]];
+        const bool keeps_first = has_node(next, a);
+        if (!keeps_first)
+            a = b;
+        b = c;
+        c = *std::ranges::find_if(next, [&](int node) { return node != a && node != b; });
+        nodes.push_back({c, strip[k], keeps_first});
+    }
+}
+
+} // namespace
+
+std::vector<StripNode> cut_into_strips(const std::vector<std::array<int, 3>> &triangles) {
+    const auto neighbours = edge_neighbours(triangles);
+    std::vector<std::vector<int>> best;
+    for (std::size_t first = 0; first < triangles.size() && best.size() != 1; ++first) {
+        auto strips = StripWalk(neighbours).from(static_cast<int>(first));
+        if (best.empty() || strips.size() < best.size())
+            best = std::move(strips);
+    }
+    std::vector<StripNode> nodes;
+    for (const auto &strip : best)
+        append_strip(triangles, strip, nodes);
+    return nodes;
+}
+
 } // namespace livermark::interactive::kernels

@@ -1,11 +1,19 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 namespace livermark::interactive::kernels {
+
+/// Sorts each window of so many items by itself, so that they stay near where they are.
+template <class T, class Less> void sort_in_windows_of(std::size_t window, std::vector<T> &items, const Less &less) {
+    for (std::size_t first = 0; first < items.size(); first += window)
+        std::stable_sort(items.begin() + static_cast<std::ptrdiff_t>(first),
+                         items.begin() + static_cast<std::ptrdiff_t>(std::min(first + window, items.size())), less);
+}
 
 /// Tetrahedra around an edge, each of which shares a face with the next: tetrahedron k has the nodes of the axis, rim k
 /// and rim k + 1. So each but the first brings one new node.
@@ -52,5 +60,20 @@ class FanList {
 /// Puts each tetrahedron into one fan, greedily: the longest fan that is left comes first, that of the first edge of
 /// core::edge_table() among equals.
 std::vector<Fan> cut_into_fans(const std::vector<std::array<int, 4>> &tetrahedra);
+
+/// A node in a strip of triangles. Each but the first two ends a triangle with two nodes before it, which is none where
+/// a strip begins anew.
+struct StripNode {
+    int node;
+    int triangle; ///< its number, or -1 where there is none
+    /// The triangle has the node before and the one that the triangle before began with, not that before that: of
+    /// (a, b, c) the next one is (a, c, d), not (b, c, d).
+    bool keeps_first;
+};
+
+/// The triangles as strips, one behind the other: each triangle shares an edge with the one before where that is
+/// possible, so that it brings one new node. Greedily, as few strips as a walk from any of the triangles finds.
+/// @param triangles  each edge in at most two of them
+std::vector<StripNode> cut_into_strips(const std::vector<std::array<int, 3>> &triangles);
 
 } // namespace livermark::interactive::kernels

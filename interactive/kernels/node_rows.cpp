@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "interactive/elements/rows_of_nodes.hpp"
-#include "interactive/kernels/windows.hpp"
+#include "interactive/elements/tetrahedra.hpp"
+#include "interactive/kernels/fans.hpp"
 
 namespace livermark::interactive::kernels {
 

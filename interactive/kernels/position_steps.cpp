@@ -6,7 +6,7 @@
 
 #include "interactive/kernels/inertia-inl.hpp"
 #include "interactive/kernels/neo_hookean-inl.hpp"
-#include "interactive/kernels/position_steps.hpp"
+#include "interactive/kernels/position_rows.hpp"
 #include "interactive/kernels/springs-inl.hpp"
 #include "support/vector_dispatch.hpp"
 

@@ -3,7 +3,7 @@
 
 #include "interactive/elements/prefactored.hpp"
 #include "interactive/elements/spring_body.hpp"
-#include "interactive/kernels/prefactored/spring_rows.hpp"
+#include "interactive/kernels/prefactored/prefactored_rows.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive::methods {

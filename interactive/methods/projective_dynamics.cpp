@@ -1,8 +1,7 @@
 #include <memory>
 #include <utility>
 
-#include "interactive/elements/energies/element_energy.hpp"
-#include "interactive/elements/energies/projections.hpp"
+#include "interactive/elements/energies.hpp"
 #include "interactive/elements/prefactored.hpp"
 #include "interactive/method.hpp"
 

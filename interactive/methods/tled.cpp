@@ -1,7 +1,7 @@
 #include <memory>
 #include <utility>
 
-#include "interactive/elements/energies/element_energy.hpp"
+#include "interactive/elements/energies.hpp"
 #include "interactive/elements/explicit_tetrahedra.hpp"
 #include "interactive/method.hpp"
 

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "interactive/colouring.hpp"
-#include "interactive/elements/energies/element_energy.hpp"
-#include "interactive/elements/rows_of_nodes.hpp"
-#include "interactive/inertia.hpp"
-#include "interactive/kernels/descent/descent_steps.hpp"
+#include "interactive/elements/energies.hpp"
+#include "interactive/elements/tetrahedra.hpp"
+#include "interactive/kernels/descent/descent_rows.hpp"
 #include "interactive/method.hpp"
+#include "interactive/simulation.hpp"
 
 namespace livermark::interactive::methods {
 

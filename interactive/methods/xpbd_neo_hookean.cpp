@@ -2,8 +2,7 @@
 #include <utility>
 #include <vector>
 
-#include "interactive/elements/constraint_set.hpp"
-#include "interactive/elements/energies/element_energy.hpp"
+#include "interactive/elements/energies.hpp"
 #include "interactive/elements/position_based.hpp"
 #include "interactive/method.hpp"
 

@@ -2,7 +2,6 @@
 #include <utility>
 #include <vector>
 
-#include "interactive/elements/constraint_set.hpp"
 #include "interactive/elements/position_based.hpp"
 #include "interactive/method.hpp"
 

@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "interactive/cutting/cut_motion.hpp"
-#include "interactive/place_response.hpp"
+#include "interactive/cut_motion.hpp"
+#include "interactive/equilibrium.hpp"
 #include "models/motion/moving_method.hpp"
 #include "models/motion/scaled_masses.hpp"
 

@@ -19,8 +19,8 @@
 #include <vector>
 
 #include "core/tool/needle/needle_line.hpp"
-#include "live/cutting/remains.hpp"
-#include "live/material.hpp"
+#include "live/find_cut.hpp"
+#include "live/parameters.hpp"
 #include "models/model_table.hpp"
 #include "models/pushed_model.hpp"
 #include "server/sessions/live_body.hpp"

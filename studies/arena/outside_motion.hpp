@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "results/records/arena.hpp"
-#include "studies/exchange/export_problem.hpp"
 #include "studies/exchange/score.hpp"
 
 /// Moving load cases for programs that are not part of this suite, and what these make of them.

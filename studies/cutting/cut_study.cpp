@@ -18,7 +18,6 @@
 #include "results/records/cut.hpp"
 #include "studies/advise/step_cost.hpp"
 #include "studies/cutting/growing_cut.hpp"
-#include "studies/cutting/wound_reference.hpp"
 #include "studies/files.hpp"
 #include "studies/run/problems.hpp"
 #include "support/input_error.hpp"

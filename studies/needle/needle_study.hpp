@@ -5,6 +5,9 @@
 #include <vector>
 
 #include "core/load_case.hpp"
+#include "core/model.hpp"
+#include "core/problem.hpp"
+#include "core/tool/needle/needle_line.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "results/records/needle.hpp"
 #include "studies/progress.hpp"
@@ -41,5 +44,33 @@ inline constexpr double large_needle_step = 0.002;
 /// @throws support::InputError for bad input, for a model that cannot tell, and where a file cannot be written
 NeedleResults drive_needles(const NeedleOptions &options, const std::string &command_line,
                             const ProgressReport &report);
+
+/// A body, and the needles that are driven into it.
+struct NeedleProblem {
+    core::Problem problem;
+    std::vector<core::Needle> needles;
+};
+
+/// The reference of a regime, on meshes of its own or on the mesh itself.
+core::Model needle_reference_model(bool on_mesh, core::Regime regime = core::Regime::small);
+
+/// The reference first, then those that were asked for, each once.
+/// @throws support::InputError for a model that cannot tell
+std::vector<core::Model> models_with_needles(const NeedleOptions &options);
+
+/// The load case on the bodies, one or more, in the regime and with the step that was asked for.
+/// @param notes  what a user should know of the input, a sentence each
+/// @throws support::InputError for bad input
+std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::vector<std::string> &notes);
+
+/// Puts models beside a measured needle, see experiments::read_needle_curve().
+///
+/// The needle is the first of the load case, on its way as deep as the measurement goes, with the measured diameter.
+/// The surface gives way at the measured force. Two numbers are fitted for each model: one factor of all of Young's
+/// moduli, so that this happens at the measured depth; and the friction, by least squares over the stretches behind.
+/// Toughness and the radius of the places are those of the load case.
+/// @param options  of one body; `output` is not written to
+/// @throws support::InputError as drive_needles(), and if the data are not there
+results::MeasuredNeedle compare_with_measured(const NeedleOptions &options, const ProgressReport &report);
 
 } // namespace livermark::studies

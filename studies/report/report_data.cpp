@@ -5,16 +5,28 @@
 #include <iterator>
 #include <map>
 #include <numeric>
+#include <sstream>
 #include <system_error>
+#include <toml++/toml.h>
 #include <utility>
 
+#include "core/tool/slow_response.hpp"
+#include "core/tool/tool_stiffness.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/one_reference.hpp"
 #include "results/records/arena.hpp"
+#include "results/records/cohort.hpp"
 #include "results/records/experiment.hpp"
 #include "results/records/needle.hpp"
+#include "results/records/stability.hpp"
+#include "results/tables/accuracy.hpp"
+#include "results/tables/large_table.hpp"
+#include "results/tables/median_errors.hpp"
+#include "results/tables/overview.hpp"
+#include "results/tables/table.hpp"
+#include "results/tables/tool_cells.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "support/input_error.hpp"
 
@@ -168,6 +180,209 @@ ReportData read_report_data(const std::filesystem::path &folder, const std::map<
     data.large.assign(std::move_iterator(all.begin() + num_small), std::move_iterator(all.end()));
     sort_results(data);
     return data;
+}
+
+namespace {
+
+template <class Values> toml::array array_of(const Values &values) {
+    toml::array array;
+    for (const auto &value : values)
+        array.push_back(value);
+    return array;
+}
+
+toml::table json_of(const results::Layout &layout) {
+    toml::array columns, rows;
+    for (const auto &column : layout.columns)
+        columns.push_back(toml::table{{"title", column.title}, {"is_number", column.is_number}});
+    for (const auto &row : layout.rows)
+        rows.push_back(array_of(row));
+    return toml::table{{"columns", std::move(columns)}, {"rows", std::move(rows)}};
+}
+
+toml::array json_of(const std::vector<results::Standing> &standings) {
+    toml::array array;
+    for (const auto &standing : standings)
+        array.push_back(toml::table{{"body", standing.body},
+                                    {"load_case", standing.load_case},
+                                    {"model", standing.model},
+                                    {"integrator", standing.integrator},
+                                    {"cost", standing.at.cost},
+                                    {"error", standing.at.error},
+                                    {"is_ranked", standing.is_ranked()},
+                                    {"is_on_front", standing.is_on_front}});
+    return array;
+}
+
+/// What the first page of the report is made of.
+toml::array json_of(const std::vector<results::BriefNumbers> &all) {
+    toml::array array;
+    for (const auto &[body, model, numbers] : all)
+        array.push_back(toml::table{{"body", body},
+                                    {"model", model},
+                                    {"error", numbers.median_error},
+                                    {"stiffness", numbers.median_stiffness},
+                                    {"cells", toml::array{numbers.error, numbers.stiffness}},
+                                    {"is_spring_model", numbers.is_spring_model}});
+    return array;
+}
+
+toml::array files_with_labels(const std::vector<std::string> &files, const std::vector<results::Result> &results) {
+    toml::array array;
+    for (std::size_t r = 0; r < results.size(); ++r)
+        array.push_back(toml::table{{"file", files[r]},
+                                    {"label", results::body_label(results[r], results)},
+                                    {"counts", results::counts_in_means(results[r])},
+                                    {"leaves_regime", results::leaves_regime(results[r])},
+                                    {"remarks", array_of(results::result_remarks({&results[r], 1}))}});
+    return array;
+}
+
+/// Of one body, for its part of the section on large deformations.
+toml::table large_body(const std::string &label, const std::vector<results::Result> &all) {
+    std::vector<results::Result> of_body;
+    toml::array forces;
+    for (const auto &result : all)
+        if (results::body_label(result, all) == label) {
+            of_body.push_back(result);
+            for (const auto &curve : results::force_curves(result))
+                forces.push_back(toml::table{{"load_case", result.problem.load_case.name},
+                                             {"place", curve.place},
+                                             {"way", array_of(curve.way)},
+                                             {"model", curve.model},
+                                             {"force", array_of(curve.force)}});
+        }
+    return toml::table{
+        {"label", label}, {"table", json_of(results::large_table(of_body))}, {"forces", std::move(forces)}};
+}
+
+toml::array large_bodies(const std::vector<results::Result> &all) {
+    toml::array bodies;
+    std::vector<std::string> labels;
+    for (const auto &result : all)
+        if (const auto label = results::body_label(result, all); std::ranges::find(labels, label) == labels.end()) {
+            labels.push_back(label);
+            bodies.push_back(large_body(label, all));
+        }
+    return bodies;
+}
+
+/// What each tool of a load case in which time passes in the material meets over time.
+toml::array slow_curves(const results::Result &result) {
+    const auto &problem = result.problem;
+    toml::array curves;
+    for (const auto &model : result.models)
+        for (const auto &response : core::slow_responses(problem.body->mesh, problem.load_case, model.solution))
+            curves.push_back(toml::table{{"model", model.name},
+                                         {"place", response.place},
+                                         {"is_force", response.is_force},
+                                         {"values", array_of(response.values)}});
+    return curves;
+}
+
+toml::array slow_of(const std::vector<results::Result> &all, const std::vector<std::string> &files) {
+    toml::array array;
+    for (std::size_t r = 0; r < all.size(); ++r)
+        if (const auto &history = all[r].problem.load_case.slow_history)
+            array.push_back(toml::table{{"file", files[r]},
+                                        {"label", results::body_label(all[r], all)},
+                                        {"time", array_of(history->times)},
+                                        {"curves", slow_curves(all[r])},
+                                        {"table", json_of(results::slow_table({&all[r], 1}))}});
+    return array;
+}
+
+toml::array arenas_of(const ReportData &data) {
+    toml::array array;
+    for (std::size_t a = 0; a < data.arenas.size(); ++a) {
+        const auto &arena = data.arenas[a];
+        const auto overview = arena.reference.empty() ? results::arena_forces(arena) : results::arena_overview(arena);
+        array.push_back(toml::table{{"file", data.files.arenas[a]},
+                                    {"overview", json_of(overview)},
+                                    {"table", json_of(results::arena_table(arena))},
+                                    {"series", json_of(results::arena_series(arena))}});
+    }
+    return array;
+}
+
+toml::array experiments_of(const ReportData &data) {
+    toml::array array;
+    for (std::size_t e = 0; e < data.experiments.size(); ++e) {
+        const auto &experiment = data.experiments[e];
+        array.push_back(toml::table{{"file", data.files.experiments[e]},
+                                    {"table", json_of(results::experiment_table(experiment))},
+                                    {"ring_down_table", json_of(results::ring_down_table(experiment))},
+                                    {"ring_down_note", results::ring_down_note(experiment)}});
+    }
+    return array;
+}
+
+toml::array needles_of(const ReportData &data) {
+    toml::array array;
+    for (std::size_t n = 0; n < data.needles.size(); ++n)
+        array.push_back(toml::table{{"file", data.files.needles[n]},
+                                    {"table", json_of(results::needle_table(data.needles[n]))},
+                                    {"note", results::needle_note(data.needles[n])}});
+    return array;
+}
+
+toml::array stability_of(const ReportData &data) {
+    toml::array array;
+    for (std::size_t s = 0; s < data.stability.size(); ++s)
+        array.push_back(toml::table{{"file", data.files.stability[s]},
+                                    {"table", json_of(results::stability_table(data.stability[s]))}});
+    return array;
+}
+
+/// A sentence in which the files of a folder are named from there.
+std::string below(const std::filesystem::path &folder, std::string sentence) {
+    const auto start = (folder / "").string();
+    for (auto at = sentence.find(start); at != std::string::npos; at = sentence.find(start, at))
+        sentence.erase(at, start.size());
+    return sentence;
+}
+
+} // namespace
+
+std::string report_tables(const ReportData &data, const std::string &command_line) {
+    toml::array faults;
+    for (const auto &fault : data.faults)
+        faults.push_back(below(data.folder, fault));
+    const toml::table tables{
+        {"folder", data.folder.string()},
+        {"command", command_line},
+        {"results", files_with_labels(data.files.results, data.results)},
+        {"large", files_with_labels(data.files.large, data.large)},
+        {"slow", slow_of(data.results, data.files.results)},
+        {"large_slow", slow_of(data.large, data.files.large)},
+        {"slow_legend", results::slow_legend()},
+        {"cohorts", array_of(data.files.cohorts)},
+        {"arenas", arenas_of(data)},
+        {"stability", stability_of(data)},
+        {"experiments", experiments_of(data)},
+        {"needles", needles_of(data)},
+        {"sensitivities", array_of(data.files.sensitivities)},
+        {"timings", array_of(data.files.timings)},
+        {"others", array_of(data.files.others)},
+        {"faults", std::move(faults)},
+        {"brief", json_of(results::brief_numbers(data.results))},
+        {"large_brief", json_of(results::brief_numbers(data.large))},
+        {"large_bodies", large_bodies(data.large)},
+        {"large_legend", results::large_legend()},
+        {"tool_legend", results::tool_legend()},
+        {"smallest_felt_difference", core::smallest_felt_difference},
+        {"reference", results::reference_sentence(data.results)},
+        {"large_reference", results::reference_sentence(data.large)},
+        {"standings", toml::table{{"rest", json_of(results::standings_at_rest(data.results))},
+                                  {"motion", json_of(results::standings_in_motion(data.results))}}},
+        {"tables", toml::table{{"errors", json_of(results::error_table(data.results))},
+                               {"rest", json_of(results::static_accuracy(data.results))},
+                               {"motion", json_of(results::motion_accuracy(data.results))},
+                               {"means", json_of(results::mean_errors(data.results))},
+                               {"summary", json_of(results::summary(data.large))}}}};
+    std::ostringstream text;
+    text << toml::json_formatter(tables, toml::json_formatter::default_flags & ~toml::format_flags::indentation);
+    return text.str();
 }
 
 } // namespace livermark::studies

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -43,5 +44,35 @@ StabilityResults find_stability(const StabilityOptions &options, const std::stri
 
 /// Whether all that was observed differs from what was predicted by no more than largest_difference.
 bool is_as_predicted(const results::Stability &stability);
+
+/// How many of the lowest frequencies are compared.
+inline constexpr int num_compared_modes = 20;
+
+/// What limits the explicit steps of some springs, and what selective mass scaling of stiff parts (a tumour, say) makes
+/// of these steps. Symplectic Euler, without damping, on one core.
+struct ScaledSteps {
+    std::string body, model;
+    /// Nodes whose bound of the frequency (msm::nodal_frequency_bounds(), times what makes the largest bound the
+    /// largest frequency) asks for one step, two, four, or eight and more in a step that the soft tissue bears.
+    std::array<std::size_t, 4> nodes_of_rate{};
+    /// Parts of all tetrahedra: those at a node of a stiff part, and those with a neighbour of such a tetrahedron. With
+    /// local steps the first at least, for springs around nodes the second, would take several steps in one.
+    double tetrahedra_at_stiff_nodes = 0.0, tetrahedra_with_a_ring = 0.0;
+    std::size_t num_scaled_nodes = 0;
+    double largest_factor = 1.0; ///< of the mass against deformation
+    double critical_time_step = 0.0, scaled_critical_time_step = 0.0;
+    double critical_time_step_of_rest = 0.0;                      ///< with the stiff parts constrained [s]
+    double seconds_per_step = 0.0, scaled_seconds_per_step = 0.0; ///< of processor time, by turns in one run
+    /// By how much lower the scaled frequencies are, relative: of the first, and the largest of all that were compared.
+    double first_change = 0.0, largest_change = 0.0;
+
+    /// Processor time of a simulated second, with a safe part of the critical step.
+    double cost() const;
+    double scaled_cost() const;
+};
+
+/// Of the springs of the arena on each body.
+/// @param options  bodies, load case and material
+std::vector<ScaledSteps> find_scaled_steps(const StabilityOptions &options, const ProgressReport &report);
 
 } // namespace livermark::studies

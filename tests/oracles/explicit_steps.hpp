@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "interactive/elements/constraint_set.hpp"
-#include "interactive/inertia.hpp"
+#include "interactive/elements/position_based.hpp"
+#include "interactive/simulation.hpp"
 
 namespace livermark::tests {
 

@@ -8,13 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "interactive/chebyshev.hpp"
 #include "interactive/colouring.hpp"
-#include "interactive/elements/energies/element_energy.hpp"
-#include "interactive/elements/energies/projections.hpp"
-#include "interactive/elements/implicit_contact.hpp"
+#include "interactive/elements/corotational_tetrahedra.hpp"
+#include "interactive/elements/energies.hpp"
 #include "interactive/elements/spring_body.hpp"
-#include "interactive/inertia.hpp"
+#include "interactive/simulation.hpp"
 #include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::tests {

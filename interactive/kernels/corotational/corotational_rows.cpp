@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "interactive/elements/energies/densities.hpp"
+#include "interactive/elements/energies.hpp"
 
 namespace livermark::interactive::kernels {
 

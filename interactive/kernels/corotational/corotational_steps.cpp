@@ -3,7 +3,7 @@
 #define HWY_TARGET_INCLUDE "interactive/kernels/corotational/corotational_steps.cpp"
 #include <hwy/foreach_target.h> // has to come before highway.h
 
-#include "interactive/kernels/corotational/corotational_steps.hpp"
+#include "interactive/kernels/corotational/corotational_rows.hpp"
 #include "interactive/kernels/corotational/rotations-inl.hpp"
 #include "interactive/kernels/fans-inl.hpp"
 #include "support/vector_dispatch.hpp"

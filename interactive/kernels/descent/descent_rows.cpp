@@ -4,8 +4,7 @@
 #include <utility>
 
 #include "interactive/elements/tetrahedra.hpp"
-#include "interactive/kernels/descent/strips.hpp"
-#include "interactive/kernels/windows.hpp"
+#include "interactive/kernels/fans.hpp"
 
 namespace livermark::interactive::kernels {
 

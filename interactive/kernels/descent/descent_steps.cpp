@@ -5,8 +5,8 @@
 #include <hwy/foreach_target.h> // has to come before highway.h
 #include <utility>
 
-#include "interactive/chebyshev.hpp"
-#include "interactive/kernels/descent/descent_steps.hpp"
+#include "interactive/colouring.hpp"
+#include "interactive/kernels/descent/descent_rows.hpp"
 #include "interactive/kernels/inertia-inl.hpp"
 #include "interactive/kernels/symmetric-inl.hpp"
 #include "support/vector_dispatch.hpp"

@@ -9,7 +9,7 @@
 
 #include <algorithm>
 
-#include "interactive/kernels/prefactored/factor_rows.hpp"
+#include "interactive/kernels/prefactored/prefactored_rows.hpp"
 #include "interactive/kernels/vectors-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();

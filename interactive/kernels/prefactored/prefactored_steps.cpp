@@ -7,7 +7,7 @@
 #include "interactive/kernels/fans-inl.hpp"
 #include "interactive/kernels/inertia-inl.hpp"
 #include "interactive/kernels/prefactored/factor_solve-inl.hpp"
-#include "interactive/kernels/prefactored/prefactored_steps.hpp"
+#include "interactive/kernels/prefactored/prefactored_rows.hpp"
 #include "interactive/kernels/prefactored/projections-inl.hpp"
 #include "interactive/kernels/springs-inl.hpp"
 #include "support/vector_dispatch.hpp"

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "experiments/experiment.hpp"
-#include "studies/needle/measured_needle.hpp"
+#include "studies/needle/needle_study.hpp"
 
 namespace livermark::experiments {
 namespace {

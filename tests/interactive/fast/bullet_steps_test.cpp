@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "benchmarks/peers/bullet_counterparts.hpp"
-#include "interactive/elements/critical_step.hpp"
+#include "interactive/elements/explicit_tetrahedra.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"
 #include "tests/oracles/equilibria.hpp"

@@ -1,7 +1,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include "interactive/elements/energies/densities.hpp"
+#include "interactive/elements/energies.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"
 #include "tests/oracles/equilibria.hpp"

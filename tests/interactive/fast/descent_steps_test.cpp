@@ -5,8 +5,8 @@
 #include <set>
 #include <vector>
 
-#include "interactive/chebyshev.hpp"
-#include "interactive/kernels/descent/strips.hpp"
+#include "interactive/colouring.hpp"
+#include "interactive/kernels/fans.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/both_precisions.hpp"
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "interactive/elements/energies/projections.hpp"
+#include "interactive/elements/energies.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"
 #include "tests/oracles/equilibria.hpp"

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "core/mesh/places.hpp"
-#include "interactive/place_response.hpp"
+#include "interactive/equilibrium.hpp"
 #include "tests/interactive/both_precisions.hpp"
 
 namespace livermark::interactive {

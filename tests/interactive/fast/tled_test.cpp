@@ -2,7 +2,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "interactive/elements/critical_step.hpp"
+#include "interactive/elements/explicit_tetrahedra.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"
 #include "tests/oracles/equilibria.hpp"

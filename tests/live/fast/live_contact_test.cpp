@@ -3,7 +3,6 @@
 #include <string>
 
 #include "live/contact.hpp"
-#include "live/virtual_coupling.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "tests/samples/test_meshes.hpp"

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "live/material.hpp"
 #include "live/parameters.hpp"
 #include "live/scene.hpp"
 #include "live/springs.hpp"

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <random>
 
-#include "live/material.hpp"
+#include "live/parameters.hpp"
 #include "live/scene.hpp"
 #include "live/springs.hpp"
 #include "meshes/io/body_reader.hpp"

@@ -8,7 +8,6 @@
 
 #include "core/error_norms.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "studies/exchange/export_problem.hpp"
 #include "studies/exchange/score.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/small_bar.hpp"

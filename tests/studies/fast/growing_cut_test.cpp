@@ -11,7 +11,6 @@
 #include "msm/nodal_conditions.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/statics/equilibrium.hpp"
-#include "studies/cutting/wound_reference.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {

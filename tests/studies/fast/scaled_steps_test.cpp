@@ -1,4 +1,4 @@
-#include "studies/stability/scaled_steps.hpp"
+#include "studies/stability/stability.hpp"
 
 #include <cmath>
 #include <fstream>

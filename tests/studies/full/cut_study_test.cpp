@@ -9,7 +9,6 @@
 #include "results/records/cut.hpp"
 #include "studies/advise/step_cost.hpp"
 #include "studies/cutting/growing_cut.hpp"
-#include "studies/cutting/wound_reference.hpp"
 #include "support/input_error.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/small_bar.hpp"

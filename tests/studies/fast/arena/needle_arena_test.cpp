@@ -6,7 +6,7 @@
 #include "core/tool/needle/needle_line.hpp"
 #include "models/model_table.hpp"
 #include "models/motion/moving_method.hpp"
-#include "studies/arena/needle_run.hpp"
+#include "studies/arena/needle_arena.hpp"
 #include "studies/needle/insertion.hpp"
 #include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"

@@ -3,8 +3,11 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "interactive/elements/tetrahedra.hpp"
+#include "interactive/scene.hpp"
 
 /// Energies per volume of a deformation gradient F: their value [Pa], the stress P = dW/dF [Pa], and the tangent dP/dF,
 /// shape (9, 9), of F by columns.
@@ -95,6 +98,98 @@ struct StableNeoHookean {
     Matrix3 stress(const Matrix3 &f) const {
         return mu * f + ((lambda + mu) * (f.determinant() - 1.0) - mu) * cofactors(f);
     }
+    Tangent tangent(const Matrix3 &f) const;
+};
+
+} // namespace livermark::interactive::densities
+
+namespace livermark::interactive {
+
+/// Adds V dN : dP/dF : dN of a tetrahedron.
+void add_tangent(const Tetrahedron &tetrahedron, const densities::Tangent &tangent, Energy::Triplets &triplets);
+
+/// W = sum over the tetrahedra of V times a density of energies.hpp.
+template <class Density> class ElementEnergy : public Energy {
+  public:
+    explicit ElementEnergy(std::vector<Tetrahedron> tetrahedra) : tetrahedra_(std::move(tetrahedra)) {}
+
+    double value(const Field &x) const override {
+        double value = 0.0;
+        for (const auto &t : tetrahedra_)
+            value += t.volume * Density{t.mu, t.lambda}.value(t.gradient(x));
+        return value;
+    }
+
+    void add_forces(const Field &x, Field &f) const override {
+        for (const auto &t : tetrahedra_)
+            t.add_forces(Density{t.mu, t.lambda}.stress(t.gradient(x)), f);
+    }
+
+    void add_hessian(const Field &x, bool is_projected, Triplets &triplets) const override {
+        triplets.reserve(triplets.size() + 144 * tetrahedra_.size());
+        for (const auto &t : tetrahedra_) {
+            const densities::Tangent tangent = Density{t.mu, t.lambda}.tangent(t.gradient(x));
+            add_tangent(t, is_projected ? densities::semi_definite_part(tangent) : tangent, triplets);
+        }
+    }
+
+    const std::vector<Tetrahedron> &tetrahedra() const { return tetrahedra_; }
+
+  private:
+    std::vector<Tetrahedron> tetrahedra_;
+};
+
+/// The neo-Hookean energy with its pressure averaged around nodes, so that linear tetrahedra do not lock:
+///     W = sum over the tetrahedra e of V_e mu_e / 2 (I1 - 3 - 2 ln J_e)
+///       + sum over the nodes a of V_a lambda_a / 2 (ln J_a)^2,
+/// with V_a a quarter of the volumes around a node, and J_a and lambda_a the means of J_e and lambda_e there, weighted
+/// by volume. (Bonet, Burton 1998, Commun. Numer. Meth. Engng 14; Joldes, Wittek, Miller 2009, ibid. 25)
+class NodalPressureEnergy : public Energy {
+  public:
+    explicit NodalPressureEnergy(const core::Body &body);
+
+    double value(const Field &x) const override;
+    void add_forces(const Field &x, Field &f) const override;
+    void add_hessian(const Field &x, bool is_projected, Triplets &triplets) const override;
+
+    const std::vector<Tetrahedron> &tetrahedra() const { return tetrahedra_; }
+
+  private:
+    Eigen::VectorXd nodal_jacobians(const Field &x) const;
+    /// lambda ln J / J of each node [Pa]
+    Eigen::VectorXd nodal_pressures(const Field &x) const;
+    double mean_pressure(const Tetrahedron &tetrahedron, const Eigen::VectorXd &pressures) const;
+
+    std::vector<Tetrahedron> tetrahedra_;
+    std::vector<std::vector<int>> around_;      ///< (N) tetrahedra at each node
+    Eigen::VectorXd node_volume_, node_lambda_; ///< (N)
+};
+
+} // namespace livermark::interactive
+
+namespace livermark::interactive::densities {
+
+/// F = U diag(s) V^T with rotations U and V; the last of s is negative where det F is.
+struct SignedSvd {
+    Matrix3 u, v;
+    core::Vector3 s;
+};
+
+SignedSvd signed_svd(const Matrix3 &f);
+
+/// The point nearest to s whose components have the product one.
+/// (Bouaziz et al. 2014, appendix A)
+core::Vector3 nearest_of_unit_product(const core::Vector3 &s);
+
+/// W = mu |F - R|^2 + 3 lambda / 2 |F - D|^2, with R the nearest rotation and D the nearest matrix of determinant one:
+/// at small strains mu |eps|^2 + lambda / 2 (tr eps)^2, because |F - D|^2 is (tr eps)^2 / 3 there.
+/// (Bouaziz et al. 2014, sections 5.1 and 5.2, with the weights 2 mu V and 3 lambda V)
+struct Projective {
+    double mu, lambda;
+
+    double weight() const { return 2.0 * mu + 3.0 * lambda; } ///< of both
+    double value(const Matrix3 &f) const;
+    Matrix3 stress(const Matrix3 &f) const;
     Tangent tangent(const Matrix3 &f) const;
 };
 

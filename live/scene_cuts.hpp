@@ -1,9 +1,11 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "live/parameters.hpp"
+#include "live/scene.hpp"
 #include "msm/cutting/part_of_body.hpp"
 
 /// Springs of what cuts have left, fitted as those of a body of its own: their frequencies, and what follows from them.
@@ -39,5 +41,18 @@ std::vector<double> watched_of_whole(const FittedRest &rest, const Stepping &ste
 /// @param scaling    of the masses that stay scaled, in numbers of the whole body
 double critical_step_around(const core::Body &body, const std::vector<char> &is_gone, std::span<const int> gone,
                             msm::NodalConditions conditions, const msm::MassScaling &scaling, const Settings &settings);
+
+struct Scene::Prepared {
+    core::Body body; ///< of the chosen material, whole
+    msm::MassSprings parts;
+    Settings settings;
+    Stepping stepping; ///< of the whole body, or of the rest in its numbers
+    /// What cuts had left when this was chosen; null if nothing had been cut.
+    std::shared_ptr<const FittedRest> rest;
+    std::size_t num_cuts = 0; ///< that had been made by then
+};
+
+/// Into how many parts a step has to be divided so that none is longer.
+int num_parts_of(double time_step, double longest);
 
 } // namespace livermark::live

@@ -1,4 +1,4 @@
-#include "interactive/cutting/orders.hpp"
+#include "interactive/orders.hpp"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,4 +1,4 @@
-#include "interactive/cutting/cut_motion.hpp"
+#include "interactive/cut_motion.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "interactive/kernels/descent/strips.hpp"
 #include "interactive/kernels/fans.hpp"
 
 namespace livermark::interactive {
