@@ -12,7 +12,7 @@
 
 namespace livermark::experiments {
 
-/// How a place moved, as a polynomial of two coordinates along it: the least-squares fit to markers on it. Each
+/// Motion of a place, as a polynomial of two coordinates along it: the least-squares fit to markers on it. Each
 /// component of the displacement is sum c_ab s^a t^b over a + b <= degree, with s and t along the two longest principal
 /// axes of the markers, in units of their spread.
 class FittedMotion {
@@ -80,7 +80,7 @@ struct MarkerMotion {
     const core::Vector3 &at(int record, int marker) const { return displacement[record * num_markers + marker]; }
 };
 
-/// How a real body rang after it was let go: it is at rest at t = 0, away from its equilibrium.
+/// Ringing of a real body after it was let go: it is at rest at t = 0, away from its equilibrium.
 struct RingDown {
     std::string state;                 ///< one word or more, as of a MeasuredState
     std::vector<MarkerMotion> repeats; ///< of the same motion, at least one, all with the same records
@@ -117,14 +117,14 @@ struct MeasuredState {
     double noise = 0.0; ///< root mean square length of the error of a marker's displacement [m]; 0 where unknown
 };
 
-/// What somebody did to a real body and measured, and what has to be assumed to compute it.
+/// Experiment of others on a real body, and what has to be assumed to compute it.
 struct Experiment {
     std::string name, title;
     std::string source;                   ///< of the data: publication, and where the public file is
     std::vector<std::string> assumptions; ///< sentences on what the source does not say
     /// The body at about this length of edges [m]. A body of a mesh file has the edges of the file.
     std::function<core::Body(double edge_length)> body;
-    /// How many tetrahedra that body has, about; empty of a mesh file.
+    /// Approximate number of tetrahedra of that body; empty of a mesh file.
     std::function<double(double edge_length)> expected_tetrahedra{};
     double edge_length = 0.0;    ///< that models are compared at [m]; 0 of a mesh file
     int fit_degree = 2;          ///< of the polynomials that driven places move by
@@ -145,7 +145,7 @@ struct PublicExperiment {
 /// Every public experiment, in alphabetical order.
 std::span<const PublicExperiment> all_public_data();
 
-/// Where the data are: the environment variable LIVERMARK_EXPERIMENTS, or ../shared/experiments beside the project.
+/// Folder of the data: the environment variable LIVERMARK_EXPERIMENTS, or ../shared/experiments beside the project.
 std::filesystem::path data_folder();
 
 /// Whether the data of an experiment are there.

@@ -271,7 +271,7 @@ constexpr const char *curve_source =
 constexpr double gauge_18 = 0.00127; ///< [m]
 /// Nobody drives a needle that far, or pushes a biopsy needle so.
 constexpr double deepest = 0.5, strongest = 100.0;
-/// Of the force before, of a surface that gave way.
+/// Part of the force before, of a surface that gave way.
 constexpr double of_puncture = 0.5;
 
 } // namespace

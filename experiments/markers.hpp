@@ -90,7 +90,7 @@ class MarkerField {
     std::vector<double> outside_;
 };
 
-/// What somebody measured at the handle of a needle on its way in.
+/// Forces measured at the handle of a needle on its way in.
 struct NeedleCurve {
     std::string source;               ///< of the data: publication, and where the public file is
     std::vector<std::string> unknown; ///< sentences on what the source does not say

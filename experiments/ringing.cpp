@@ -14,7 +14,7 @@ using core::Vector3;
 constexpr int fewest_records = 8;
 constexpr double tau = 2.0 * std::numbers::pi;
 
-/// What is left of some columns when the best oscillation of a frequency and a damping ratio is taken off.
+/// Remainder of some columns when the best oscillation of a frequency and a damping ratio is taken off.
 double left_over(const Eigen::MatrixXd &columns, double interval, double frequency, double ratio) {
     const auto count = columns.rows();
     Eigen::MatrixXd basis(count, 4);

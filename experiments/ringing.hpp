@@ -30,7 +30,7 @@ Ringing fit_ringing(const MarkerMotion &motion, std::span<const int> markers, co
 /// The same of all records.
 Ringing fit_ringing(const MarkerMotion &motion, std::span<const int> markers);
 
-/// What is measured, and how sure that is.
+/// Measured quantity, and its uncertainty.
 struct MeasuredRinging {
     Ringing value;                      ///< mean over repeats, of all markers and records
     double frequency_uncertainty = 0.0; ///< half the range over repeats, single markers and windows [Hz]
@@ -40,7 +40,7 @@ struct MeasuredRinging {
 /// Windows are all records, those without the first period, and the first half.
 MeasuredRinging measured_ringing(std::span<const MarkerMotion> repeats, std::span<const int> markers);
 
-/// How far a body swings from each turning point to the next, from t = 0 on: half of the change of the mean
+/// Swings of a body from each turning point to the next, from t = 0 on: half of the change of the mean
 /// displacement of the markers, along the direction in which they move most at first. Turning points are looked for
 /// within a quarter of a period around multiples of half a period.
 /// @param frequency  of the motion [Hz]

@@ -8,7 +8,7 @@
 
 namespace livermark::server {
 
-/// How long the server waits for others.
+/// Times that the server waits for others.
 struct Patience {
     /// After which the other side of a WebSocket is asked whether it is there, and given up without a sign of life.
     std::chrono::milliseconds silence = std::chrono::seconds(15);

@@ -143,7 +143,7 @@ bool is_below(const fs::path &file, const fs::path &folder) {
 std::optional<fs::path> file_of(const fs::path &path, const fs::path &folder) {
     std::error_code error;
     auto file = fs::canonical(folder / path, error);
-    // What a link leads to has to be what its name says: no other file of the folder goes out under a name in .h5.
+    // The target of a link has to be what its name says: no other file of the folder goes out under a name in .h5.
     if (error || !is_below(file, folder) || file.extension() != ".h5" || path.extension() != ".h5")
         return std::nullopt;
     if (!fs::is_regular_file(file, error))

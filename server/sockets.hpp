@@ -84,7 +84,7 @@ class Sockets {
 
 /// Internal to server/.
 
-/// How long a WebSocket may take to open, or to close.
+/// Time that a WebSocket may take to open, or to close.
 inline constexpr std::chrono::seconds longest_handshake{5};
 
 /// One WebSocket in its thread: each function waits until it is done.

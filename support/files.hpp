@@ -46,7 +46,7 @@ inline std::string file_ending(const std::filesystem::path &file) {
     return lower_case(file.extension().string());
 }
 
-/// Where the bodies, load cases and scripts that ship are: the environment variable LIVERMARK_ROOT; or the source tree
+/// Folder of the bodies, load cases and scripts that ship: the environment variable LIVERMARK_ROOT; or the source tree
 /// that this program or extension module lies in, so that a copied tree reads itself; or the one that it was built
 /// from.
 std::filesystem::path root_folder();

@@ -36,7 +36,7 @@ std::vector<std::string> list_toml(const std::filesystem::path &folder);
 /// @throws InputError if it is not TOML
 toml::table parse_toml(const std::string &text, const std::filesystem::path &file);
 
-/// Where a node of a parsed table stands: "file:line".
+/// Place of a node of a parsed table: "file:line".
 std::string place_of(const toml::node &node);
 
 /// Refuses keys that nobody would read, and names the nearest known one.

@@ -10,7 +10,7 @@
 
 namespace livermark::core {
 
-/// Where contact is looked at on a facet with straight sides.
+/// Points of contact on a facet with straight sides.
 struct FacetPoint {
     std::array<double, 3> shape{}; ///< values of the linear shape functions of its corners; they sum to 1
     double part = 0.0;             ///< of the area of the facet; those of all points sum to 1
@@ -64,7 +64,7 @@ std::vector<PlacePoint> points_of(const InteriorPlace &place, const TetraMesh &m
 Eigen::SparseMatrix<double, Eigen::RowMajor> nodal_weights(std::span<const InteriorPlace> places,
                                                            const TetraMesh &mesh);
 
-/// What displacements of the nodes make of a mesh, with straight edges between them.
+/// Changes that displacements of the nodes make to a mesh, with straight edges between them.
 struct Deformation {
     double volume_change = 0.0;     ///< (v - V) / V of the whole body
     double smallest_jacobian = 0.0; ///< least ratio of the volumes of a tetrahedron, after and before

@@ -100,7 +100,7 @@ constexpr auto other_organs = word_list(
 /// Words that turn the meaning of a lesion's name.
 constexpr auto not_of_a_lesion = word_list("non", "not", "no", "bed", "margin", "margins", "healthy", "normal", "free",
                                            "ablation", "ablated", "cavity", "background", "surrounding");
-/// What follows one of these says more about what stands before it: "liver without tumours", "tumour in liver".
+/// Words behind one of these say more about what stands before it: "liver without tumours", "tumour in liver".
 constexpr auto prepositions = word_list("of", "in", "within", "inside", "near", "at", "with", "without", "and",
                                         "including", "incl", "excluding", "excl", "minus", "plus", "from", "around");
 /// Names that programs give by themselves.
@@ -222,7 +222,7 @@ SegmentRole role_of_segment(const std::string &name, const SegmentCode &code) {
 
 namespace {
 
-/// Of all tetrahedra, and of each region with the name of a lesion [m^3].
+/// Volumes of all tetrahedra, and of each region with the name of a lesion [m^3].
 struct LiverVolumes {
     double all = 0.0;
     std::vector<double> lesions;

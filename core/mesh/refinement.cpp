@@ -175,7 +175,7 @@ class NewNodes {
     std::vector<bool> is_end_; ///< of an edge that is split
 };
 
-/// What holds on a boundary triangle, free ones are all alike.
+/// Conditions on a boundary triangle, free ones are all alike.
 bool are_alike(const LoadCase &load_case, int a, int b) {
     if (load_case.is_free(a) != load_case.is_free(b) || load_case.is_constrained(a) != load_case.is_constrained(b) ||
         load_case.constraint_on(a) != load_case.constraint_on(b))

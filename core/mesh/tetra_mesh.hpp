@@ -127,7 +127,7 @@ std::vector<TetrahedronFace> sorted_faces(std::span<const std::array<int, 4>> te
 /// @param sorted  as above
 std::optional<std::array<int, 3>> face_of_too_many(std::span<const TetrahedronFace> sorted);
 
-/// What is on the other side of each face of each tetrahedron.
+/// Neighbour on the other side of each face of each tetrahedron.
 /// @return shape (M, 4), faces as in tetrahedron_faces: number of a tetrahedron, -1 outside of all
 std::vector<std::array<int, 4>> face_neighbours(std::span<const std::array<int, 4>> tetrahedra);
 

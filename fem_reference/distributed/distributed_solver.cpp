@@ -201,7 +201,7 @@ class RankProblem {
 } // namespace
 
 core::Solution solve_distributed(const core::Problem &problem, const DistributedOptions &options) {
-    // What is wrong with the problem is wrong on every rank, and can be thrown without leaving one behind.
+    // A wrong problem is wrong on every rank, and can be thrown without leaving one behind.
     if (options.degree != 1 && options.degree != 2)
         throw std::invalid_argument("finite elements of degree " + std::to_string(options.degree) +
                                     " are not there; use 1 or 2");

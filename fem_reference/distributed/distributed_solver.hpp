@@ -6,7 +6,7 @@
 
 namespace livermark::fem_reference {
 
-/// How solve_distributed() discretises and when it stops.
+/// Discretisation and end of solve_distributed().
 struct DistributedOptions {
     int degree = 2;                                      ///< 1 or 2, of the displacement
     Formulation formulation = Formulation::displacement; ///< mixed for degree 2 only
@@ -14,11 +14,10 @@ struct DistributedOptions {
     int max_iterations = 2000;
 };
 
-/// What StaticSolver does, by all ranks of MPI_COMM_WORLD together: METIS cuts the body among them (see Part), and each
-/// rank assembles what it owns. Displacements alone are solved for by conjugate gradients with smoothed aggregation
-/// multigrid (Trilinos ML), the mixed formulation as in DistributedSaddlePoint.
-/// Collective: every rank calls it, with the same problem, while an MpiSession lives. Every rank gets the solution on
-/// the mesh.
+/// The work of StaticSolver, by all ranks of MPI_COMM_WORLD together: METIS cuts the body among them (see Part), and
+/// each rank assembles what it owns. Displacements alone are solved for by conjugate gradients with smoothed
+/// aggregation multigrid (Trilinos ML), the mixed formulation as in DistributedSaddlePoint. Collective: every rank
+/// calls it, with the same problem, while an MpiSession lives. Every rank gets the solution on the mesh.
 ///
 /// If a rank fails where the others cannot know of it (out of memory), it says so and ends them all.
 /// @return as StaticSolver::solve(); status not_converged if iterations do not come to a relative residual of 1e-12,

@@ -30,7 +30,7 @@ Number unknown(const NodeExchange &nodes, int node, int component) {
     return static_cast<Number>(3 * nodes.numbers()[node] + component);
 }
 
-/// Where the rows of this rank have entries.
+/// Entries of the rows of this rank.
 dealii::DynamicSparsityPattern pattern(const SymmetricMatrix &blocks, const NodeExchange &nodes) {
     const auto &own = nodes.partitioner()->locally_owned_range();
     dealii::DynamicSparsityPattern result(own.size(), own.size(), own);
@@ -249,8 +249,8 @@ using BlockVector = dealii::LinearAlgebra::distributed::BlockVector<double>;
 
 /// Vectors of a Krylov space: more than ever were needed, so that it need not begin anew.
 constexpr unsigned int largest_space_on_ranks = 80;
-/// How far one round of iterations may go: the smoothers are in single precision, and so what a round believes to be
-/// left differs from what is left.
+/// Reduction that one round of iterations may reach: the smoothers are in single precision, and so what a round
+/// believes to be left differs from what is left.
 constexpr double furthest_round_on_ranks = 1e-5;
 /// A round that ends further than it was told to begins another one.
 constexpr double reserve_on_ranks = 0.5;

@@ -187,7 +187,7 @@ namespace {
 
 using Numbers = std::vector<std::int64_t>;
 
-/// What each rank counts before this one, and all together.
+/// Counts of the ranks before this one, and all together.
 std::pair<std::int64_t, std::int64_t> sums_of_ranks(std::int64_t mine) {
     std::int64_t before = 0, all = 0;
     MPI_Exscan(&mine, &before, 1, MPI_INT64_T, MPI_SUM, MPI_COMM_WORLD);

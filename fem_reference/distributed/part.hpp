@@ -17,9 +17,10 @@
 
 namespace livermark::fem_reference {
 
-/// What a rank works on. Every vertex of the mesh has an owner, and so has every edge: that of one of its ends. A part
-/// has all tetrahedra at the vertices of its rank, so what is assembled on it, by what knows of one process only, is
-/// complete in the rows of nodes that the rank owns. Rows of other nodes are not: they are there to read from.
+/// Part of the mesh that a rank works on. Every vertex of the mesh has an owner, and so has every edge: that of one of
+/// its ends. A part has all tetrahedra at the vertices of its rank, so what is assembled on it, by what knows of one
+/// process only, is complete in the rows of nodes that the rank owns. Rows of other nodes are not: they are there to
+/// read from.
 struct Part {
     core::Problem problem;                   ///< facets keep their order and conditions; faces of the cut are no facets
     std::vector<std::int64_t> vertex_number; ///< (N') in the whole mesh, the same on all ranks
@@ -63,11 +64,11 @@ class NodeExchange {
 
     /// (n) of each entry among those of all ranks
     const std::vector<std::int64_t> &numbers() const { return number_; }
-    /// Of this part that this rank owns.
+    /// Entries of this part that this rank owns.
     const std::vector<int> &owned() const { return owned_; }
     bool owns(std::size_t entry) const { return is_owned_[entry]; }
     std::int64_t num_entries_of_all_ranks() const;
-    /// Of this part that other ranks own: as many come with every exchange.
+    /// Entries of this part that other ranks own: as many come with every exchange.
     std::size_t num_received() const { return number_.size() - owned_.size(); }
 
     /// Zero.
@@ -77,7 +78,7 @@ class NodeExchange {
     /// Collective. What is owned here and elsewhere, where the part has it.
     /// @param values  shape (components n)
     template <class T> void read(const Vector &vector, std::span<T> values) const;
-    /// What is owned here.
+    /// Entries owned here.
     template <class T> void write(std::span<const T> values, Vector &vector) const;
 
     /// Collective. Overwrites what others own with what they have.
@@ -93,7 +94,7 @@ class NodeExchange {
     std::shared_ptr<const dealii::Utilities::MPI::Partitioner> partitioner_;
 };
 
-/// What action() returns. If it throws on one rank of several, the others cannot know, and would wait for ever: it says
+/// Result of action(). If it throws on one rank of several, the others cannot know, and would wait for ever: it says
 /// why and ends them all. std::invalid_argument is for what all ranks find wrong alike, and goes on.
 template <class Action> auto on_all_ranks(const Action &action) {
     try {

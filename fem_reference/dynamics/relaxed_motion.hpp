@@ -8,7 +8,7 @@
 
 namespace livermark::fem_reference {
 
-/// Where a body that relaxes is, and what its branches remember.
+/// State of a body that relaxes, with the memory of its branches.
 struct RelaxedState {
     std::vector<double> displacement;          ///< (3 n) u [m]
     std::vector<std::vector<double>> branches; ///< (B) of (3 n) w_k [m], of which each branch bears D w_k

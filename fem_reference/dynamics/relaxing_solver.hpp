@@ -34,7 +34,7 @@ class ScaledBulk {
     /// Of the forces divided by the part.
     ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
 
-    /// What holds the body in a displacement, divided by the part.
+    /// Forces that hold the body in a displacement, divided by the part.
     /// @param displacement  (3 n) [m]
     /// @return shape (3 n) [N]
     std::vector<double> force(std::span<const double> displacement);
@@ -72,7 +72,7 @@ class ScaledBulk {
 /// exact exponential update of Taylor. The solution at a time costs nothing then, and elastic solvers do all the work.
 class RelaxingSolver {
   public:
-    /// What is new of an elastic solution, over the first one, in the norm of the energy, when there are enough.
+    /// New part of an elastic solution, over the first one, in the norm of the energy, when there are enough.
     static constexpr double enough = 1e-6;
     static constexpr int most_solutions = 9;
 

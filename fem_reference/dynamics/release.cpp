@@ -73,7 +73,7 @@ Energy Newmark::energy(const Motion &motion) const {
 
 namespace {
 
-/// What is left of a vector when the space is taken out of it, below which it is but rounding of what was taken out.
+/// Remainder of a vector when the space is taken out of it, below which it is but rounding of what was taken out.
 constexpr double rounding = 1e-12;
 /// More than a motion takes as a rule: growing would go through the memory again, and what is not used costs nothing.
 constexpr Eigen::Index columns_at_once = 128;
@@ -167,7 +167,7 @@ constexpr int fewest_to_extrapolate = 40;
 /// A probe that moves less than this part of the one that moves most counts as if it moved that much.
 constexpr double least_part = 1e-3;
 
-/// What the last vectors change in the motion of the whole body and of each probe, the largest of these parts.
+/// Changes by the last vectors in the motion of the whole body and of each probe, the largest of these parts.
 double largest_change(const RitzSpace &space, const core::Release &release) {
     const auto num_probes = static_cast<Eigen::Index>(release.probes.size());
     Eigen::MatrixXd of_probes(3 * num_probes, space.size());

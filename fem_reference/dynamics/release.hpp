@@ -16,7 +16,7 @@
 
 namespace livermark::fem_reference {
 
-/// Where all unknowns are and how they move; n is the number of nodes.
+/// Positions and velocities of all unknowns; n is the number of nodes.
 struct Motion {
     std::vector<double> displacement; ///< (3 n) u [m]
     std::vector<double> velocity;     ///< (3 n) v [m/s]

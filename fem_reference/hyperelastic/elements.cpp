@@ -165,7 +165,7 @@ fem_reference::PressureSystem pressure_of(const core::Body &body, const fem_refe
     return fem_reference::assemble_pressure(body, system);
 }
 
-/// Where the entry of a row and a column stands, which has to be there.
+/// Place of the entry of a row and a column, which has to be there.
 int place(const std::vector<int> &row_start, const std::vector<int> &column, int row, int wanted) {
     const auto first = column.begin() + row_start[row], last = column.begin() + row_start[row + 1];
     return static_cast<int>(std::lower_bound(first, last, wanted) - column.begin());

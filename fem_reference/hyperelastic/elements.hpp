@@ -27,7 +27,7 @@ struct ReferenceTriangle {
     std::vector<Eigen::Matrix2Xd> gradient; ///< (Q) shape (2, nodes)
 };
 
-/// How many points integrate over a tetrahedron.
+/// Number of points that integrate over a tetrahedron.
 enum class TetrahedronRule {
     one_point,      ///< exact to degree 1: all there is to integrate on linear elements
     four_points,    ///< exact to degree 2: what other codes take for quadratic elements
@@ -41,7 +41,7 @@ ReferenceTetrahedron reference_tetrahedron(int degree, TetrahedronRule rule);
 /// @param degree  1 or 2
 ReferenceTriangle reference_triangle(int degree);
 
-/// What relaxation adds to the energy per volume of a point in one time step:
+/// Part that relaxation adds to the energy per volume of a point in one time step:
 ///     - faded W_s(F') + 1/2 H : (C' - I),   F' = J^(-1/3) F,   C' = F'^T F',
 /// so that the isochoric part of the law is multiplied by 1 - faded = core::instant_part(), and what the branches
 /// remember pushes along: a potential, although relaxation has none over several steps.
@@ -62,8 +62,8 @@ struct IsochoricPart {
     Tangent tangent(const Matrix3 &f) const;
 };
 
-/// What the branches follow: the deviator S - (S : C') / 3 C'^-1 of S = 2 d W_s / dC' at C', symmetric [Pa]. At small
-/// strains twice the shear modulus times the deviatoric strain.
+/// Stress that the branches follow: the deviator S - (S : C') / 3 C'^-1 of S = 2 d W_s / dC' at C', symmetric [Pa]. At
+/// small strains twice the shear modulus times the deviatoric strain.
 Matrix3 isochoric_stress(const MaterialLaw &law, const core::Material &material, const Matrix3 &f);
 
 /// A time step at all points of integration of a body.
@@ -72,13 +72,13 @@ struct DeviatoricMemory {
     std::vector<Matrix3> remembered{}; ///< H at each point, cell by cell: sum over branches of fade h(n) - gain s(n)
 };
 
-/// What is to be found; n is the number of nodes, m that of pressures.
+/// Unknowns; n is the number of nodes, m that of pressures.
 struct State {
     std::vector<double> displacement; ///< (3 n) u [m]
     std::vector<double> pressure;     ///< (m) p [Pa], positive where the body is dilated
 };
 
-/// What a state stores and resists with.
+/// Energy and forces of a state.
 struct InternalForces {
     double smallest_jacobian = 0.0; ///< of all points of integration; if it is not positive, nothing else is set
     double energy = 0.0;            ///< [J]
@@ -139,7 +139,7 @@ class Elements {
     /// @param tangent  of zero_tangent(); overwritten
     void assemble_tangent(const State &state, TangentMatrices &tangent) const;
 
-    /// Of a body that relaxes: adds IsochoricPart to the energy at each point of integration.
+    /// A body that relaxes: adds IsochoricPart to the energy at each point of integration.
     /// @param memory  of as many points as point_volumes() has; kept alive by the caller; nullptr for none
     void set_memory(const DeviatoricMemory *memory) { memory_ = memory; }
     /// isochoric_stress() at each point of integration, cell by cell.

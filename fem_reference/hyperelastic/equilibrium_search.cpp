@@ -91,9 +91,10 @@ namespace {
 constexpr int refactor_after = 20;
 /// After so many times the iterations with new levels others are worth theirs.
 constexpr double renew_levels_after = 1.3;
-/// What linear solves may leave of a residual far from equilibrium (inexact Newton; Dembo, Eisenstat, Steihaug 1982).
+/// Part that linear solves may leave of a residual far from equilibrium (inexact Newton; Dembo, Eisenstat, Steihaug
+/// 1982).
 constexpr double largest_tolerance = 1e-3;
-/// What one newton does is worth another solve as long as more than this is out of balance.
+/// The response to one newton is worth another solve as long as more than this is out of balance.
 constexpr double renew_press_above = 1e-3;
 
 void negate(State &state) {
@@ -231,7 +232,7 @@ bool EquilibriumSearch::correct(LoadedState &at, Balance &now, LoadStep &step) {
     system_.assemble(at.state, at.factor);
     State right = now.residual;
     negate(right);
-    // What the next residual will be anyway, by quadratic convergence.
+    // The next residual anyway, by quadratic convergence.
     const double tolerance = std::clamp(0.1 * now.size, TangentSolver::smallest_tolerance, largest_tolerance);
     double newtons = 0.0;
     if (presses()) {
@@ -320,7 +321,7 @@ bool EquilibriumSearch::balance_along(const State &change, LoadedState &at, Bala
     return false;
 }
 
-/// Where the tangent leads for what is prescribed and the loads to grow.
+/// Displacements to which the tangent leads for what is prescribed and the loads to grow.
 std::optional<LoadedState> EquilibriumSearch::predicted(const LoadedState &at, double to, LoadStep &step) {
     system_.expect(at.state, at.factor);
     system_.assemble(at.state, to);

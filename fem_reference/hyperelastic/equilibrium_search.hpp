@@ -18,8 +18,8 @@ std::vector<bool> free_of(const std::vector<double> &prescribed);
 /// [m^3]
 double volume_of(const core::TetraMesh &mesh);
 
-/// What equilibrium is looked for in: elements under conditions, of one process or of one of several MPI ranks, which
-/// then all do the same at once. Entries that another rank owns are there to read from, and do not count in sums.
+/// System whose equilibrium is looked for: elements under conditions, of one process or of one of several MPI ranks,
+/// which then all do the same at once. Entries that another rank owns are there to read from, and do not count in sums.
 class PathSystem {
   public:
     /// Elements and conditions are kept alive by the caller.
@@ -50,7 +50,7 @@ class PathSystem {
     bool factorise() { return set_up(tangent_.stiffness); }
     /// The same of the tangent at rest.
     bool factorise_at_rest();
-    /// Of displacements alone, whether free or not.
+    /// Displacements alone, whether free or not.
     State product(const std::vector<double> &u) const;
 
     /// smallest_jacobian and energy are those of the whole body.
@@ -141,14 +141,14 @@ class EquilibriumSearch {
     PathPoint point(const LoadedState &at, double fraction) const;
 
   private:
-    /// What is out of balance at a state.
+    /// Forces out of balance at a state.
     struct Balance {
         double smallest_jacobian; ///< if not positive, nothing else is set
         double energy = 0.0;
         State residual{};  ///< internal minus external forces [N], at what is not free the reactions; and volumes [m^3]
         double size = 0.0; ///< of what is free, over the reactions and loads
     };
-    /// What one newton of the places that press does.
+    /// Response to one newton of the places that press.
     struct UnitPress {
         State change;
         double depth = 0.0;
@@ -178,7 +178,7 @@ class EquilibriumSearch {
     UnitPress unit_press_;
     bool needs_factor_ = true;
     double iterations_when_new_ = 0.0; ///< of levels, for each e-fold of the residual
-    /// What the last digits of positions make of forces [N]: of a shear modulus on the square of the extent. Where a
+    /// Effect of the last digits of positions on forces [N]: of a shear modulus on the square of the extent. Where a
     /// body moves as a rigid one there is nothing else.
     double rounding_force_;
 };

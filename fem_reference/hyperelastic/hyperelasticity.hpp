@@ -20,11 +20,11 @@
 
 namespace livermark::hyperelastic {
 
-/// How loads grow: prescribed displacements, dead loads and follower pressures are all multiplied by one factor, from 0
-/// to 1, and the state is kept at each of some fractions.
+/// Growth of loads: prescribed displacements, dead loads and follower pressures are all multiplied by one factor, from
+/// 0 to 1, and the state is kept at each of some fractions.
 struct LoadPath {
     std::vector<double> fractions{0.2, 0.4, 0.6, 0.8, 1.0}; ///< ascending, > 0
-    /// What is left out of balance, over the reactions and loads, where Newton's method stops.
+    /// Remainder out of balance, over the reactions and loads, where Newton's method stops.
     double tolerance = 1e-9;
     int max_iterations = 12;            ///< in a load step
     int max_touching_iterations = 24;   ///< the same with a ball: what begins to touch, stick or slip takes some more
@@ -88,7 +88,7 @@ FollowedPath follow(PathSystem &system, int num_constraints, const LoadPath &pat
 struct Discretisation {
     int degree = 2;                                                                    ///< 1 or 2, of the displacement
     fem_reference::Formulation formulation = fem_reference::Formulation::displacement; ///< mixed for degree 2 only
-    /// Of quadratic elements; on linear ones everything is constant.
+    /// Values of quadratic elements; on linear ones everything is constant.
     TetrahedronRule rule = TetrahedronRule::fourteen_points;
 };
 
@@ -136,7 +136,7 @@ PathSolution solve_distributed(const core::Problem &problem, const MaterialLaw &
 /// @throws std::invalid_argument if the fractions do not ascend to 1
 void check(const LoadPath &path);
 
-/// What a path says of the mesh, all but degrees of freedom and solver.
+/// Parts of a path on the mesh, all but degrees of freedom and solver.
 /// @param at_mesh_nodes  (N) of displacements of the elements
 PathSolution path_solution(const FollowedPath &followed, const core::TetraMesh &mesh, const core::LoadCase &load_case,
                            const std::function<std::vector<core::Vector3>(const std::vector<double> &)> &at_mesh_nodes);

@@ -328,7 +328,7 @@ namespace {
 using fem_reference::DofConditions;
 using fem_reference::ElasticSystem;
 
-/// What is prescribed along the way, at all unknowns.
+/// Displacements prescribed along the way, at all unknowns.
 class Way {
   public:
     Way(const core::LoadCase &load_case, const ElasticSystem &system)

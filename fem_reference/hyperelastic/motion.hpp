@@ -46,15 +46,15 @@ class EnergyMomentum {
     EnergyMomentum(EnergyMomentum &&) noexcept;
     EnergyMomentum &operator=(EnergyMomentum &&) noexcept;
 
-    /// Where a ball that touches is before and after a step [m].
+    /// Place of a touching ball before and after a step [m].
     struct BallStep {
         core::Vector3 from, to;
     };
 
     /// The ball that touches from now on, kept alive by the caller; or nullptr.
     void touch_with(TouchingBall *ball);
-    /// What it exerts on the body at the end of the last step, on the line through what it did half way through the
-    /// last two [N].
+    /// Force that it exerts on the body at the end of the last step, on the line through what it did half way through
+    /// the last two [N].
     core::Vector3 force_of_ball() const;
 
     /// Moves on by one step, which is taken in halves where it does not converge.
@@ -69,7 +69,7 @@ class EnergyMomentum {
     /// Kinetic and strain energy.
     fem_reference::Energy energy(const fem_reference::Motion &motion);
 
-    /// Of all steps so far.
+    /// Sum over all steps so far.
     struct Work {
         int steps = 0, iterations = 0, factors = 0;
     };
@@ -80,7 +80,7 @@ class EnergyMomentum {
     std::unique_ptr<Impl> impl_;
 };
 
-/// What release() finds.
+/// Result of release().
 struct ReleasedBody {
     core::History history;
     EnergyMomentum::Work work;

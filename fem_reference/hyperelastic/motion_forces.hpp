@@ -69,7 +69,7 @@ class MotionForces {
     /// @return strain energy there [J]
     double begin_at(std::span<const double> displacement);
 
-    /// What a step ends with.
+    /// End of a step.
     struct AtEnd {
         bool is_possible = false;  ///< no element is inside out; otherwise nothing else is set
         double energy = 0.0;       ///< strain energy at u_1 [J]
@@ -80,7 +80,7 @@ class MotionForces {
     void end_at(std::span<const double> displacement, double time_step, AtEnd &result) const;
 
   private:
-    /// What a point of integration has where the step begins.
+    /// State of a point of integration where the step begins.
     struct Point {
         Matrix3 deformation; ///< F_0
         Matrix3 stress;      ///< S_0 [Pa]

@@ -72,7 +72,7 @@ class FollowerPressure {
     ReferenceTriangle reference_;
 };
 
-/// How contact is enforced.
+/// Parameters of contact.
 struct ContactSettings {
     /// Penalty eps over E / sqrt(R d) with the largest Young's modulus E of the body, the radius R of the ball and its
     /// depth d: Hertz's ball sinks in by 1 / stiffness of its depth beyond the surface.
@@ -81,7 +81,7 @@ struct ContactSettings {
     int max_augmentations = 4; ///< at each point of the path
 };
 
-/// What touches at a state.
+/// Points that touch at a state.
 struct TouchSums {
     core::Vector3 force = core::Vector3::Zero();    ///< on the body [N]
     core::Vector3 friction = core::Vector3::Zero(); ///< of that by friction [N]
@@ -134,7 +134,7 @@ class TouchingBall {
 
     /// Pressures become multipliers (Uzawa), so that the ball sinks in less.
     void augment(const core::Vector3 &centre, std::span<const double> displacement);
-    /// What sticks and what has slipped is kept for the steps to come.
+    /// Stick and slip are kept for the steps to come.
     void end_step(const core::Vector3 &centre, std::span<const double> displacement);
 
     double largest_pressure() const { return largest_pressure_; } ///< [Pa]

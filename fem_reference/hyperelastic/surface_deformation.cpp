@@ -48,7 +48,7 @@ Matrix6 root_of_minus_one(Matrix6 matrix) {
     return Matrix6::Constant(std::numeric_limits<double>::quiet_NaN());
 }
 
-/// Of waves along one direction, of moduli over their size.
+/// Impedance of waves along one direction, of moduli over their size.
 double least_eigenvalue(const Tangent &tangent, const Vector3 &along, const Vector3 &inwards) {
     const Matrix3 q = acoustic(tangent, along, along), r = acoustic(tangent, along, inwards);
     const Matrix3 inverse = acoustic(tangent, inwards, inwards).inverse();

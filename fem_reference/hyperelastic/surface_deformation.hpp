@@ -23,7 +23,7 @@ Tangent whole_tangent(const MaterialLaw &law, const core::Material &material, co
 /// @param pressure  p [Pa], positive inwards
 void add_follower_pressure(double pressure, const Matrix3 &f, Tangent &tangent);
 
-/// How a half space that is deformed evenly resists short waves of its surface, when the tractions on the surface keep
+/// Resistance of an evenly deformed half space to short waves of its surface, when the tractions on the surface keep
 /// their direction and size per area at rest. A wave a exp(i k t . x) of the surface, and below it what has the least
 /// energy, takes the energy k / 2 a* Z a per area, with the surface impedance Z of the direction t. Where Z is not
 /// positive definite, waves grow by themselves, however short they are: no mesh resolves them, and finer meshes find

@@ -157,7 +157,7 @@ bool TangentSolver::factorise(const fem_reference::SymmetricBlocks<double> &stif
 
 namespace {
 
-/// What deal.II's solvers call.
+/// The interface that deal.II's solvers call.
 template <class Action> struct Operator {
     Action action;
     void vmult(Vector &out, const Vector &x) const { action(out, x); }

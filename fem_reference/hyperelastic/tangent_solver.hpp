@@ -21,7 +21,7 @@ namespace livermark::hyperelastic {
 /// tolerance.
 class TangentSolver {
   public:
-    /// What is left of the first residual, as the preconditioner sees it, in the norm of displacements and scaled
+    /// Remainder of the first residual, as the preconditioner sees it, in the norm of displacements and scaled
     /// pressures: little enough that Newton's method converges as with exact solves.
     static constexpr double smallest_tolerance = 1e-9;
     static constexpr int max_iterations = 200;
@@ -40,7 +40,7 @@ class TangentSolver {
     /// @throws std::runtime_error if CHOLMOD runs out of memory
     bool factorise(const fem_reference::SymmetricBlocks<double> &stiffness);
 
-    /// What a solve gives.
+    /// Result of a solve.
     struct Correction {
         bool converged = false;
         int iterations = 0;

@@ -2,13 +2,13 @@
 
 namespace livermark::fem_reference {
 
-/// What is unknown.
+/// Unknowns.
 enum class Formulation {
     displacement, ///< u alone
     mixed         ///< and the pressure p = lambda div u of what is nearly incompressible, see PressureSystem
 };
 
-/// How linear systems are solved: sparse Cholesky (CHOLMOD), or conjugate gradients with algebraic multigrid (Trilinos
+/// Solver of linear systems: sparse Cholesky (CHOLMOD), or conjugate gradients with algebraic multigrid (Trilinos
 /// ML). Automatic means sparse Cholesky up to largest_direct_system unknowns; of quadratic elements up to
 /// largest_direct_quadratic_system, and two levels beyond it: see Corners.
 enum class SolverChoice { automatic, direct, iterative };

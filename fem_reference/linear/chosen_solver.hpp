@@ -43,7 +43,7 @@ class ChosenSolver {
     /// An approximate inverse of the matrix: the factor, or the preconditioner of the iterative solver.
     Preconditioner &inverse();
 
-    /// How many right-hand sides take less time together than one by one.
+    /// Number of right-hand sides that take less time together than one by one.
     std::size_t max_columns() const;
 
     /// The sparse Cholesky factor, nullptr where there are iterations.

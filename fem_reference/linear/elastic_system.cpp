@@ -74,7 +74,7 @@ std::vector<int> order_by_distance(std::span<const int> cell_nodes, int nodes_pe
 }
 
 void fill(dealii::Triangulation<3> &triangulation, const core::TetraMesh &mesh) {
-    // What is left to deal.II is too short for threads, and they would take the core of the load case beside it.
+    // The rest is deal.II's, too short for threads, and they would take the core of the load case beside it.
     dealii::MultithreadInfo::set_thread_limit(1);
     std::vector<dealii::Point<3>> vertices;
     vertices.reserve(mesh.points.size());

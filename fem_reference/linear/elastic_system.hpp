@@ -9,7 +9,7 @@
 
 namespace livermark::fem_reference {
 
-/// How the nodes of a system are numbered.
+/// Numbering of the nodes of a system.
 enum class NodeOrder {
     of_mesh,    ///< the first N are those of the mesh, in its numbering; with quadratic elements edge midpoints follow
     by_distance ///< neighbours near each other, see order_by_distance(): for iterations, which live from the caches
@@ -77,7 +77,7 @@ struct PressureSystem {
 /// Whether a region gets one.
 bool has_pressure(const core::Body &body);
 
-/// What a pressure is divided by to be in the units of a displacement [Pa/m]: the mean shear modulus over the cube root
+/// Divisor of a pressure, for it to be in the units of a displacement [Pa/m]: the mean shear modulus over the cube root
 /// of the volume.
 double pressure_scale(const core::Body &body);
 

@@ -30,7 +30,7 @@ using core::Clock;
 using core::seconds_since;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// What one newton does, multiplied by as many as it takes to the depth, where a place presses. The load becomes all
+/// Response to one newton, multiplied by as many as it takes to the depth, where a place presses. The load becomes all
 /// of it.
 /// @return how many [N], 0 where none presses
 double press_to_depth(DofConditions &conditions, ConstrainedSolution &found) {
@@ -309,7 +309,7 @@ core::Solution solve_static(const core::Problem &problem, int degree, SolverChoi
 }
 
 struct RepeatedLoads::Impl {
-    /// What iterations on two levels need.
+    /// Data of iterations on two levels.
     struct Levels {
         Levels(const core::Body &body, const ElasticSystem &fine)
             : coarse(assemble(body, 1)), coarse_solver(coarse, SolverChoice::automatic),
@@ -327,7 +327,7 @@ struct RepeatedLoads::Impl {
     std::optional<ConstrainedSolver> factor;
     std::optional<Levels> levels;
 
-    /// Of the places that were asked for last: the forces of a needle change more often than its line.
+    /// Responses of the places that were asked for last: the forces of a needle change more often than its line.
     struct Places {
         std::vector<core::InteriorPlace> places;
         Eigen::SparseMatrix<double, Eigen::RowMajor> weights; ///< (K, n)

@@ -75,12 +75,12 @@ class StaticSolver {
     /// time of all.
     std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases);
 
-    /// How the body gives way at some places inside, with what a load case constrains.
+    /// Compliance of the body at some places inside, with what a load case constrains.
     /// @throws support::InputError if the load case leaves the body free to move
     /// @throws std::invalid_argument if a place is outside the body
     core::Compliance compliance(const core::LoadCase &load_case, std::span<const core::InteriorPlace> places);
 
-    /// How many load cases take less time together than one by one.
+    /// Number of load cases that take less time together than one by one.
     std::size_t max_columns() const;
 
     /// The matrices of the body, and the solver of the one of its displacements: for solvers of what differs in few of
@@ -134,7 +134,7 @@ class RepeatedLoads {
         std::vector<core::Vector3> at_places;    ///< (K) in the mean over the places inside [m]; empty unless unique
     };
 
-    /// What acts inside the body.
+    /// Loads inside the body.
     struct InnerForces {
         std::vector<core::InteriorPlace> places; ///< (K)
         std::vector<core::Vector3> forces;       ///< (K) [N]

@@ -44,7 +44,7 @@ struct SaddlePointLoad {
     std::vector<double> g; ///< (m, lanes)
 };
 
-/// How iterations ended.
+/// End of the iterations.
 struct SaddlePointEnding {
     int iterations = 0;
     bool converged = true;
@@ -75,11 +75,12 @@ using Vector = dealii::Vector<double>;
 /// The same in the iterations, which keep some twenty of them: half the memory to go through.
 using KrylovVector = dealii::Vector<float>;
 
-/// How far one round of iterations may go: in single precision what they believe to be left differs from what is left.
+/// Reduction that one round of iterations may reach: in single precision what they believe to be left differs from what
+/// is left.
 constexpr double furthest_round = 2e-5;
 /// A round that ends further than it was told to begins another one.
 constexpr double reserve = 0.5;
-/// What is left as the preconditioner sees it is less than the error, where it is a pressure that the mass of pressures
+/// The residual as the preconditioner sees it is less than the error, where it is a pressure that the mass of pressures
 /// takes for smaller than it is.
 constexpr double seen_of_tolerance = 0.4;
 /// Vectors of a Krylov space; a round takes about twenty.
@@ -292,7 +293,7 @@ struct MixedSolver::Impl {
     std::optional<State> approach(std::span<const Conditions> conditions, double to) const;
     std::optional<State> first_guess(std::span<const Conditions> conditions) const;
 
-    /// What u and p leave of the load; nothing where unknowns are constrained.
+    /// Residual of u and p; nothing where unknowns are constrained.
     SaddlePointLoad left(const State &state, std::span<const double> u, std::span<const double> p) const {
         SaddlePointLoad out{std::vector<double>(u.size()), std::vector<double>(p.size())};
         matrix(state).apply(u, p, out.f, out.g);

@@ -42,7 +42,7 @@ class MixedSolver {
     /// Of one.
     ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
 
-    /// How many take less time together than one by one.
+    /// Number that take less time together than one by one.
     std::size_t max_columns() const;
 
     /// For the result file.

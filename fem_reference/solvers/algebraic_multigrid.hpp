@@ -21,7 +21,7 @@ class RigidModes {
     /// @param points  of the body [m]; at least two different ones
     explicit RigidModes(std::span<const core::Vector3> points);
 
-    /// What the modes (columns) are at a point, by components (rows).
+    /// Values of the modes (columns) at a point, by components (rows).
     Eigen::Matrix<double, 3, count> at(const core::Vector3 &point) const;
 
   private:
@@ -40,10 +40,9 @@ class RigidModes {
 void balance(const ElasticSystem &system, const FreeUnknowns &free, std::span<const double> residual,
              std::span<double> u);
 
-/// How Trilinos ML makes and applies the levels of a smoothed aggregation multigrid for elasticity.
-/// @param modes  (6, n) rigid body modes at the n unknowns of this rank, the near-nullspace; the list points to them,
-/// and
-///               they are read while the levels are made
+/// Settings by which Trilinos ML makes and applies the levels of a smoothed aggregation multigrid for elasticity.
+/// @param modes  (6, n) rigid body modes at the n unknowns of this rank, the near-nullspace; the list points to them
+///               and they are read while the levels are made
 Teuchos::ParameterList multigrid_settings(std::vector<double> &modes);
 
 /// Smoothed aggregation multigrid (Trilinos ML) with the six rigid body modes as near-nullspace.

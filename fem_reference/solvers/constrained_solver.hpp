@@ -8,7 +8,7 @@
 
 namespace livermark::fem_reference {
 
-/// What a solve gives; n is the number of rows of the matrix.
+/// Result of a solve; n is the number of rows of the matrix.
 struct ConstrainedSolution {
     bool unique = false;              ///< whether the conditions fix the solution; if not, the vectors are empty
     std::vector<double> displacement; ///< (n) u

@@ -28,7 +28,7 @@ class IterativeSolver {
     /// @return whether the conditions fix the solution
     bool set_up(std::span<const double> prescribed);
 
-    /// Where iterations begin and end.
+    /// Begin and end of iterations.
     struct Aim {
         std::span<const double> guess{}; ///< (n) of the solution; empty for zero
         double relative_residual = tolerance;
@@ -74,7 +74,7 @@ struct SparseRows {
     std::vector<double> value;  ///< (nonzeros)
 };
 
-/// How displacements and pressures of a body are those of the refined one: iterations there begin at the solution on
+/// Displacements and pressures of a body as those of the refined one: iterations there begin at the solution on
 /// the mesh before refinement, which is wrong by percents where zero is wrong by all.
 struct NestedIteration {
     Prolongation displacement;

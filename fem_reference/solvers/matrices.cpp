@@ -378,7 +378,7 @@ DivergenceRows<float> rounded(const DivergenceRows<double> &matrix) {
 
 namespace {
 
-/// Where each row occurs in the rows of the cells, in their order.
+/// Occurrences of each row in the rows of the cells, in their order.
 struct Occurrences {
     std::vector<std::size_t> start; ///< (rows + 1) index into at
     std::vector<std::size_t> at;    ///< index into the rows of the cells

@@ -48,7 +48,7 @@ struct FreeUnknowns {
 /// @param prescribed  of 1 to most_lanes columns, (n) each, NaN where an unknown is free
 FreeUnknowns free_unknowns(std::span<const std::span<const double>> prescribed);
 
-/// Where the entries of unknowns that are not free stand.
+/// Places of the entries of unknowns that are not free.
 std::vector<std::size_t> constrained_entries(const FreeUnknowns &free);
 
 /// Puts zeros there.
@@ -138,7 +138,7 @@ template <class T, int lanes, int stride>
     sum.z += block[2] * vector.x + block[5] * vector.y + block[8] * vector.z;
 }
 
-/// Where the 3 x 3 blocks below the diagonal stand.
+/// Places of the 3 x 3 blocks below the diagonal.
 struct LowerRows {
     std::vector<int> row_start; ///< (n + 1)
     std::vector<int> column;    ///< (blocks) ascending in each row

@@ -152,7 +152,7 @@ Block<float> rounded(const Eigen::Matrix3d &block) {
     return result;
 }
 
-/// Of the free rows and columns, otherwise zero.
+/// Values of the free rows and columns, otherwise zero.
 Eigen::Matrix3d inverse_of_free(const Block<float> &block, const Eigen::Array3d &is_free) {
     const Eigen::Matrix3d chosen = is_free.matrix() * is_free.matrix().transpose();
     const Eigen::Matrix3d of_free = FloatBlock::Map(block.data()).cast<double>().cwiseProduct(chosen);
@@ -222,7 +222,7 @@ template <int lanes> class BlockGaussSeidel::Sweep {
         solved.put(&now[width * at]);
     }
 
-    /// What the nodes before one take from its row, and the other way round.
+    /// Products that the nodes before one take from its row, and the other way round.
     [[gnu::always_inline]] void take(int k, Vector &sum) {
         add_product(of.matrix_.below[k], Vector(&now[width * of.matrix_.rows.column[k]]), sum);
     }

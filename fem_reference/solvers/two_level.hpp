@@ -27,10 +27,10 @@ class Preconditioner {
     /// @param correction  shape (n, lanes)
     virtual void apply(std::span<const float> residual, std::span<float> correction) = 0;
 
-    /// How many columns take less time together than one by one.
+    /// Number of columns that take less time together than one by one.
     virtual std::size_t max_columns() const { return 1; }
 
-    /// What it is, for the result file.
+    /// Name of the method, for the result file.
     virtual std::string name() const = 0;
 };
 

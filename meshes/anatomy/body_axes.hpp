@@ -10,7 +10,7 @@
 
 namespace livermark::meshes {
 
-/// How patches were found.
+/// Ways in which patches are found.
 struct FoundPatches {
     double confidence = 0.0;  ///< how clear the orientation of the body is: see LiverFit::confidence()
     std::string remark;       ///< one sentence with the confidence and the areas

@@ -22,7 +22,7 @@ using core::Vector3;
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 
-/// Of a solid.
+/// Values of a solid.
 struct Moments {
     double volume = 0.0;
     Vector3 centroid = Vector3::Zero();

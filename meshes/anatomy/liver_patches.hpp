@@ -9,7 +9,7 @@
 
 namespace livermark::meshes {
 
-/// Where a liver lies in the axes of liver_level(), which shape it has, and how well it fits there.
+/// Place of a liver in the axes of liver_level(), its shape, and its fit there.
 struct LiverFit {
     Eigen::Matrix3d linear = Eigen::Matrix3d::Identity().eval(); ///< from the body's axes, with a positive determinant
     core::Vector3 offset = core::Vector3::Zero();                ///< [m]
@@ -26,7 +26,7 @@ struct LiverFit {
     /// By how much the body is turned away from LPS [rad].
     double turn() const;
 
-    /// How clearly this orientation is the right one: 1 - distance / next_distance, from 0 to 1.
+    /// Certainty of this orientation: 1 - distance / next_distance, from 0 to 1.
     double confidence() const;
 };
 

@@ -25,8 +25,8 @@ struct HalfSpaceCut {
     bool operator==(const HalfSpaceCut &) const = default;
 };
 
-/// What a straight blade sweeps: the quadrilateral of two triangles with corners 0 1 2 and 0 2 3. Takes away all that
-/// is nearer to it than half the thickness; a blade without thickness parts the body and takes nothing away.
+/// Surface that a straight blade sweeps: the quadrilateral of two triangles with corners 0 1 2 and 0 2 3. Takes away
+/// all that is nearer to it than half the thickness; a blade without thickness parts the body and takes nothing away.
 struct BladeCut {
     std::array<core::Vector3, 4> corners; ///< [m], in turn; the blade's edge goes from 0-1 to 3-2
     double thickness = 0.0;               ///< [m], >= 0
@@ -35,7 +35,7 @@ struct BladeCut {
 
 using CutTool = std::variant<RegionCut, HalfSpaceCut, BladeCut>;
 
-/// Where the new surface goes.
+/// Place of the new surface.
 enum class CutWay {
     /// Along faces of tetrahedra. Those whose centroid is in what is taken away go as a whole, and of a blade all that
     /// it
@@ -45,7 +45,7 @@ enum class CutWay {
     exact
 };
 
-/// What becomes of all but the largest piece. Crumbs, of less than a hundredth of the body, are always taken away.
+/// Fate of all pieces but the largest. Crumbs, of less than a hundredth of the body, are always taken away.
 enum class SmallPieces {
     refuse, ///< a piece that floats is a mistake
     remove, ///< they are taken away
@@ -82,7 +82,7 @@ class CutMissesBody : public CutNotOnBody {
     using CutNotOnBody::CutNotOnBody;
 };
 
-/// What a cut leaves.
+/// Remains of a cut.
 struct CutBody {
     core::Body body;                       ///< the largest piece
     std::vector<core::Body> small_pieces;  ///< with SmallPieces::keep, the largest first, named <body>_piece_2 ...

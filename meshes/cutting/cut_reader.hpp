@@ -16,9 +16,8 @@ namespace livermark::meshes {
 ///     region = "tumour_1"        # one of: a region with a
 ///     margin = 0.005             # [m] around it, 0 if it is left out
 ///     half_space = { point = [0.02, 0.0, 0.0], normal = [1.0, 0.0, 0.0] }    # what the normal points to goes
-///     blade = { corners = [[...], [...], [...], [...]], thickness = 0.002 }  # what a straight blade sweeps [m]; one
-///     of
-///                                                                            # 0, as it is if it is left out, parts
+///     blade = { corners = [[...], [...], [...], [...]], thickness = 0.002 }  # the sweep of a straight blade [m];
+///                                # a thickness of 0, as without it, parts
 ///     way = "facets"             # along whole tetrahedra, or "exact"
 ///     small_pieces = "refuse"    # or "remove"; all but the largest that the cut leaves
 ///

@@ -250,7 +250,7 @@ class CleanUp {
         return volume;
     }
 
-    /// What hangs together by faces; crumbs go.
+    /// Parts that hang together by faces; crumbs go.
     void find_pieces() {
         auto &pieces = result_.pieces;
         pieces.clear();
@@ -344,7 +344,8 @@ class CleanUp {
         return others;
     }
 
-    /// What has to go at a pinched node: the smaller parts that an edge or the node alone joins to the rest, or all.
+    /// Tetrahedra that have to go at a pinched node: the smaller parts that an edge or the node alone joins to the
+    /// rest, or all.
     std::vector<int> hanging_at(int node, const std::vector<int> &piece) const {
         auto star = star_in(piece, node);
         if (star.empty())

@@ -32,7 +32,7 @@ Faces faces_on(const BladeCut &blade, const core::TetraMesh &mesh, const std::ve
 /// is there twice.
 PartedMesh part_along(const core::TetraMesh &mesh, Faces faces);
 
-/// What is left of a cut mesh, and what had to go so that it holds together.
+/// Remains of a cut mesh, and the parts that had to go so that it holds together.
 struct CleanMesh {
     std::vector<std::vector<int>> pieces;      ///< numbers of tetrahedra, ascending; the largest volume first
     std::vector<std::array<bool, 4>> is_wound; ///< (M) faces on the new surface, of the tetrahedra in pieces

@@ -239,14 +239,14 @@ namespace {
 
 using Edge = std::array<int, 2>;
 
-/// Where an edge goes through the cut: 0 at a, 1 at b.
+/// Place where an edge goes through the cut: 0 at a, 1 at b.
 using Crossing = std::function<std::optional<double>(int a, int b)>;
 
-/// What a node does that the cut passes nearby.
+/// Ways of a node that the cut passes nearby.
 enum class Snap { no, stay, move };
 
-/// How far from a node the cut counts as going through it, of an edge: of one that can move there, and of one that
-/// stays.
+/// Distance from a node within which the cut counts as going through it, of an edge: of one that can move there, and of
+/// one that stays.
 constexpr double reach_of_free = 0.3, reach_of_fixed = 0.2;
 
 /// @param fraction  of the edge on which the cut is nearest
@@ -259,7 +259,7 @@ SnapRule by_freedom(const std::vector<bool> &is_fixed) {
     };
 }
 
-/// Where a node goes.
+/// Target of a node.
 struct Pull {
     double distance; ///< [m]
     double fraction; ///< of the edge
@@ -322,7 +322,7 @@ SplitBody whole(const core::Body &body) {
     return result;
 }
 
-/// Where a level that changes its sign between two points is zero: 0 at the first, 1 at the second. Regula falsi in the
+/// Zero of a level that changes its sign between two points: 0 at the first, 1 at the second. Regula falsi in the
 /// Illinois variant. (M. Dowell and P. Jarratt 1971, BIT 11(2))
 double zero_between(const std::function<double(double)> &level, double at_start, double at_end) {
     double start = 0.0, end = 1.0;

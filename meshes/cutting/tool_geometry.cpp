@@ -32,7 +32,7 @@ double distance_to(const BladeCut &blade, const Vector3 &point) {
     return std::min(distance_to(first, point), distance_to(second, point));
 }
 
-/// Where a segment goes through a triangle, from either side. (Moeller and Trumbore 1997)
+/// Place where a segment goes through a triangle, from either side. (Moeller and Trumbore 1997)
 std::optional<double> crossing_of(const Corners &triangle, const Vector3 &from, const Vector3 &to) {
     constexpr double parallel = 1e-12; // sine of an angle: what lies in the plane goes nowhere through it
     constexpr double rounding = 1e-9;  // a segment through a common side goes through one of both at least
@@ -131,7 +131,7 @@ class RegionSurface {
         }
     }
 
-    /// Of what is farther away than this, the distance from the box around the surface.
+    /// Beyond this, the distance from the box around the surface.
     double distance(const Vector3 &point, double farthest) const {
         if (const double from_box = box_.exteriorDistance(point); from_box > farthest)
             return from_box;

@@ -12,7 +12,7 @@ namespace livermark::meshes {
 
 /// Distance from the surface of what a tool takes away [m], negative inside of it.
 struct ToolLevel {
-    /// Of a point outside the region of the tool.
+    /// Value of a point outside the region of the tool.
     std::function<double(const core::Vector3 &)> at;
     std::vector<double> of_nodes;   ///< (N) of the mesh
     std::vector<bool> is_in_region; ///< (M) the tetrahedra of the region; empty where the tool has none
@@ -26,7 +26,7 @@ ToolLevel tool_level(const CutTool &tool, const core::TetraMesh &mesh);
 /// @return shape (M)
 std::vector<bool> tetrahedra_taken(const CutTool &tool, const core::TetraMesh &mesh);
 
-/// Where a segment goes through the quadrilateral of a blade: 0 at a, 1 at b; nothing if it does not.
+/// Place where a segment goes through the quadrilateral of a blade: 0 at a, 1 at b; nothing if it does not.
 std::optional<double> crossing_of(const BladeCut &blade, const core::Vector3 &a, const core::Vector3 &b);
 
 /// Whether a point is on the side of a blade to which its normal, right-handed about the corners, points.

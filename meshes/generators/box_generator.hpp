@@ -23,7 +23,7 @@ double side_of_cube_like_box(const core::Vector3 &size, double edge_length);
 core::TetraMesh generate_box(const core::Vector3 &size, double edge_length,
                              BoxTopology topology = BoxTopology::delaunay);
 
-/// How the bricks of a lattice are cut into tetrahedra.
+/// Cuts of the bricks of a lattice into tetrahedra.
 enum class Lattice {
     /// Nodes at the corners and in the middle of bricks, and tetrahedra around the line from one middle to the next:
     /// the

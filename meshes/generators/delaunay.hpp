@@ -33,7 +33,7 @@ std::string text_of_expected_tetrahedra(double expected);
 /// @throws support::InputError if more than most_tetrahedra are expected
 void check_number_of_tetrahedra(const std::string &what, double side_of_cube, double edge_length);
 
-/// What gmsh is to fill with tetrahedra.
+/// Volume for gmsh to fill with tetrahedra.
 struct Solid {
     std::string name;          ///< "box", for messages
     std::string size;          ///< "0.1 x 0.2 x 0.1 m", the same

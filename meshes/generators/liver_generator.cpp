@@ -285,7 +285,7 @@ class Adjustment {
     void add_prior(const State &state, Square &matrix, Unknown &slope) const {
         const double of_lengths = std::pow(weight_of_prior, 2), of_strain = of_lengths / std::pow(usual_strain, 2);
         const Matrix3d strain = strain_of(state.fit.linear);
-        // Of the entries of a small further map E, the strain changes by the symmetric part without the trace.
+        // Among the entries of a small further map E, the strain changes by the symmetric part without the trace.
         for (int row = 0; row < 3; ++row)
             for (int column = 0; column < 3; ++column) {
                 Matrix3d change = Matrix3d::Zero();

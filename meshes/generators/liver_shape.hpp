@@ -11,8 +11,8 @@ namespace livermark::meshes {
 /// Axes of all liver functions: LPS as in DICOM, x to the patient's left, y posterior, z superior [m]; the origin is
 /// near the centroid.
 
-/// What may vary from one liver to the next. Lengths without a unit are those of the drawing, in millimetres about a
-/// point under the right dome; as they stand here they are the liver that ships.
+/// Shape parameters that vary from one liver to the next. Lengths without a unit are those of the drawing, in
+/// millimetres about a point under the right dome; as they stand here they are the liver that ships.
 struct LiverShape {
     /// A little flatter from front to back than drawn; makes the body 1.50 L.
     core::Vector3 metres_per_unit{1.0496e-3, 0.9640e-3, 1.0496e-3};
@@ -31,7 +31,7 @@ struct LiverShape {
 /// @param point  [m]
 double liver_level(const core::Vector3 &point, const LiverShape &shape = {});
 
-/// How deep a point lies under the convex side, before stomach, kidney and the other neighbours press in [m]: near zero
+/// Depth of a point under the convex side, before stomach, kidney and the other neighbours press in [m]: near zero
 /// on the diaphragmatic surface, positive on the visceral one.
 double diaphragmatic_depth(const core::Vector3 &point, const LiverShape &shape = {});
 
@@ -46,13 +46,13 @@ std::array<core::Vector3, 2> liver_bounding_box();
 /// The same for any shape.
 std::array<core::Vector3, 2> liver_bounding_box(const LiverShape &shape);
 
-/// Where the falciform ligament parts the left lobe from the rest: x [m].
+/// Plane where the falciform ligament parts the left lobe from the rest: x [m].
 double left_lobe_border(const LiverShape &shape);
 
-/// Where the patch of the left lobe's tip begins: x [m].
+/// Begin of the patch of the left lobe's tip: x [m].
 double left_lobe_tip_begin(const LiverShape &shape);
 
-/// Where the left lobe's ellipsoid ends: x [m].
+/// End of the left lobe's ellipsoid: x [m].
 double left_lobe_end(const LiverShape &shape);
 
 /// An ellipsoidal lesion.
@@ -95,7 +95,7 @@ struct LiverVariant {
 /// @throws support::InputError for another number
 LiverVariant draw_liver(int number);
 
-/// What was drawn, in one line.
+/// Values drawn, in one line.
 std::string to_text(const LiverVariant &variant);
 
 } // namespace livermark::meshes

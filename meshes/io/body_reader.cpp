@@ -153,7 +153,7 @@ void scale(core::TetraMesh &mesh, double factor) {
             point *= factor;
 }
 
-/// What is told of the image that a body was made of; the rest of [image] is for people.
+/// Remarks on the image that a body was made of; the rest of [image] is for people.
 void append_remarks(const toml::table &image, std::vector<std::string> &assumptions) {
     const auto spacing = support::required_vector(image, "spacing");
     assumptions.push_back(fmt::format("made of the segmentation {} with voxels of {:.3g} x {:.3g} x {:.3g} mm",
@@ -170,7 +170,7 @@ bool is_lps_by_header(const std::vector<std::string> &remarks) {
     });
 }
 
-/// Where a body has its patches and axes from; finds the patches where that is asked for.
+/// Source of a body's patches and axes; finds the patches where that is asked for.
 std::vector<std::string> orient(core::Body &body, bool has_to_find, const SaidAxes &said) {
     std::vector<std::string> remarks;
     const auto found = has_to_find ? find_anatomical_patches(body.mesh, said.from_lps) : std::nullopt;

@@ -43,7 +43,7 @@ MeshFigures mesh_figures(const core::TetraMesh &mesh);
 /// The figures as lines of "name value unit", for people.
 std::string to_text(const MeshFigures &figures);
 
-/// What a mesh file says, before anything is believed. Node numbers are indices into points; the tags are the file's
+/// Contents of a mesh file, before anything is believed. Node numbers are indices into points; the tags are the file's
 /// own numbers and are kept to name places in messages.
 struct RawMesh {
     std::vector<core::Vector3> points;          ///< (N) [m]

@@ -77,7 +77,7 @@ struct Frame {
     Vector3 position = Vector3::Zero(); ///< centre of the first pixel [mm]
 };
 
-/// What all frames have in common, and each of them.
+/// Data that all frames have in common, and each of them.
 struct Frames {
     int rows = 0, columns = 0;
     double row_spacing = 0.0, column_spacing = 0.0, slice_spacing = 0.0; ///< [mm]; the last 0 if it is not said
@@ -90,7 +90,7 @@ struct Frames {
     std::string_view pixels{}; ///< of all frames; belongs to the file
 };
 
-/// What stands with each frame or with all of them.
+/// Data that stand with each frame or with all of them.
 class FrameGroups {
   public:
     FrameGroups(const gdcm::DataSet &data, const fs::path &file) : file_(file) {

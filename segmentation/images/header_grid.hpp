@@ -17,7 +17,7 @@ struct Placement {
     std::optional<core::Vector3> origin{};                          ///< centre of the first voxel
 };
 
-/// What a header says of the grid, read without the library that reads the voxels.
+/// Grid of a header, read without the library that reads the voxels.
 struct HeaderGrid {
     std::optional<std::array<int, 3>> size{};
     std::optional<core::Vector3> spacing{}; ///< [m]

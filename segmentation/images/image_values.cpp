@@ -137,13 +137,13 @@ fs::path with_lower_ending(const fs::path &file, const fs::path &scratch) {
     return scratch / lower;
 }
 
-/// Of two files ITK finds the second by an ending in the case of the first.
+/// ITK finds of two files the second by an ending in the case of the first.
 bool is_pair_in_capitals(const fs::path &header) {
     const auto voxels = support::file_ending(header) == ".hdr" ? voxels_of_pair(header) : std::nullopt;
     return voxels && (header.extension() != ".hdr" || name_with_lower_ending(*voxels) != voxels->filename().string());
 }
 
-/// Where a NIfTI header may be put, with its voxels beside it if they are in a file of their own.
+/// Place for a NIfTI header, with its voxels beside it if they are in a file of their own.
 fs::path place_in(const fs::path &scratch, const fs::path &header, const std::string &stem = "image") {
     if (support::file_ending(header) != ".hdr")
         return scratch / (stem + ".nii");

@@ -10,7 +10,7 @@
 #include "core/mesh/plausible_liver.hpp"
 #include "segmentation/images/header_grid.hpp"
 
-/// What ITK reads of image files, before anything is believed. Internal to segmentation/.
+/// Contents of image files as ITK reads them, before anything is believed. Internal to segmentation/.
 namespace livermark::segmentation {
 
 /// Single precision holds every label exactly, and shows what is none.
@@ -23,7 +23,7 @@ inline constexpr const char *image_formats =
 /// Headers with few digits are off by less; a tilted gantry by degrees.
 inline constexpr double most_degrees_off = 0.3;
 
-/// What is read of a file, and how.
+/// Options by which a file is read.
 struct ReadValues {
     Values::Pointer values;
     std::map<int, std::string> names;
@@ -32,7 +32,7 @@ struct ReadValues {
     std::vector<std::string> remarks;
 };
 
-/// What a header says must be possible before memory is asked for it.
+/// The sizes of a header must be possible before memory is asked for it.
 /// @throws support::InputError if it is not
 void check_header(itk::ImageIOBase &io, const std::filesystem::path &file);
 

@@ -12,7 +12,7 @@
 
 namespace livermark::segmentation {
 
-/// Where the voxels of an image lie. Places in the image are given in metres along its axes from the centre of the
+/// Grid of the voxels of an image. Places in the image are given in metres along its axes from the centre of the
 /// first voxel; places in the world are LPS as in DICOM (x to the patient's left, y posterior, z superior).
 struct ImageGrid {
     std::array<int, 3> size = {0, 0, 0};                            ///< voxels along each axis
@@ -48,7 +48,7 @@ struct Scan {
 inline constexpr int phantom_liver_label = 1;
 inline constexpr int phantom_first_tumour_label = 2; ///< of the largest lesion; the others follow
 
-/// How the phantom is scanned.
+/// Scan of the phantom.
 struct PhantomOptions {
     core::Vector3 spacing = {0.8e-3, 0.8e-3, 3e-3}; ///< of the voxels [m]
     core::Vector3 turn = {0.0, 0.0, 0.0};           ///< rotation vector of the image's axes against the patient's [rad]

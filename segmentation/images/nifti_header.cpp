@@ -85,7 +85,7 @@ std::optional<std::filesystem::path> beside(const std::filesystem::path &file, c
     return std::nullopt;
 }
 
-/// What stands in an extension of the header, whatever it is; at most a megabyte.
+/// Contents of an extension of the header, whatever it is; at most a megabyte.
 std::string extensions_of(const std::filesystem::path &file, double data_offset) {
     constexpr double most_bytes = 1 << 20, begin = header_bytes + 4;
     const bool is_pair = support::file_ending(file) == ".hdr";

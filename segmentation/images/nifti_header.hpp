@@ -11,7 +11,7 @@
 
 namespace livermark::segmentation {
 
-/// What a NIfTI-1 header says of voxels and their place: https://nifti.nimh.nih.gov/nifti-1/
+/// A NIfTI-1 header's words on voxels and their place: https://nifti.nimh.nih.gov/nifti-1/
 struct NiftiHeader {
     bool is_swapped = false; ///< whether the other byte order wrote it
     bool is_nifti = true;    ///< not its forerunner Analyze 7.5, which has no place for axes

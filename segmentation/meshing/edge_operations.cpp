@@ -113,7 +113,8 @@ struct Pass {
           volume(volumes_of_regions(changed, 1 + *std::ranges::max_element(changed.region))) {}
 };
 
-/// What one change may take from a region or add to it, of its volume: a lesion of a few tetrahedra has none to lose.
+/// Part that one change may take from a region or add to it, of its volume: a lesion of a few tetrahedra has none to
+/// lose.
 constexpr double largest_share = 0.1;
 
 double volume_of(const core::TetraMesh &mesh, const Nodes &nodes) {
@@ -203,7 +204,7 @@ bool keeps_topology(const Pass &pass, int a, int b, bool tight) {
 }
 
 bool collapse(Pass &pass, int a, int b, double longest, bool tight) {
-    // What comes of a collapse may be improved, but not from nothing.
+    // The result of a collapse may be improved, but not from nothing.
     constexpr double fair = 0.1;
     const auto &star = pass.links.tetrahedra_of[a];
     if (!untouched(pass, star) || !keeps_borders(pass, a, b, tight) || !keeps_topology(pass, a, b, tight))

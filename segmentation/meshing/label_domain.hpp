@@ -43,12 +43,12 @@ LabelDomain match_volumes(LabelFields fields);
 /// Region at a place of the image's axes [m], between the samples by trilinear interpolation; or `outside`.
 int label_at(const LabelDomain &domain, const core::Vector3 &place);
 
-/// How many labels may meet at a point for the functions below: two surfaces cross in a curve, three in a point.
+/// Number of labels that may meet at a point for the functions below: two surfaces cross in a curve, three in a point.
 inline constexpr int max_labels = 4;
 using Levels = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_labels - 1, 1>;
 using LevelGradients = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, max_labels - 1, 3>;
 
-/// What vanishes where several labels meet: for each label but the last, how far it is ahead of the next.
+/// Functions that vanish where several labels meet: for each label but the last, how far it is ahead of the next.
 /// @param labels  two to max_labels distinct ones, `outside` first if it is there
 /// @return (labels - 1) without unit
 Levels level_differences(const LabelDomain &domain, const core::Vector3 &place, const std::vector<int> &labels);

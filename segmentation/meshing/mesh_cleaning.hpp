@@ -24,15 +24,15 @@ struct BorderPoint {
     int to = 0;
 };
 
-/// Where rays from the deepest place of each piece leave it: with some of these points to start from a mesher cannot
-/// overlook the piece. No two are closer than goes with the size of the tetrahedra and the piece.
+/// Points where rays from the deepest place of each piece leave it: with some of these points to start from a mesher
+/// cannot overlook the piece. No two are closer than goes with the size of the tetrahedra and the piece.
 /// @param edge  of the tetrahedra that are wanted [m]
 std::vector<BorderPoint> border_points(const LabelDomain &domain, const std::vector<LabelPiece> &pieces, double edge);
 
 /// The tetrahedra of each part of a region that hangs together across faces, largest part first.
 std::vector<std::vector<int>> mesh_pieces(const core::TetraMesh &mesh);
 
-/// How many more or fewer pieces the regions have in the mesh than wanted, all in all.
+/// Number of pieces that the regions have in the mesh beyond or below those wanted, all in all.
 int num_wrong_pieces(const core::TetraMesh &mesh, const std::vector<LabelPiece> &wanted);
 
 /// Places where the boundary is not a manifold: edges that other than two boundary triangles share, and nodes whose

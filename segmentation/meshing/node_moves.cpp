@@ -98,7 +98,7 @@ void climb_at(core::TetraMesh &mesh, const LabelDomain &domain, const MeshLinks 
     }
 }
 
-/// Where the labels meet, if that is within reach.
+/// Place where the labels meet, if that is within reach.
 std::optional<Vector3> nearby_border(const LabelDomain &domain, const Vector3 &start, const std::vector<int> &labels,
                                      double reach) {
     const Levels border = Levels::Zero(static_cast<Eigen::Index>(labels.size()) - 1);

@@ -131,7 +131,7 @@ QualityCriterion at_most(std::string name, double value, double bound, std::stri
     return {std::move(name), value, bound, value <= bound, std::move(remedy)};
 }
 
-/// What does not make numbers wrong, see worst_with_right_numbers and docs/studies/segmentation.md.
+/// Faults that do not make numbers wrong, see worst_with_right_numbers and docs/studies/segmentation.md.
 QualityCriterion advice_if(bool is_advice, QualityCriterion criterion) {
     criterion.is_advice = is_advice;
     return criterion;
@@ -204,7 +204,7 @@ std::vector<QualityCriterion> measure_quality_criteria(const core::TetraMesh &me
     };
 }
 
-/// How far a mesh is from its quality criteria: the shares by which they are missed, added up; 0 if all are met.
+/// Distance of a mesh from its quality criteria: the shares by which they are missed, added up; 0 if all are met.
 double total_miss(const std::vector<QualityCriterion> &quality_criteria) {
     double sum = 0.0;
     for (const auto &quality_criterion : quality_criteria)
@@ -304,7 +304,7 @@ LabelMesh mesh_labels(const LabelFields &fields, int target_tetrahedra) {
         return mesh.quality_criteria.empty() || !std::ranges::all_of(mesh.quality_criteria, &QualityCriterion::is_met);
     };
     for (int i = 0; i < max_attempts && misses_one(best); ++i) {
-        // What a mesh misses is mostly bad luck in one place, which comes out otherwise with other settings.
+        // A missed criterion is mostly bad luck in one place, which comes out otherwise with other settings.
         const RefinementSizes sizes{edge, i % 2 == 0 ? 0.15 : 0.2, i % 4 < 2};
         const auto pieces = find_pieces(domain, smallest_piece(edge));
         core::TetraMesh mesh = attempt(domain, pieces, sizes);

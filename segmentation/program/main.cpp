@@ -34,7 +34,7 @@
 #include "support/processes/child_process.hpp"
 #include "support/toml_input.hpp"
 
-/// What `livermark-segment` does: bodies of segmentations, for `livermark`, which starts it.
+/// The work of `livermark-segment`: bodies of segmentations, for `livermark`, which starts it.
 namespace livermark::segmentation {
 
 struct BodyCommand {
@@ -166,7 +166,7 @@ int make_body_of_surfaces(const BodyCommand &command) {
     return make_body(command, voxels, fs::path(command.surfaces.front()).filename().string());
 }
 
-/// What `livermark mesh check` says of a label image, or of a surface: lines of "name value unit".
+/// The words of `livermark mesh check` on a label image, or of a surface: lines of "name value unit".
 /// @throws support::InputError
 std::string figures_of_labels(const std::string &file) {
     const auto image = read_label_image(file);

@@ -146,7 +146,7 @@ TriangleSoup read_plain(const fs::path &file, std::vector<std::string> &remarks)
     return soup;
 }
 
-/// What a file of another format is converted to; nothing if it is read as it is.
+/// Format to which a file of another format is converted; nothing if it is read as it is.
 std::optional<support::Converted> converted_if_needed(const fs::path &file) {
     if (is_first_msh(file) || meshes::has_surface_ending(file))
         return std::nullopt;

@@ -25,7 +25,7 @@ meshes::SurfaceMesh read_surface(const std::filesystem::path &file, std::vector<
 /// each other are one together.
 std::vector<meshes::SurfaceMesh> read_lesions(const std::filesystem::path &file, std::vector<std::string> &remarks);
 
-/// What a surface file has to be for a reader that takes its format strictly.
+/// Rules that a surface file has to keep for a reader that takes its format strictly.
 struct PlainSurfaceText {
     std::optional<std::string> text; ///< nothing if the file can be read as it is
     std::size_t num_left_out = 0;    ///< lines and points of an OBJ file, which bound nothing

@@ -20,7 +20,7 @@ struct TriangleSoup {
 };
 
 /// The closed parts of which a body is the union, each with triangles that look outwards and do not cut each other.
-/// What a surface has besides is left out or repaired, and said:
+/// Whatever else a surface has is left out or repaired, and said:
 ///   corners in one place become one, triangles without an area go;
 ///   parts that meet in a point or an edge are taken apart there;
 ///   the part with the largest area stays, and parts that cut it; other parts are left out, open ones as well, and

@@ -36,7 +36,7 @@ CgalSurface to_cgal(const meshes::SurfaceMesh &mesh) {
 
 using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, CGAL::AABB_face_graph_triangle_primitive<CgalSurface>>>;
 
-/// Where a row of voxels, which starts outside, meets a surface.
+/// Places where a row of voxels, which starts outside, meets a surface.
 /// @return x in ascending order [m]; nothing if the row meets an edge or lies in a triangle, so that counting fails
 std::optional<std::vector<double>> crossings(const Tree &tree, const Kernel::Segment_3 &row) {
     constexpr double too_close = 1e-9; // [m]
@@ -56,7 +56,7 @@ std::optional<std::vector<double>> crossings(const Tree &tree, const Kernel::Seg
     return places;
 }
 
-/// How many voxels a lesion took from each region before it.
+/// Number of voxels that a lesion took from each region before it.
 using Taken = std::map<std::uint8_t, std::size_t>;
 
 /// Gives a region to the voxels inside a surface of one part, of lesions within the liver.
@@ -107,7 +107,7 @@ std::vector<std::size_t> order_of(const std::vector<meshes::SurfaceMesh> &surfac
     return order;
 }
 
-/// What of a lesion is outside the liver is left out.
+/// The part of a lesion outside the liver is left out.
 void tell_of_outside(std::size_t surface, double volume, double inside, std::vector<std::string> &remarks) {
     constexpr double most = 0.02; // of the lesion: voxels are no finer
     if (volume - inside > most * volume)

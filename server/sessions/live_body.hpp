@@ -7,7 +7,7 @@
 #include "core/problem.hpp"
 #include "server/session.hpp"
 
-/// What the sessions of the live page have in common: the body they are about, and what it is made of.
+/// Common part of the sessions of the live page: the body they are about, and what it is made of.
 namespace livermark::server {
 
 struct LiveBody {

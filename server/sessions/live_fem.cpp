@@ -28,7 +28,7 @@
 
 namespace livermark::server {
 
-/// What cuts have left of a body, as a body of its own.
+/// Remains of a body after cuts, as a body of its own.
 struct CutLiveBody {
     LiveBody left;         ///< its boundary triangles in the order of live::Remains
     std::vector<int> node; ///< (N) of each node: its number in the whole body, ascending

@@ -18,7 +18,7 @@ namespace livermark::server {
 /// several threads may ask at once; solutions wait for each other.
 class SharedFem {
   public:
-    /// That of a body, which is made now if nobody has it.
+    /// Factor of a body, which is made now if nobody has it.
     /// @param constrained  see LiveBody::constrained
     /// @param report  called with what it waits for
     static std::shared_ptr<SharedFem> of(const std::shared_ptr<const core::Body> &body,
@@ -29,7 +29,7 @@ class SharedFem {
     /// @throws support::InputError if there is no equilibrium under the whole load
     static hyperelastic::PathSolution solve_hyperelastic(const core::Problem &problem, const ReportProgress &report);
 
-    /// How many there are, of which each has a factor.
+    /// Number of them, each with a factor.
     static int count();
 
     ~SharedFem();
@@ -50,7 +50,7 @@ class SharedFem {
     std::unique_ptr<Impl> impl_;
 };
 
-/// What the live page compares its springs with: the solution of the reference of small motion, quadratic elements, for
+/// Comparison for the springs of the live page: the solution of the reference of small motion, quadratic elements, for
 /// the same round load on the same body, constrained as open_live_body() says. Messages and their replies:
 ///
 ///     young_modulus=<Pa>&poisson_ratio=<nu>   other materials, see live::with_material(); until then those of the file
@@ -83,11 +83,10 @@ class SharedFem {
 ///     binary, little-endian: float64 (1+3)    sum of f_i . u_i [J], and the displacement of the target [m]
 ///             float32 (N,3)                   displacement of the nodes [m]
 ///
-/// What is not in the message has no traction, and nothing has after a message without rows; tractions on facets that
-/// are constrained move nothing. The first
-/// solution pays for the factor of the stiffness, and so does the first one after another Poisson's ratio, unless
-/// another session has it already: they share it, see SharedFem. Solutions of several sessions wait for each other.
-/// Before a reply that takes long there are texts
+/// A facet that is not in the message has no traction, and nothing has after a message without rows; tractions on
+/// facets that are constrained move nothing. The first solution pays for the factor of the stiffness, and so does the
+/// first one after another Poisson's ratio, unless another session has it already: they share it, see SharedFem.
+/// Solutions of several sessions wait for each other. Before a reply that takes long there are texts
 ///
 ///     progress=<sentence>                     what it waits for: another page, the assembly, the factor
 ///

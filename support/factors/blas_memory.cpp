@@ -5,7 +5,7 @@
 #include <new>
 #include <sys/mman.h>
 
-/// Of BLAS, as Eigen declares it: C = alpha A A^T + beta C, with A (n, k) column by column.
+/// A function of BLAS, as Eigen declares it: C = alpha A A^T + beta C, with A (n, k) column by column.
 extern "C" int dsyrk_(const char *triangle, const char *transposed, const int *n, const int *k, const double *alpha,
                       const double *a, const int *stride_of_a, const double *beta, double *c, const int *stride_of_c);
 

@@ -237,7 +237,7 @@ void SparseCholesky::constrain(std::vector<int> unknowns) {
     std::vector<Eigen::Index> place(num_unknowns);
     for (Eigen::Index k = 0; k < num_unknowns; ++k)
         place[impl_->order()[k]] = k;
-    // Those that are near each other in L reach the same supernodes.
+    // Unknowns near each other in L reach the same supernodes.
     std::ranges::sort(impl_->constrained, {}, [&](int unknown) { return place[unknown]; });
     impl_->reach.setZero(num_unknowns, num_constrained);
     for (Eigen::Index c = 0; c < num_constrained; ++c)

@@ -9,7 +9,7 @@
 
 namespace livermark::support {
 
-/// Where the entries of a supernodal triangular factor L stand: columns of a supernode follow each other and have the
+/// Places of the entries of a supernodal triangular factor L: columns of a supernode follow each other and have the
 /// same rows, which begin with those of the columns themselves. Its values are a dense matrix, column by column. It is
 /// CHOLMOD's own form, whose solves are in double precision only and go through all of L.
 struct Supernodes {
@@ -45,7 +45,7 @@ struct SupernodalFactor;
 /// gives the same bits every time.
 class SparseCholesky {
   public:
-    /// Of a symmetric matrix the upper triangle is read.
+    /// The upper triangle of a symmetric matrix is read.
     using Matrix = Eigen::Ref<const Eigen::SparseMatrix<double>>;
 
     SparseCholesky();

@@ -233,7 +233,7 @@ Printed run_printing(const std::vector<std::string> &words) {
 }
 
 FilterOutcome run_filter(const std::vector<std::string> &words, std::string_view input) {
-    // Of sockets a reader may be gone without a signal to this process.
+    // A reader of a socket may be gone without a signal to this process.
     Channel to_child(STDIN_FILENO), output(STDOUT_FILENO), errors(STDERR_FILENO);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
@@ -272,7 +272,7 @@ Converted convert_by_script(const std::string &script, const std::filesystem::pa
 
 namespace {
 
-/// Of the source tree; or of an installed package, whose folder livermark/data is the root then.
+/// Root of the source tree; or of an installed package, whose folder livermark/data is the root then.
 std::filesystem::path package_folder() {
     const auto in_tree = root_folder() / "python";
     return std::filesystem::exists(in_tree / "livermark") ? in_tree : root_folder() / ".." / "..";

@@ -21,7 +21,7 @@ class ScratchFolder {
     std::filesystem::path path;
 };
 
-/// How a program ended.
+/// End of a program.
 struct ChildOutcome {
     int status = -1;                ///< its exit status; -1 if it could not be started or was killed
     std::vector<std::string> lines; ///< of its output and its errors, without empty ones
@@ -31,7 +31,7 @@ struct ChildOutcome {
 /// @param words  its path or name, and its arguments
 ChildOutcome run_program(const std::vector<std::string> &words);
 
-/// What a program has printed.
+/// Output of a program.
 struct Printed {
     int status = -1; ///< as of ChildOutcome
     std::string output;
@@ -41,7 +41,7 @@ struct Printed {
 /// @param words  its path or name, and its arguments
 Printed run_printing(const std::vector<std::string> &words);
 
-/// How a program ended that turned its input into its output.
+/// End of a program that turned its input into its output.
 struct FilterOutcome {
     int status = -1; ///< as of ChildOutcome
     std::string output;
@@ -53,7 +53,7 @@ struct FilterOutcome {
 /// @param input  what it reads; it need not read all of it
 FilterOutcome run_filter(const std::vector<std::string> &words, std::string_view input);
 
-/// What a script of scripts/ made of a file.
+/// Output of a script of scripts/ for a file.
 struct Converted {
     std::string text;
     std::vector<std::string> remarks; ///< lines that it printed
@@ -71,7 +71,7 @@ Converted convert_by_script(const std::string &script, const std::filesystem::pa
 /// @param interpreter  path or name
 std::vector<std::string> start_of_python(const std::string &interpreter);
 
-/// What to do where a program in Python could not import a module that is there, or could not start, and PYTHONPATH
+/// Remedy where a program in Python could not import a module that is there, or could not start, and PYTHONPATH
 /// names places to look for modules, which may be those of another Python.
 /// @param lines  that it wrote to standard error
 /// @return empty for another end, or if there is no such variable

@@ -13,8 +13,8 @@
 
 #include "support/processes/mpi_session.hpp"
 
-/// What does not need MPI in Livermark: whether somebody wanted several ranks, and what libraries ask for that were
-/// built with MPI.
+/// The part of Livermark that does not need MPI: whether somebody wanted several ranks, and what libraries ask for that
+/// were built with MPI.
 namespace livermark::support {
 
 bool started_on_many_ranks() {

@@ -83,7 +83,7 @@ bool is_in_list(std::string_view list, std::string_view word) {
     return false;
 }
 
-/// Where a kind of control groups is mounted.
+/// Place where a kind of control groups is mounted.
 struct Mount {
     std::string group; ///< the group that is seen there
     std::string place;

@@ -15,7 +15,7 @@
 #include <type_traits>
 #include <vector>
 
-/// What a process has to know of fork(): the new process has the memory of the old one, but only the thread that
+/// Rules of fork(): the new process has the memory of the old one, but only the thread that
 /// called. Threads that others wait for are not there, and a mutex that another thread held stays locked.
 namespace livermark::support {
 
@@ -38,7 +38,7 @@ template <class Purpose> std::mutex &mutex_of_process() {
     return mutex;
 }
 
-/// What to do where a run needs more memory than there is.
+/// Remedy where a run needs more memory than there is.
 inline constexpr std::string_view memory_remedy = "take --jobs 1, or a mesh of fewer tetrahedra";
 
 /// Why something failed, for a message: what the error says, or, where memory ran out, that and a remedy.
@@ -47,7 +47,7 @@ std::string reason_of(const std::exception &error, std::string_view remedy = mem
 /// Gives the machine back what was freed: blocks that are still there keep an allocator from doing it by itself.
 void return_freed_memory();
 
-/// What this process may use of the machine.
+/// Share of the machine that this process may use.
 struct MachineShare {
     int cores = 1;      ///< >= 1
     double bytes = 0.0; ///< of memory that new processes could have [byte]; infinite where the system does not say
@@ -122,7 +122,7 @@ class Unpacker {
     std::string_view bytes_;
 };
 
-/// What somebody else's reader may take for a file.
+/// Names that somebody else's reader may take for a file.
 struct ReaderLimits {
     int seconds = 60;                             ///< of computing; half a minute and three times as long by the clock
     std::uint64_t bytes = std::uint64_t{1} << 30; ///< beside what the process has

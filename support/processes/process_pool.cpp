@@ -27,7 +27,7 @@
 
 namespace livermark::support {
 
-/// What is left to do for the workers of run_in_process_pool(), which says who does what.
+/// Queue of the work for the workers of run_in_process_pool(), which says who does what.
 class WorkQueue {
   public:
     /// @param group      shape (I) the group of each item, >= 0
@@ -100,7 +100,7 @@ int WorkQueue::other_group() const {
 
 namespace {
 
-/// What comes home from a worker.
+/// Result of a worker.
 enum class Kind : std::int32_t { text, done, input_error, other_error, out_of_memory, gone };
 
 struct Header {

@@ -35,7 +35,7 @@ void run_in_process_pool(std::span<const int> group, int num_workers,
                          std::span<const std::vector<int>> waits_for = {},
                          const std::function<void(int item, const std::string &how)> &lost = {});
 
-/// How many workers there are cores and memory for.
+/// Number of workers that cores and memory allow.
 /// @param bytes_per_worker  that each of them needs
 /// @return >= 1
 int workers_that_fit(double bytes_per_worker, const MachineShare &share = share_of_machine());
