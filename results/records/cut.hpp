@@ -113,8 +113,8 @@ struct CutFile {
 void write_cut(const std::filesystem::path &path, const CutFile &cut);
 CutFile read_cut_file(const std::filesystem::path &path);
 
-/// A row for each record of the reference: numbers of its CutRun, and the part of tearing that the blade has to do itself
-/// so far.
+/// A row for each record of the reference: numbers of its CutRun, and the part of tearing that the blade has to do
+/// itself so far.
 Layout cut_table(const CutFile &file);
 
 /// A row for each model: its numbers in the end beside the reference, the median and the longest time from the blade

@@ -175,8 +175,8 @@ Layout measured_needle_table(const MeasuredNeedle &measured);
 /// [N]; and the work of the hand [mJ], beside the measured one.
 Layout fitted_needle_table(const MeasuredNeedle &measured);
 
-/// A row for each run of a needle in the arena, by mesh and budget, the best target first; forces have what they are off
-/// by behind them.
+/// A row for each run of a needle in the arena, by mesh and budget, the best target first; forces have what they are
+/// off by behind them.
 Layout needle_arena_table(const NeedleArena &arena);
 
 /// Sentences on the needle, its reference with its error bar, and the methods that are left out.
