@@ -35,8 +35,9 @@ ExportedProblem export_tool_scene(const ExportOptions &options, const std::strin
     const auto &file = output.path();
     results::write_tool_scene(file, problem, tool, results::current_provenance(command_line));
     ExportedProblem exported{{file}, std::move(notes)};
-    std::istringstream written(support::run_python(
-        "convert.scene_files", {file.string()}, {}, "a job for FEBio and a scene for SOFA", "python3-h5py python3-numpy"));
+    std::istringstream written(support::run_python("convert.scene_files", {file.string()}, {},
+                                                   "a job for FEBio and a scene for SOFA",
+                                                   "python3-h5py python3-numpy"));
     for (std::string line; std::getline(written, line);)
         exported.files.emplace_back(line);
     return exported;
