@@ -7,6 +7,7 @@
 #include <iterator>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <variant>
 #include <vector>
@@ -28,7 +29,7 @@
 ///     decides_statics                  whether its operator == counts for the static solution
 ///     contact()                        what is known of a contact before its facets are found
 ///
-/// It is a member of LoadCase, in its events() and in EventKind; load_cases/events/ has a reader for each.
+/// It is a member of Events and in EventKind, at the end of this file; load_cases/events/ has a reader for each.
 namespace livermark::core {
 
 /// A rigid tool that presses where contact finds it, as far as that is known before.
@@ -164,7 +165,19 @@ struct SlowHistory {
     }
 };
 
-/// The kinds of events.
+/// The events of a load case, each kind at most once.
+struct Events {
+    std::optional<TouchingTool> touching;
+    std::optional<Release> release;
+    std::optional<ToolMotion> tool;
+    std::optional<SlowHistory> slow_history;
+
+    /// Optional events, for those who treat all of them alike.
+    auto events() { return std::tie(touching, release, tool, slow_history); }
+    auto events() const { return std::tie(touching, release, tool, slow_history); }
+};
+
+/// The kinds of events, in that order.
 using EventKind = std::variant<TouchingTool, Release, ToolMotion, SlowHistory>;
 
 /// Some of the kinds.

@@ -56,7 +56,7 @@ struct YieldedPlace {
 
 /// A load case put on a mesh: everything lives on boundary triangles or in the volume, never on single nodes, so that
 /// it means the same for linear and quadratic elements and for springs.
-struct LoadCase {
+struct LoadCase : Events {
     std::string name;                      ///< file stem
     std::string title;                     ///< one line that a surgeon or engineer recognises
     std::string definition;                ///< the TOML text
@@ -80,18 +80,10 @@ struct LoadCase {
     /// body then, and the tractions are written as together they make one newton [Pa/N].
     double press_depth = 0.0;
     std::vector<YieldedPlace> yielded; ///< (Y) none where all places are apart by themselves
-    /// Events, each kind at most once. Whoever treats all of them alike asks events().
-    std::optional<TouchingTool> touching;
-    std::optional<Release> release;
-    std::optional<ToolMotion> tool;
-    std::optional<SlowHistory> slow_history;
     /// (L) parts of the loads at which solutions are kept, ascending to 1; all that drives the body grows with them.
     /// Empty in the small regime, and where slow_history says how all grows.
     std::vector<double> path;
 
-    /// Optional events in the order of EventKind.
-    auto events() { return std::tie(touching, release, tool, slow_history); }
-    auto events() const { return std::tie(touching, release, tool, slow_history); }
     EventSet kinds() const; ///< of the events that happen
     /// Whether time passes after the static start or in the material.
     bool in_time() const;
