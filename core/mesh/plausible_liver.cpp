@@ -319,11 +319,11 @@ std::vector<std::string> doubts_about_loads(const LoadCase &load_case, const Tet
         double traction = 0.0, displacement = 0.0; ///< the largest [Pa, m]
         Vector3 force = Vector3::Zero();           ///< [N]
     };
-    std::vector<Sums> of_place(load_case.conditions.size());
+    std::vector<Sums> place_sums(load_case.conditions.size());
     for (int f = 0; f < load_case.num_facets(); ++f) {
         if (load_case.is_free(f) || load_case.presses(f))
             continue;
-        auto &sums = of_place[static_cast<std::size_t>(load_case.condition_on[f])];
+        auto &sums = place_sums[static_cast<std::size_t>(load_case.condition_on[f])];
         const Vector3 value = load_case.value[f].array().isNaN().select(0.0, load_case.value[f].array()).matrix();
         if (load_case.is_constrained(f)) {
             sums.displacement = std::max(sums.displacement, value.norm());
@@ -338,9 +338,9 @@ std::vector<std::string> doubts_about_loads(const LoadCase &load_case, const Tet
         doubts.push_back(
             fmt::format("{}: '{}' has {}; check the number, which is in {}", load_case.name, place, what, unit));
     };
-    for (std::size_t c = 0; c < of_place.size(); ++c) {
+    for (std::size_t c = 0; c < place_sums.size(); ++c) {
         const auto &place = load_case.conditions[c].place;
-        const auto &sums = of_place[c];
+        const auto &sums = place_sums[c];
         if (sums.traction > largest_traction)
             doubt(place,
                   fmt::format("a traction of {:.3g} Pa, where no instrument exerts more than {:g} Pa on tissue",

@@ -118,7 +118,8 @@ void compare_forces(int constraint, std::size_t num_points, const Solution &solu
         ends_with_force ? along(solution.reaction[constraint], reference.reaction[constraint]) : no_stiffness;
     for (std::size_t k = 0; k < num_points; ++k) {
         const Vector3 &expected = reference.path[k].reaction[constraint];
-        errors.path.push_back(has_force(expected) ? along(solution.path[k].reaction[constraint], expected) : no_stiffness);
+        errors.path.push_back(has_force(expected) ? along(solution.path[k].reaction[constraint], expected)
+                                                  : no_stiffness);
     }
 }
 

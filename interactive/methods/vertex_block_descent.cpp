@@ -183,7 +183,7 @@ class VertexBlockDescent : public Simulation {
         return rest_.col(node) + in_row(rows_.displacement, rows_.row_of_node[node]).cast<double>();
     }
 
-    /// Of the k-th of nodes_ [N/m].
+    /// Stiffness of the k-th of nodes_ [N/m].
     Matrix3 hessian_of(const Field &x, std::size_t k) const {
         Matrix3 hessian = terms_.stiffness[nodes_[k]] * Matrix3::Identity();
         for (int c = offsets_[k]; c < offsets_[k + 1]; ++c) {

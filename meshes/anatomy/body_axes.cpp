@@ -152,10 +152,10 @@ std::optional<PatchFit> fit_of_patches(const core::TetraMesh &mesh) {
         double area = 0.0;
         for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
             if (mesh.boundary_patch[f] == number) {
-                const double of_facet = core::area_vector(mesh, f).norm();
-                area += of_facet;
+                const double facet_area = core::area_vector(mesh, f).norm();
+                area += facet_area;
                 for (const int node : mesh.boundary_triangles[f])
-                    sum += of_facet / 3.0 * mesh.points[node];
+                    sum += facet_area / 3.0 * mesh.points[node];
             }
         if (area > 0.0) {
             here.conservativeResize(3, here.cols() + 1);

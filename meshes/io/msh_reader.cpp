@@ -191,7 +191,7 @@ void merge_repeated(std::vector<Element> &elements, std::vector<Groups> &groups,
         tags->resize(num_kept);
 }
 
-/// Where groups overlap the one with fewer elements counts, say a lesion in a whole liver.
+/// Group of each element. Of groups that overlap the one with fewer elements counts, say a lesion in a whole liver.
 /// @param word  for a group without a name
 /// @param tags  of the elements, if these are kept
 template <class Element>

@@ -80,11 +80,11 @@ class MethodStepper : public Stepper {
 
     /// In four parts each where the method has nodes of its own in the middle of edges. Sides are half as long then, so
     /// penalties are twice as large.
-    std::vector<core::TouchedFacet> touched_facets(std::vector<core::TouchedFacet> of_mesh) const override {
+    std::vector<core::TouchedFacet> touched_facets(std::vector<core::TouchedFacet> facets) const override {
         const auto &mesh = scene_.body->mesh;
         const auto &own_nodes = simulation_->scene().own_nodes;
         if (own_nodes.empty())
-            return of_mesh;
+            return facets;
         const auto table = core::edge_table(mesh.tetrahedra);
         if (table.edges.size() != own_nodes.size())
             throw std::logic_error("nodes of a method that are in the middle of no edge");
@@ -93,7 +93,7 @@ class MethodStepper : public Stepper {
             return mesh.num_nodes() + static_cast<int>(edge - table.edges.begin());
         };
         std::vector<core::TouchedFacet> parts;
-        for (const auto &facet : of_mesh) {
+        for (const auto &facet : facets) {
             const auto [a, b, c] = facet.nodes;
             const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
             for (const auto &nodes : {std::array{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}})

@@ -80,8 +80,8 @@ class Stepper : public core::MovingNodes {
     virtual void cut(const NodalProblem &after, const std::vector<int> &parent_tetrahedron) = 0;
 
     /// Facets that a ball may touch: those of the mesh, or parts of them where the method has nodes in between.
-    virtual std::vector<core::TouchedFacet> touched_facets(std::vector<core::TouchedFacet> of_mesh) const {
-        return of_mesh;
+    virtual std::vector<core::TouchedFacet> touched_facets(std::vector<core::TouchedFacet> facets) const {
+        return facets;
     }
 
     /// Lets a ball touch the body from the next step on; null for none.

@@ -122,10 +122,10 @@ template <class T> struct StepsOfBody {
                 copy(field.low, to.low);
         };
         auto &to = at.nodes[slice];
-        const auto &of_parent = at.nodes[from_slice];
-        copy_fine(of_parent.position, to.position);
-        copy_fine(of_parent.velocity, to.velocity);
-        copy(of_parent.free_per_mass, to.free_per_mass);
+        const auto &parent_nodes = at.nodes[from_slice];
+        copy_fine(parent_nodes.position, to.position);
+        copy_fine(parent_nodes.velocity, to.velocity);
+        copy(parent_nodes.free_per_mass, to.free_per_mass);
         copy_fine(rest[from_slice], rest[slice]);
         if (!at.loads.empty())
             copy(at.loads[from_slice], at.loads[slice]);
@@ -340,17 +340,17 @@ void FastSteps::push(int node, const core::Vector3 &displacement, const core::Ve
     implementation_->visit([&]<class T>(StepsOfBody<T> &own) {
         const auto place = own.slot(static_cast<std::size_t>(node));
         const std::size_t slice = place.slice, lane = place.lane;
-        auto &of_slice = own.at.nodes[slice];
+        auto &nodes_of_slice = own.at.nodes[slice];
         for (std::size_t c = 0; c < 3; ++c) {
-            if (of_slice.free_per_mass[c][lane] == 0.0)
+            if (nodes_of_slice.free_per_mass[c][lane] == 0.0)
                 continue;
             const auto add = [&](FineField<T> &field, double change, Aligned<T> &rows) {
                 field.set(c, lane, field.get(c, lane) + change);
                 if (!rows.empty())
                     own.write_component(node, c, field.high[c][lane], rows);
             };
-            add(of_slice.position, displacement[static_cast<Eigen::Index>(c)], own.at.rows[own.at.now]);
-            add(of_slice.velocity, velocity[static_cast<Eigen::Index>(c)], own.at.velocity_rows[own.at.now]);
+            add(nodes_of_slice.position, displacement[static_cast<Eigen::Index>(c)], own.at.rows[own.at.now]);
+            add(nodes_of_slice.velocity, velocity[static_cast<Eigen::Index>(c)], own.at.velocity_rows[own.at.now]);
         }
     });
 }
@@ -368,16 +368,16 @@ void FastSteps::kick(std::span<const int> nodes, std::span<const core::Vector3> 
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             const auto row = static_cast<std::size_t>(own.at.body.row_of_node[nodes[i]]);
             const std::size_t lane = row % slice_size;
-            auto &of_slice = own.at.nodes[row / slice_size];
+            auto &nodes_of_slice = own.at.nodes[row / slice_size];
             for (std::size_t c = 0; c < 3; ++c) {
-                if (of_slice.free_per_mass[c][lane] == 0.0)
+                if (nodes_of_slice.free_per_mass[c][lane] == 0.0)
                     continue;
                 const double change = velocity[i][static_cast<Eigen::Index>(c)];
-                of_slice.velocity.set(c, lane, of_slice.velocity.get(c, lane) + change);
-                of_slice.position.set(c, lane, of_slice.position.get(c, lane) + time_step * change);
-                rows[4 * row + c] = of_slice.position.high[c][lane];
+                nodes_of_slice.velocity.set(c, lane, nodes_of_slice.velocity.get(c, lane) + change);
+                nodes_of_slice.position.set(c, lane, nodes_of_slice.position.get(c, lane) + time_step * change);
+                rows[4 * row + c] = nodes_of_slice.position.high[c][lane];
                 if (!velocity_rows.empty())
-                    velocity_rows[4 * row + c] = of_slice.velocity.high[c][lane];
+                    velocity_rows[4 * row + c] = nodes_of_slice.velocity.high[c][lane];
             }
             for (const std::size_t copy : own.copies_of(row)) {
                 std::copy_n(rows.data() + 4 * row, 3, rows.data() + 4 * copy);

@@ -125,7 +125,7 @@ template <class T> struct alignas(64) StageSlice {
     SliceField<T> for_velocity;
 };
 
-/// What Runge-Kutta-Chebyshev methods keep between their stages; see schemes-inl.hpp.
+/// State of Runge-Kutta-Chebyshev methods between their stages; see schemes-inl.hpp.
 template <class T> struct alignas(64) ChebyshevSlice {
     SliceField<T> first_acceleration;
     /// What accelerations have made of position and velocity at one stage and at the one before, which take turns.

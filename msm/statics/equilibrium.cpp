@@ -250,13 +250,13 @@ class Descent {
     /// Springs of stiffness k with energies k e^2 / 2 change by k e dx where positions are rounded by dx, and the sum
     /// of that is at most sqrt(2 U sum k) dx. A ball that touches rounds more than that where it is large.
     double rounding_of_energy() const {
-        const double of_contact =
+        const double contact_rounding =
             options_.contact ? options_.contact->rounding_of_energy(sum(positions_, state_.displacement)) : 0.0;
         if (!options_.bears_rounding)
-            return of_contact;
+            return contact_rounding;
         const double rounding = std::numeric_limits<double>::epsilon() * core::extent(positions_);
-        return of_contact + std::sqrt(2.0 * std::abs(potential_) * std::sqrt(static_cast<double>(free_.size())) *
-                                      rest_.rounding_force() * rounding);
+        return contact_rounding + std::sqrt(2.0 * std::abs(potential_) * std::sqrt(static_cast<double>(free_.size())) *
+                                            rest_.rounding_force() * rounding);
     }
 
     /// @return part of the direction that was gone, 0 where nothing of it leads downhill

@@ -214,9 +214,9 @@ Layout experiment_table(const ExperimentResult &result) {
          {"noise", "no_motion", "rigid_motion", "straight_line", "fit_residual", "reference_uncertainty"}) {
         if (!has_line && (name == "straight_line" || name == "fit_residual"))
             continue;
-        const auto &[head, of_states] = cells.column(name);
+        const auto &[head, state_cells] = cells.column(name);
         auto &row = layout.rows.emplace_back(std::vector{head.title, std::string()});
-        row.insert(row.end(), of_states.begin(), of_states.end());
+        row.insert(row.end(), state_cells.begin(), state_cells.end());
         row.emplace_back("");
     }
     for (const auto &of_model : rows_of(result)) {

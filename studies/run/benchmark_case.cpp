@@ -66,7 +66,8 @@ void compare_motion(results::Result &result, const TakingPart &models) {
     }
 }
 
-/// Where no reference has a solution to the whole load, one on the mesh may have come to a part of it.
+/// Comparison up to the part of the load that a reference on the mesh has come to, where none has a solution to all of
+/// it.
 void compare_as_far_as_reached(results::Result &result, const TakingPart &models) {
     const auto &load_case = result.problem.load_case;
     for (std::size_t m = 0; m < models.size(); ++m) {

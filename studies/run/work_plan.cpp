@@ -142,13 +142,13 @@ std::vector<WorkItem> plan_work(std::span<const core::Problem> problems, std::sp
         const auto end_of_body = std::ranges::stable_partition(left, [&](const CaseGroup &case_group) {
                                      return problems[case_group.front()].body == body;
                                  }).begin();
-        const std::vector of_body(left.begin(), end_of_body);
+        const std::vector same_body(left.begin(), end_of_body);
         left.erase(left.begin(), end_of_body);
         if (!together.empty())
-            plan.add_solves(together, of_body, most_together, is_wanted);
+            plan.add_solves(together, same_body, most_together, is_wanted);
         for (const auto model : others)
-            plan.add_solves({model}, of_body, 1, is_wanted);
-        plan.add_evaluations(wanted_of(of_body, is_wanted));
+            plan.add_solves({model}, same_body, 1, is_wanted);
+        plan.add_evaluations(wanted_of(same_body, is_wanted));
     }
     return std::move(plan.items);
 }

@@ -46,7 +46,7 @@ class DrivingInSteps {
                    const core::Needle &needle, const MovingInsertionOptions &options)
         : body_(body), mesh_(mesh), options_(options), needle_(needle, mesh, body.node_mass, conditions) {
         auto steps = msm::FastSteps::prepare(body, mesh.points, conditions, options.damping, "symplectic_euler",
-                                        options.time_step, {.precision = options.precision});
+                                             options.time_step, {.precision = options.precision});
         if (!steps || options.damping.beta != 0.0)
             throw std::invalid_argument("fast kernels do not know this body, or its damping is not told apart");
         steps_ = std::move(steps);

@@ -30,17 +30,17 @@ template <class Record> class Shown {
     Shown(std::string title) : title(std::move(title)) {}
     Shown(const char *title) : title(title) {}
     Shown(std::string title, double factor, int decimals)
-        : title(std::move(title)), of_value([=](double value) { return fixed(factor * value, decimals); }) {}
+        : title(std::move(title)), value_cell([=](double value) { return fixed(factor * value, decimals); }) {}
     template <class Cell> Shown(std::string title, Cell cell) : title(std::move(title)) {
         if constexpr (std::is_invocable_v<Cell, const Record &>)
-            of_record = std::move(cell);
+            record_cell = std::move(cell);
         else
-            of_value = std::move(cell);
+            value_cell = std::move(cell);
     }
 
     std::string title;
-    std::function<std::string(double)> of_value;
-    std::function<std::string(const Record &)> of_record;
+    std::function<std::string(double)> value_cell;
+    std::function<std::string(const Record &)> record_cell;
 };
 
 /// Records of one kind as columns of a group: each has a row of every dataset, and a text of every list of texts. A
@@ -260,7 +260,7 @@ template <class Record> class Columns<Cells, Record> {
         if constexpr (std::is_convertible_v<std::invoke_result_t<Value, const Record &>, double>)
             add(name, true, shown, [&](const Record &record) {
                 const auto number = std::invoke(value, record);
-                return shown.of_value ? shown.of_value(static_cast<double>(number)) : fmt::format("{}", number);
+                return shown.value_cell ? shown.value_cell(static_cast<double>(number)) : fmt::format("{}", number);
             });
     }
     template <class... Said> void blocks(const Said &...) const {}
@@ -271,7 +271,7 @@ template <class Record> class Columns<Cells, Record> {
             return;
         std::vector<std::string> cells;
         for (const auto &record : *records_)
-            cells.push_back(shown.of_record ? shown.of_record(record) : cell(record));
+            cells.push_back(shown.record_cell ? shown.record_cell(record) : cell(record));
         at_.add(name, {shown.title, is_number}, std::move(cells));
     }
 
