@@ -7,6 +7,7 @@
 #include <deal.II/lac/solver_control.h>
 #include <deal.II/lac/solver_gmres.h>
 
+#include <Teuchos_ParameterList.hpp>
 #include <algorithm>
 #include <functional>
 #include <limits>

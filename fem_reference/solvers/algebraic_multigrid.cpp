@@ -5,6 +5,7 @@
 #include <Epetra_CrsMatrix.h>
 #include <Epetra_Map.h>
 #include <Epetra_Vector.h>
+#include <Teuchos_ParameterList.hpp>
 #include <algorithm>
 #include <ml_MultiLevelPreconditioner.h>
 #include <stdexcept>

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Teuchos_ParameterList.hpp>
 #include <memory>
 #include <span>
 #include <vector>
@@ -9,6 +8,10 @@
 #include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/solvers/matrices.hpp"
 #include "fem_reference/solvers/two_level.hpp"
+
+namespace Teuchos {
+class ParameterList;
+}
 
 namespace livermark::fem_reference {
 

@@ -12,7 +12,6 @@
 
 #include "core/tool/slow_response.hpp"
 #include "core/tool/tool_stiffness.hpp"
-#include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/one_reference.hpp"
