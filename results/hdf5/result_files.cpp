@@ -27,7 +27,7 @@ FileKind kind_in(const std::filesystem::path &path) {
         return FileKind::stability;
     if (file.has("/timings"))
         return FileKind::timings;
-    if (file.has("/bodies") && file.has("/statistics"))
+    if (file.has("/bodies") && file.has("/errors"))
         return FileKind::cohort;
     if (file.has("/arena"))
         return FileKind::arena;

@@ -220,11 +220,12 @@ toml::array outputs_with_laws(const core::Problem &large, const std::vector<Outp
     auto models = models::all_models();
     std::erase_if(models,
                   [](const core::Model &model) { return model.name != law_of_reference && model.name != other_law; });
-    use_stored_references(models, stored_references_folder());
+    PreparedModels prepared{SolutionCache(stored_references_folder())};
     toml::array answers;
     for (const auto *name : {law_of_reference, other_law}) {
         steps.next(fmt::format("{} / {} / {}", large.body->name, large.load_case.name, name));
-        answers.push_back(outputs_on(name, large, outputs, support::find_named(models, name, "model").solve(large)));
+        answers.push_back(
+            outputs_on(name, large, outputs, prepared.solve(support::find_named(models, name, "model"), large)));
     }
     return answers;
 }
