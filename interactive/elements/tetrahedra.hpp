@@ -21,7 +21,7 @@ inline Eigen::Map<const Eigen::Vector3f> in_row(const kernels::Aligned<float> &r
 /// A row in single precision, and where it is measured from, as one vector in double precision.
 class FineRow {
   public:
-    FineRow(core::Vector3 origin, Eigen::Map<Eigen::Vector3f> row) : origin_(std::move(origin)), row_(row) {}
+    FineRow(core::Vector3 origin, const Eigen::Map<Eigen::Vector3f> &row) : origin_(std::move(origin)), row_(row) {}
     operator core::Vector3() const { return origin_ + row_.cast<double>(); } // NOLINT(google-explicit-constructor)
     void operator+=(const core::Vector3 &change) { row_ = (row_.cast<double>() + change).cast<float>(); }
 
