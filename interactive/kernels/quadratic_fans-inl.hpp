@@ -117,7 +117,7 @@ HWY_INLINE void find_stresses(AtPoints &at, const ShapeGradients &g, V shear, V 
 }
 
 /// Forces of tetrahedra into slots, summed at the nodes of fans.
-HWY_NOINLINE void find_forces_of_quadratic_fans(ExplicitRows &rows) {
+inline HWY_NOINLINE void find_forces_of_quadratic_fans(ExplicitRows &rows) {
     constexpr std::size_t next = quadratic_lines.of_tetrahedron * slice_size;
     const Vec3 zero{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     const float *const nodes = rows.displacement.data();
