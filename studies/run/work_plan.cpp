@@ -139,9 +139,9 @@ std::vector<WorkItem> plan_work(std::span<const core::Problem> problems, std::sp
     Plan plan;
     while (!left.empty()) {
         const auto body = problems[left.front().front()].body;
-        const auto end_of_body = std::ranges::stable_partition(left, [&](const CaseGroup &case_group) {
-                                     return problems[case_group.front()].body == body;
-                                 }).begin();
+        const auto end_of_body = std::stable_partition(left.begin(), left.end(), [&](const CaseGroup &case_group) {
+            return problems[case_group.front()].body == body;
+        });
         const std::vector same_body(left.begin(), end_of_body);
         left.erase(left.begin(), end_of_body);
         if (!together.empty())
