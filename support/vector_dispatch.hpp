@@ -6,6 +6,7 @@
 /// @param kernel      in HWY_NAMESPACE
 /// @param parameters  of both, in brackets
 /// @param arguments   their names, in brackets
+// NOLINTBEGIN(bugprone-macro-parentheses): brackets are part of the arguments.
 #define LIVERMARK_DISPATCH(function, kernel, parameters, arguments)                                                    \
     namespace {                                                                                                        \
     HWY_EXPORT(kernel);                                                                                                \
@@ -13,3 +14,4 @@
     function parameters {                                                                                              \
         return HWY_DYNAMIC_DISPATCH(kernel) arguments;                                                                 \
     }
+// NOLINTEND(bugprone-macro-parentheses)
