@@ -130,18 +130,6 @@ class SpringStepper : public Stepper {
                 static_cast<double>(steps_->working_set()) / static_cast<double>(body_->mesh.tetrahedra.size())};
     }
 
-    Eigen::MatrixXf converged_response(const core::PlaceWeights & /*weights*/, double /*frame*/) const override {
-        throw std::logic_error("explicit steps respond by their masses");
-    }
-    Eigen::MatrixXf observed_response(const core::PlaceWeights & /*weights*/, double /*frame*/,
-                                      const Effort & /*effort*/, double /*force*/) const override {
-        throw std::logic_error("explicit steps respond by their masses");
-    }
-    void load(std::span<const int> nodes, std::span<const core::Vector3> force) override {
-        for (std::size_t i = 0; i < nodes.size(); ++i)
-            steps_->set_load(nodes[i], force[i]);
-    }
-
     void displacements(std::span<const int> nodes, std::span<core::Vector3> found) const override {
         steps_->displacements(nodes, found);
     }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <vector>
 
 #include "core/problem.hpp"
@@ -116,12 +117,20 @@ class Stepper : public core::MovingNodes {
     /// effort gives it (interactive::observed_place_response).
     /// @param frame  [s]
     /// @return shape (3 N, 3 K) [1/kg]
-    virtual Eigen::MatrixXf converged_response(const core::PlaceWeights &weights, double frame) const = 0;
-    virtual Eigen::MatrixXf observed_response(const core::PlaceWeights &weights, double frame, const Effort &effort,
-                                              double force) const = 0;
+    /// @throws std::logic_error of explicit steps, which respond by their masses: per_mass()
+    virtual Eigen::MatrixXf converged_response(const core::PlaceWeights & /*weights*/, double /*frame*/) const {
+        throw std::logic_error("explicit steps respond by their masses");
+    }
+    virtual Eigen::MatrixXf observed_response(const core::PlaceWeights & /*weights*/, double /*frame*/,
+                                              const Effort & /*effort*/, double /*force*/) const {
+        throw std::logic_error("explicit steps respond by their masses");
+    }
 
-    /// Loads some nodes from the next step on, and no others [N]. Of implicit steps.
-    virtual void load(std::span<const int> nodes, std::span<const core::Vector3> force) = 0;
+    /// Loads some nodes from the next step on, and no others [N].
+    /// @throws std::logic_error of explicit steps
+    virtual void load(std::span<const int> /*nodes*/, std::span<const core::Vector3> /*force*/) {
+        throw std::logic_error("forces on explicit steps are kicks");
+    }
 };
 
 inline std::optional<Effort> Stepper::least_effort(double frame) const {
