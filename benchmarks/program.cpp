@@ -11,10 +11,10 @@
 #include <span>
 #include <string_view>
 
+#include "core/support/input_error.hpp"
 #include "results/provenance.hpp"
 #include "results/quantile.hpp"
 #include "results/records/timings.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::benchmarks {
 

@@ -8,12 +8,12 @@
 
 #include "benchmarks/limits.hpp"
 #include "core/mesh/refinement.hpp"
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::benchmarks {
 

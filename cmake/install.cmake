@@ -46,8 +46,8 @@ endfunction()
 
 # What livermark_msm_solvers has the sources of.
 set(factorising_statics "(statics/(dynamic|equilibrium|load_path|rest|surface_)|viscoelastic/slow_history)")
-livermark_install_headers(core support ONLY "^input_error")
-livermark_install_headers(core core)
+livermark_install_headers(core core/support ONLY "^input_error")
+livermark_install_headers(core core EXCEPT "^support/")
 livermark_install_headers(msm msm
   EXCEPT "-inl" "^kernels/(equilibria|layout|simd|threads)/" "^kernels/(relaxation|scaled_mass_steps|step_workspace)" "^implicit" "dynamics/(release|spectrum)"
     "${factorising_statics}")
@@ -56,7 +56,7 @@ if(LIVERMARK_WITH_FEM_REFERENCE)
   list(APPEND components fem_reference)
   livermark_install_headers(fem_reference msm
     ONLY "^implicit" "dynamics/(release|spectrum)" "${factorising_statics}")
-  livermark_install_headers(fem_reference support ONLY "^(factors/sparse_cholesky|processes/mpi_session)")
+  livermark_install_headers(fem_reference core/support ONLY "^(factors/sparse_cholesky|processes/mpi_session)")
   livermark_install_headers(fem_reference fem_reference)
 endif()
 

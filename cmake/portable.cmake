@@ -5,9 +5,9 @@
 # are added up.
 include(extensions)
 function(livermark_portable_sources target top)
-  include(${top}/live/sources.cmake)
+  include(${top}/app/live/sources.cmake)
   include(${top}/msm/sources.cmake)
-  list(TRANSFORM livermark_live_sources PREPEND ${top}/live/)
+  list(TRANSFORM livermark_live_sources PREPEND ${top}/app/live/)
   list(TRANSFORM livermark_portable_msm_sources PREPEND ${top}/msm/)
   target_sources(${target} PRIVATE ${livermark_live_sources} ${livermark_portable_msm_sources}
     ${top}/msm/kernels/threads/one_thread.cpp
@@ -15,7 +15,7 @@ function(livermark_portable_sources target top)
     ${top}/core/mesh/tetra_mesh.cpp
     ${top}/core/tool/round_load.cpp ${top}/core/tool/least_within_limits.cpp ${top}/core/tool/needle/needle_line.cpp
     ${top}/core/tool/needle/moving_needle.cpp
-    ${top}/core/mesh/places.cpp ${top}/core/relaxation.cpp ${top}/support/input_error.cpp)
+    ${top}/core/mesh/places.cpp ${top}/core/relaxation.cpp ${top}/core/support/input_error.cpp)
   set(CMAKE_CURRENT_SOURCE_DIR ${top}/msm)
   livermark_extensions(${target} spring_laws TYPE SpringLaw HEADER msm/spring_law.hpp)
   livermark_extensions(${target} spring_energies TYPE SpringEnergy HEADER msm/spring_energy.hpp)

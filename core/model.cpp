@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "support/input_error.hpp"
+#include "core/support/input_error.hpp"
 
 namespace livermark::core {
 

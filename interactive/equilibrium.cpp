@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/support/factors/sparse_cholesky.hpp"
 #include "interactive/simulation.hpp"
-#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::interactive {
 

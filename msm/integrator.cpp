@@ -1,6 +1,6 @@
 #include "msm/integrator.hpp"
 
-#include "support/input_error.hpp"
+#include "core/support/input_error.hpp"
 
 namespace livermark::msm {
 

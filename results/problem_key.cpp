@@ -7,8 +7,8 @@
 #include <string_view>
 #include <type_traits>
 
+#include "core/support/files.hpp"
 #include "results/facet_arrays.hpp"
-#include "support/files.hpp"
 
 namespace livermark::results {
 

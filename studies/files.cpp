@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/toml_input.hpp"
 #include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::studies {
 

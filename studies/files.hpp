@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "support/files.hpp"
+#include "core/support/files.hpp"
 
 namespace livermark::studies {
 

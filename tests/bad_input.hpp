@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "support/input_error.hpp"
+#include "core/support/input_error.hpp"
 
 namespace livermark::tests {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "live/messages.hpp"
+#include "app/live/messages.hpp"
 
 namespace {
 

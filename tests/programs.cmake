@@ -1,15 +1,15 @@
 # Tests that start programs: ours on bad input, on several ranks and on small files, and those of other people on our files.
 # The table of bad inputs, each for a child process. Programs that do not load two hundred libraries start at once.
-add_library(livermark_bad_inputs STATIC cli/bad_inputs/bad_solutions.cpp cli/bad_inputs/bad_blades.cpp cli/bad_inputs/bad_bodies.cpp
-  cli/bad_inputs/bad_command_lines.cpp cli/bad_inputs/bad_hdf5_files.cpp cli/bad_inputs/bad_images.cpp cli/bad_inputs/bad_inputs.cpp
-  cli/bad_inputs/bad_load_cases.cpp cli/bad_inputs/bad_meshes.cpp cli/bad_inputs/bad_places.cpp cli/bad_inputs/bad_tools.cpp)
+add_library(livermark_bad_inputs STATIC app/cli/bad_inputs/bad_solutions.cpp app/cli/bad_inputs/bad_blades.cpp app/cli/bad_inputs/bad_bodies.cpp
+  app/cli/bad_inputs/bad_command_lines.cpp app/cli/bad_inputs/bad_hdf5_files.cpp app/cli/bad_inputs/bad_images.cpp app/cli/bad_inputs/bad_inputs.cpp
+  app/cli/bad_inputs/bad_load_cases.cpp app/cli/bad_inputs/bad_meshes.cpp app/cli/bad_inputs/bad_places.cpp app/cli/bad_inputs/bad_tools.cpp)
 target_link_libraries(livermark_bad_inputs PUBLIC livermark::core livermark::meshes livermark_result_samples
   PRIVATE livermark_hdf5 livermark_build_options)
 target_link_options(livermark_bad_inputs PUBLIC -Wl,--as-needed)
 target_compile_definitions(livermark_bad_inputs PUBLIC LIVERMARK_BINARY="$<TARGET_FILE:livermark>")
-add_executable(bad_input_table cli/bad_inputs/write_table.cpp)
+add_executable(bad_input_table app/cli/bad_inputs/write_table.cpp)
 target_link_libraries(bad_input_table PRIVATE livermark_bad_inputs livermark_build_options)
-add_executable(bad_input_tests cli/bad_inputs/bad_input_test.cpp)
+add_executable(bad_input_tests app/cli/bad_inputs/bad_input_test.cpp)
 target_link_libraries(bad_input_tests PRIVATE livermark_bad_inputs GTest::gtest_main livermark_build_options)
 target_compile_definitions(bad_input_tests PRIVATE LIVERMARK_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
   LIVERMARK_SEGMENTATION=$<BOOL:${LIVERMARK_SEGMENTATION}>)
@@ -70,7 +70,7 @@ add_test(NAME ResultFiles.AreWhatTheSchemaSays
     ${CMAKE_CURRENT_BINARY_DIR})
 # What a browser would read, without a browser.
 add_test(NAME Report.IsWellFormedAndNeedsNothingElse
-  COMMAND ${vtk_python} ${CMAKE_CURRENT_SOURCE_DIR}/cli/report_page_test.py $<TARGET_FILE:livermark> ${sample_result}
+  COMMAND ${vtk_python} ${CMAKE_CURRENT_SOURCE_DIR}/app/cli/report_page_test.py $<TARGET_FILE:livermark> ${sample_result}
     ${CMAKE_CURRENT_BINARY_DIR}/still_result.h5 ${sample_stability} ${sample_timings}
     ${sample_calibration} ${sample_cohort} ${sample_arena})
 add_test(NAME ResultFile.HasTheStructureOfTheExample

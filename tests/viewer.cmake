@@ -30,7 +30,7 @@ foreach(part IN LISTS parts)
     set(tier nightly)
   endif()
   string(REPLACE "/" "_" name ${part})
-  add_test(NAME Viewer.${name} COMMAND ${NODE} ${PROJECT_SOURCE_DIR}/viewer/tests/when_built.mjs ${part}.test.mjs ${not_there})
+  add_test(NAME Viewer.${name} COMMAND ${NODE} ${PROJECT_SOURCE_DIR}/app/viewer/tests/when_built.mjs ${part}.test.mjs ${not_there})
   set_tests_properties(Viewer.${name} PROPERTIES LABELS ${tier} TIMEOUT 1500 SKIP_RETURN_CODE ${not_there}
     ENVIRONMENT "LIVERMARK_BUILD=${CMAKE_BINARY_DIR};LIVERMARK_ROOT=${PROJECT_SOURCE_DIR};PYTHON=${vtk_python}")
 endforeach()

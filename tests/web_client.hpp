@@ -11,7 +11,7 @@
 #include <optional>
 #include <string>
 
-#include "server/session.hpp"
+#include "app/server/session.hpp"
 
 /// What a browser sends to a server on this machine, and what nobody else should.
 namespace livermark::tests {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "support/files.hpp"
+#include "core/support/files.hpp"
 
 namespace livermark::core {
 

@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "core/stopwatch.hpp"
+#include "core/support/processes/mpi_session.hpp"
 #include "fem_reference/distributed/distributed_systems.hpp"
 #include "fem_reference/distributed/part.hpp"
 #include "fem_reference/hyperelastic/equilibrium_search.hpp"
 #include "fem_reference/linear/conditions.hpp"
-#include "support/processes/mpi_session.hpp"
 
 namespace livermark::hyperelastic {
 

@@ -12,11 +12,11 @@
 #include <string>
 
 #include "core/stopwatch.hpp"
+#include "core/support/processes/mpi_session.hpp"
 #include "fem_reference/distributed/distributed_systems.hpp"
 #include "fem_reference/distributed/part.hpp"
 #include "fem_reference/linear/chosen_solver.hpp"
 #include "fem_reference/linear/conditions.hpp"
-#include "support/processes/mpi_session.hpp"
 
 namespace livermark::fem_reference {
 

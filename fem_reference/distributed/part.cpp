@@ -15,8 +15,8 @@
 
 #include "core/mesh/refinement.hpp"
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/support/processes/mpi_session.hpp"
 #include "fem_reference/solvers/two_level.hpp"
-#include "support/processes/mpi_session.hpp"
 
 namespace livermark::fem_reference {
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "core/problem.hpp"
+#include "core/support/processes/mpi_session.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
-#include "support/processes/mpi_session.hpp"
 
 namespace livermark::fem_reference {
 

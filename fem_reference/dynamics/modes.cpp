@@ -8,9 +8,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/support/input_error.hpp"
 #include "fem_reference/linear/conditions.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::fem_reference {
 

@@ -11,11 +11,11 @@
 #include <string>
 #include <utility>
 
+#include "core/support/input_error.hpp"
 #include "fem_reference/hyperelastic/equilibrium_search.hpp"
 #include "fem_reference/hyperelastic/motion.hpp"
 #include "fem_reference/hyperelastic/surface_deformation.hpp"
 #include "fem_reference/linear/conditions.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::hyperelastic {
 

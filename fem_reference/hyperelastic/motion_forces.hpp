@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
+#include "core/support/factors/sparse_cholesky.hpp"
 #include "fem_reference/hyperelastic/elements.hpp"
 #include "fem_reference/hyperelastic/surface.hpp"
-#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::hyperelastic {
 

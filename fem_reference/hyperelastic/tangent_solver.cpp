@@ -11,11 +11,11 @@
 #include <limits>
 #include <optional>
 
+#include "core/support/factors/sparse_cholesky.hpp"
 #include "fem_reference/linear/chosen_solver.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
 #include "fem_reference/solvers/matrices.hpp"
 #include "fem_reference/solvers/two_level.hpp"
-#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::hyperelastic {
 

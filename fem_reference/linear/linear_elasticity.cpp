@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/stopwatch.hpp"
+#include "core/support/input_error.hpp"
 #include "fem_reference/dynamics/release.hpp"
 #include "fem_reference/linear/chosen_solver.hpp"
 #include "fem_reference/linear/conditions.hpp"
@@ -20,7 +21,6 @@
 #include "fem_reference/linear/mixed_solver.hpp"
 #include "fem_reference/solvers/iterative_solver.hpp"
 #include "fem_reference/solvers/two_level.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::fem_reference {
 

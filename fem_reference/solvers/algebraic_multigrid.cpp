@@ -18,7 +18,7 @@
 #endif
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "support/processes/mpi_session.hpp"
+#include "core/support/processes/mpi_session.hpp"
 
 namespace livermark::fem_reference {
 

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "core/stopwatch.hpp"
+#include "core/support/factors/sparse_cholesky.hpp"
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/solvers/matrices.hpp"
-#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::fem_reference {
 

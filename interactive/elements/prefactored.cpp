@@ -4,9 +4,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/support/factors/sparse_cholesky.hpp"
 #include "interactive/elements/tetrahedra.hpp"
 #include "interactive/simulation.hpp"
-#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::interactive {
 

@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/support/factors/sparse_cholesky.hpp"
 #include "interactive/kernels/prefactored/prefactored_rows.hpp"
 #include "interactive/simulation.hpp"
-#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::interactive {
 

@@ -3,10 +3,10 @@
 #define HWY_TARGET_INCLUDE "interactive/kernels/explicit_steps.cpp"
 #include <hwy/foreach_target.h> // has to come before highway.h
 
+#include "core/support/vector_dispatch.hpp"
 #include "interactive/kernels/explicit_rows.hpp"
 #include "interactive/kernels/fans-inl.hpp"
 #include "interactive/kernels/quadratic_fans-inl.hpp"
-#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {

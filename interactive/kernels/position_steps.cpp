@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <hwy/foreach_target.h> // has to come before highway.h
 
+#include "core/support/vector_dispatch.hpp"
 #include "interactive/kernels/inertia-inl.hpp"
 #include "interactive/kernels/neo_hookean-inl.hpp"
 #include "interactive/kernels/position_rows.hpp"
 #include "interactive/kernels/springs-inl.hpp"
-#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {

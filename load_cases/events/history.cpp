@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
 #include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::load_cases {
 

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 #include <numbers>
 
+#include "core/support/input_error.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/event_reader.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::load_cases {
 

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/support/toml_input.hpp"
 #include "core/units.hpp"
 #include "load_cases/places/selector.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::load_cases {
 

@@ -7,7 +7,7 @@
 
 #include "core/load_case.hpp"
 #include "core/mesh/tetra_mesh.hpp"
-#include "support/toml_input.hpp"
+#include "core/support/toml_input.hpp"
 
 /// The little geometry that selectors and needles share. Facets are indices into mesh.boundary_triangles.
 namespace livermark::load_cases {

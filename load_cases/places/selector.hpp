@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/load_case.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/toml_input.hpp"
 #include "core/tool/round_load.hpp"
-#include "support/input_error.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::load_cases {
 

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/support/input_error.hpp"
 #include "load_cases/places/facets.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::load_cases {
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "core/load_case.hpp"
+#include "core/support/toml_input.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/event_reader.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::load_cases {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/load_case.hpp"
-#include "support/toml_input.hpp"
+#include "core/support/toml_input.hpp"
 
 namespace livermark::load_cases {
 

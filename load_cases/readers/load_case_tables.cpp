@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/support/input_error.hpp"
+#include "core/support/toml_input.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/effects.hpp"
 #include "load_cases/readers/event_reader.hpp"
-#include "support/input_error.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::load_cases {
 

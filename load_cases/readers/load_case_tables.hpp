@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "core/problem.hpp"
-#include "support/toml_input.hpp"
+#include "core/support/toml_input.hpp"
 
 namespace livermark::load_cases {
 

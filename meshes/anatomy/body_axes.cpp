@@ -12,9 +12,9 @@
 #include <string_view>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/support/input_error.hpp"
 #include "meshes/anatomy/liver_patches.hpp"
 #include "meshes/cutting/cut.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 

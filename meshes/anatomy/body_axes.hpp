@@ -6,7 +6,7 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/problem.hpp"
-#include "support/toml_input.hpp"
+#include "core/support/toml_input.hpp"
 
 namespace livermark::meshes {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "support/input_error.hpp"
+#include "core/support/input_error.hpp"
 
 namespace livermark::meshes {
 

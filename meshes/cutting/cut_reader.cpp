@@ -7,10 +7,10 @@
 #include <sstream>
 #include <toml++/toml.h>
 
+#include "core/support/files.hpp"
+#include "core/support/toml_input.hpp"
 #include "meshes/anatomy/body_axes.hpp"
 #include "meshes/io/mesh_files.hpp"
-#include "support/files.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::meshes {
 

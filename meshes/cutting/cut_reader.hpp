@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/support/toml_input.hpp"
 #include "meshes/cutting/cut.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::meshes {
 

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <string>
 
+#include "core/support/input_error.hpp"
 #include "meshes/generators/delaunay.hpp"
 #include "meshes/io/mesh_checks.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 

@@ -6,8 +6,8 @@
 #include <gmsh.h>
 #include <numbers>
 
+#include "core/support/input_error.hpp"
 #include "meshes/generators/delaunay.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 

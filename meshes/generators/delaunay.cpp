@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/support/input_error.hpp"
 #include "meshes/io/mesh_checks.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 

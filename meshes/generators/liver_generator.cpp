@@ -8,13 +8,13 @@
 #include <functional>
 #include <stdexcept>
 
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
 #include "meshes/anatomy/liver_patches.hpp"
 #include "meshes/generators/delaunay.hpp"
 #include "meshes/generators/liver_shape.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 

@@ -8,10 +8,10 @@
 #include <tuple>
 #include <utility>
 
+#include "core/support/input_error.hpp"
+#include "core/support/random_numbers.hpp"
 #include "meshes/generators/delaunay.hpp"
 #include "meshes/generators/surface_mesh.hpp"
-#include "support/input_error.hpp"
-#include "support/random_numbers.hpp"
 
 namespace livermark::meshes {
 

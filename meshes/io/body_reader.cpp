@@ -9,13 +9,13 @@
 
 #include "core/mesh/plausible_liver.hpp"
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/toml_input.hpp"
 #include "meshes/anatomy/body_axes.hpp"
 #include "meshes/cutting/cut_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::meshes {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "support/toml_input.hpp"
+#include "core/support/toml_input.hpp"
 
 namespace livermark::meshes {
 

@@ -11,8 +11,8 @@
 
 #include "core/mesh/plausible_liver.hpp"
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/support/input_error.hpp"
 #include "meshes/cutting/cut.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 

@@ -13,11 +13,11 @@
 
 #include "core/mesh/plausible_liver.hpp"
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/processes/child_process.hpp"
+#include "core/support/toml_input.hpp"
 #include "meshes/io/msh_reader.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
-#include "support/processes/child_process.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::meshes {
 

@@ -13,10 +13,10 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/toml_input.hpp"
 #include "meshes/io/mesh_checks.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::meshes {
 

@@ -10,11 +10,11 @@
 #include <utility>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/support/input_error.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/implicit_integrators.hpp"
 #include "msm/viscoelastic/relaxing_stepper.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::msm {
 

@@ -10,9 +10,9 @@
 #include <functional>
 #include <stdexcept>
 
+#include "core/support/factors/blas_memory.hpp"
+#include "core/support/input_error.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "support/factors/blas_memory.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::msm {
 

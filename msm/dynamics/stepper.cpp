@@ -9,10 +9,10 @@
 #include <random>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/support/input_error.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::msm {
 

@@ -1,8 +1,8 @@
 #include <Eigen/CholmodSupport>
 #include <memory>
 
+#include "core/support/factors/blas_memory.hpp"
 #include "msm/integrator.hpp"
-#include "support/factors/blas_memory.hpp"
 
 namespace livermark::msm::implicit_integrators {
 

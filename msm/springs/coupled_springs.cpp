@@ -7,12 +7,12 @@
 #include <span>
 #include <utility>
 
+#include "core/support/input_error.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/springs/strain_measures.hpp"
 #include "msm/springs/tetrahedron.hpp"
 #include "msm/springs/volume_penalty.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::msm {
 

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <utility>
 
+#include "core/support/input_error.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/tetrahedron.hpp"
 #include "msm/springs/volume_penalty.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::msm {
 

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/support/input_error.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/statics/equilibrium.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::msm {
 

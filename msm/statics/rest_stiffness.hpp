@@ -13,10 +13,10 @@
 #include "core/mesh/places.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
+#include "core/support/factors/sparse_cholesky.hpp"
 #include "core/tool/needle/pushed_body.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
-#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::msm {
 

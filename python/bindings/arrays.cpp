@@ -12,7 +12,7 @@
 
 #include "core/mesh/plausible_liver.hpp"
 #include "core/mesh/tetra_mesh.hpp"
-#include "support/input_error.hpp"
+#include "core/support/input_error.hpp"
 
 namespace livermark::python {
 

@@ -12,7 +12,7 @@
 #include <unistd.h>
 #include <utility>
 
-#include "support/input_error.hpp"
+#include "core/support/input_error.hpp"
 
 namespace livermark::python {
 

@@ -3,11 +3,11 @@
 #include <utility>
 
 #include "core/rayleigh_damping.hpp"
+#include "core/support/input_error.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "python/bindings/interpreter.hpp"
 #include "python/bindings/springs.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::python {
 

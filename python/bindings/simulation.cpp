@@ -14,13 +14,13 @@
 #include <vector>
 
 #include "core/rayleigh_damping.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/processes/own_process.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "python/bindings/interpreter.hpp"
 #include "python/bindings/springs.hpp"
-#include "support/input_error.hpp"
-#include "support/processes/own_process.hpp"
 
 namespace livermark::python {
 

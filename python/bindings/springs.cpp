@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "core/mesh/plausible_liver.hpp"
+#include "core/support/input_error.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "python/bindings/arrays.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::python {
 

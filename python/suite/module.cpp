@@ -1,16 +1,16 @@
 #include <fmt/format.h>
 #include <utility>
 
+#include "core/support/files.hpp"
 #include "meshes/cutting/cut_reader.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "models/model_table.hpp"
 #include "python/bindings/arrays.hpp"
 #include "python/bindings/interpreter.hpp"
 #include "python/suite/problem.hpp"
 #include "results/provenance.hpp"
 #include "studies/advise/advise.hpp"
 #include "studies/files.hpp"
-#include "support/files.hpp"
+#include "studies/models/model_table.hpp"
 
 namespace livermark::python {
 

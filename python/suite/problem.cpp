@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "core/solution.hpp"
-#include "models/model_table.hpp"
+#include "core/support/input_error.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "python/bindings/interpreter.hpp"
+#include "studies/models/model_table.hpp"
 #include "studies/run/problems.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::python {
 

@@ -5,14 +5,14 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/support/input_error.hpp"
+#include "core/support/processes/own_process.hpp"
 #include "python/bindings/interpreter.hpp"
 #include "python/suite/problem.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/one_reference.hpp"
 #include "studies/exchange/score.hpp"
 #include "studies/progress.hpp"
-#include "support/input_error.hpp"
-#include "support/processes/own_process.hpp"
 
 namespace livermark::python {
 

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "core/problem.hpp"
+#include "core/support/files.hpp"
 #include "results/hdf5/io/columns.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/records/result.hpp"
-#include "support/files.hpp"
 
 /// Parts of several kinds of files that Livermark writes. Internal to results/.
 namespace livermark::results::hdf5 {

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 #include <limits>
 
+#include "core/support/files.hpp"
 #include "results/hdf5/file_parts.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/solution_group.hpp"
 #include "results/problem_key.hpp"
-#include "support/files.hpp"
 
 namespace livermark::results {
 

@@ -11,11 +11,11 @@
 #include <system_error>
 #include <utility>
 
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/problem_key.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::results {
 

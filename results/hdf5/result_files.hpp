@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/support/input_error.hpp"
 #include "results/records/result.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::results {
 

@@ -14,9 +14,9 @@
 #include <utility>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "models/mass_spring_model.hpp"
-#include "models/model_table.hpp"
-#include "support/input_error.hpp"
+#include "core/support/input_error.hpp"
+#include "studies/models/mass_spring_model.hpp"
+#include "studies/models/model_table.hpp"
 
 namespace livermark::studies {
 

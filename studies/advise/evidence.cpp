@@ -10,13 +10,13 @@
 #include <utility>
 
 #include "core/mesh/plausible_liver.hpp"
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
 #include "core/tool/tool_stiffness.hpp"
 #include "core/units.hpp"
-#include "models/model_table.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "results/quantile.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
+#include "studies/models/model_table.hpp"
 
 namespace livermark::studies {
 

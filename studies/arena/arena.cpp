@@ -6,15 +6,15 @@
 #include <optional>
 #include <utility>
 
+#include "core/support/input_error.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "models/motion/moving_method.hpp"
 #include "results/provenance.hpp"
 #include "results/records/arena.hpp"
 #include "studies/arena/arena_problems.hpp"
 #include "studies/arena/arena_run.hpp"
 #include "studies/files.hpp"
+#include "studies/models/motion/moving_method.hpp"
 #include "studies/run/problems.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::studies {
 

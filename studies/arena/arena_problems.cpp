@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "core/mesh/refinement.hpp"
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/toml_input.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "studies/files.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::studies {
 

@@ -4,12 +4,12 @@
 #include <limits>
 #include <utility>
 
-#include "models/motion/whole_motion.hpp"
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
 #include "results/hdf5/references.hpp"
 #include "results/provenance.hpp"
+#include "studies/models/motion/whole_motion.hpp"
 #include "studies/run/solutions.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::studies {
 

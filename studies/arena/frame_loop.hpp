@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "core/processor_time.hpp"
-#include "models/motion/moving_method.hpp"
 #include "results/quantile.hpp"
 #include "results/records/arena.hpp"
+#include "studies/models/motion/moving_method.hpp"
 
 /// The loop over frames that arena, needle and blade have in common, and how much a method does in each of them.
 namespace livermark::studies {

@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/support/input_error.hpp"
 #include "core/tool/needle/needle_line.hpp"
-#include "models/motion/moving_method.hpp"
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"
 #include "results/quantile.hpp"
@@ -16,9 +16,9 @@
 #include "studies/arena/arena_problems.hpp"
 #include "studies/arena/frame_loop.hpp"
 #include "studies/files.hpp"
+#include "studies/models/motion/moving_method.hpp"
 #include "studies/needle/insertion.hpp"
 #include "studies/needle/needle_study.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::studies {
 

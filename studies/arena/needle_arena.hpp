@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "models/motion/moving_method.hpp"
 #include "results/records/needle.hpp"
 #include "studies/arena/arena.hpp"
+#include "studies/models/motion/moving_method.hpp"
 
 namespace livermark::studies {
 

@@ -6,8 +6,9 @@
 #include <string>
 #include <utility>
 
+#include "core/support/processes/child_process.hpp"
+#include "core/support/toml_input.hpp"
 #include "meshes/io/mesh_files.hpp"
-#include "models/motion/frame_body.hpp"
 #include "msm/elastic_body.hpp"
 #include "results/hdf5/references.hpp"
 #include "results/provenance.hpp"
@@ -16,8 +17,7 @@
 #include "studies/arena/arena_reference.hpp"
 #include "studies/arena/arena_run.hpp"
 #include "studies/files.hpp"
-#include "support/processes/child_process.hpp"
-#include "support/toml_input.hpp"
+#include "studies/models/motion/frame_body.hpp"
 
 namespace livermark::studies {
 

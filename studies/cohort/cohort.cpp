@@ -11,6 +11,12 @@
 #include <string_view>
 #include <utility>
 
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/processes/child_process.hpp"
+#include "core/support/processes/mpi_session.hpp"
+#include "core/support/processes/own_process.hpp"
+#include "core/support/toml_input.hpp"
 #include "meshes/generators/liver_generator.hpp"
 #include "meshes/generators/liver_shape.hpp"
 #include "results/one_reference.hpp"
@@ -19,12 +25,6 @@
 #include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/run.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
-#include "support/processes/child_process.hpp"
-#include "support/processes/mpi_session.hpp"
-#include "support/processes/own_process.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::studies {
 

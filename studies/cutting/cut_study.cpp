@@ -8,19 +8,19 @@
 #include <optional>
 #include <utility>
 
+#include "core/support/input_error.hpp"
 #include "core/tool/tool_stiffness.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut.hpp"
-#include "models/mass_spring_model.hpp"
-#include "models/model_table.hpp"
-#include "models/motion/frame_body.hpp"
 #include "results/provenance.hpp"
 #include "results/records/cut.hpp"
 #include "studies/advise/step_cost.hpp"
 #include "studies/cutting/growing_cut.hpp"
 #include "studies/files.hpp"
+#include "studies/models/mass_spring_model.hpp"
+#include "studies/models/model_table.hpp"
+#include "studies/models/motion/frame_body.hpp"
 #include "studies/run/problems.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::studies {
 

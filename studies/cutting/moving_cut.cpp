@@ -5,10 +5,10 @@
 #include <limits>
 #include <utility>
 
-#include "models/motion/moving_method.hpp"
+#include "core/support/input_error.hpp"
 #include "studies/arena/arena_problems.hpp"
 #include "studies/arena/frame_loop.hpp"
-#include "support/input_error.hpp"
+#include "studies/models/motion/moving_method.hpp"
 
 namespace livermark::studies {
 

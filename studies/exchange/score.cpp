@@ -10,6 +10,9 @@
 #include <utility>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/toml_input.hpp"
 #include "core/units.hpp"
 #include "meshes/io/mesh_files.hpp"
 #include "results/hdf5/result_file.hpp"
@@ -21,9 +24,6 @@
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::studies {
 

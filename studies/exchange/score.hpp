@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "models/model_table.hpp"
 #include "results/records/result.hpp"
+#include "studies/models/model_table.hpp"
 #include "studies/progress.hpp"
 
 namespace livermark::studies {

@@ -12,16 +12,16 @@
 
 #include "core/mesh/plausible_liver.hpp"
 #include "core/mesh/refinement.hpp"
-#include "experiments/markers.hpp"
-#include "experiments/own_experiment.hpp"
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "load_cases/experiments/markers.hpp"
+#include "load_cases/experiments/own_experiment.hpp"
 #include "meshes/generators/delaunay.hpp"
-#include "models/model_table.hpp"
-#include "models/motion/moving_method.hpp"
 #include "results/provenance.hpp"
 #include "results/records/experiment.hpp"
 #include "studies/files.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
+#include "studies/models/model_table.hpp"
+#include "studies/models/motion/moving_method.hpp"
 
 namespace livermark::studies {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/experiment.hpp"
+#include "load_cases/experiments/experiment.hpp"
 #include "results/records/experiment.hpp"
 #include "studies/experiments/ring_downs.hpp"
 #include "studies/progress.hpp"

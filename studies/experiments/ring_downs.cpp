@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "core/stopwatch.hpp"
-#include "experiments/experiment.hpp"
-#include "experiments/markers.hpp"
-#include "models/motion/whole_motion.hpp"
+#include "load_cases/experiments/experiment.hpp"
+#include "load_cases/experiments/markers.hpp"
+#include "studies/models/motion/whole_motion.hpp"
 
 namespace livermark::studies {
 

@@ -7,7 +7,7 @@
 
 #include "core/model.hpp"
 #include "core/rayleigh_damping.hpp"
-#include "experiments/ringing.hpp"
+#include "load_cases/experiments/ringing.hpp"
 #include "results/records/experiment.hpp"
 
 namespace livermark::studies {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "core/support/input_error.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/files.hpp"
 #include "studies/run/problems.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::studies {
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "meshes/io/body_reader.hpp"
-#include "models/model_table.hpp"
 #include "results/records/result.hpp"
+#include "studies/models/model_table.hpp"
 #include "studies/progress.hpp"
 
 namespace livermark::studies {

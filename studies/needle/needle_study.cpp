@@ -8,18 +8,18 @@
 #include <utility>
 
 #include "core/stopwatch.hpp"
-#include "experiments/markers.hpp"
+#include "core/support/input_error.hpp"
+#include "load_cases/experiments/markers.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/needle_reader.hpp"
-#include "models/model_table.hpp"
-#include "models/pushed_model.hpp"
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"
 #include "results/records/needle.hpp"
 #include "studies/files.hpp"
+#include "studies/models/model_table.hpp"
+#include "studies/models/pushed_model.hpp"
 #include "studies/needle/insertion.hpp"
 #include "studies/run/problems.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::studies {
 

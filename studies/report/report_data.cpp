@@ -10,6 +10,7 @@
 #include <toml++/toml.h>
 #include <utility>
 
+#include "core/support/input_error.hpp"
 #include "core/tool/slow_response.hpp"
 #include "core/tool/tool_stiffness.hpp"
 #include "results/hdf5/result_file.hpp"
@@ -27,7 +28,6 @@
 #include "results/tables/table.hpp"
 #include "results/tables/tool_cells.hpp"
 #include "studies/run/benchmark_case.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::studies {
 

@@ -5,10 +5,10 @@
 #include <fmt/format.h>
 #include <utility>
 
+#include "core/support/input_error.hpp"
+#include "core/support/processes/mpi_session.hpp"
 #include "core/units.hpp"
-#include "models/model_table.hpp"
-#include "support/input_error.hpp"
-#include "support/processes/mpi_session.hpp"
+#include "studies/models/model_table.hpp"
 
 namespace livermark::studies {
 

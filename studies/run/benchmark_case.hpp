@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/model.hpp"
-#include "models/model_table.hpp"
 #include "results/records/result.hpp"
 #include "results/tables/table_layout.hpp"
+#include "studies/models/model_table.hpp"
 
 namespace livermark::studies {
 

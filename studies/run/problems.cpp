@@ -11,17 +11,17 @@
 #include <utility>
 
 #include "core/mesh/plausible_liver.hpp"
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/processes/mpi_session.hpp"
+#include "core/support/toml_input.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut_reader.hpp"
-#include "models/model_table.hpp"
 #include "studies/files.hpp"
+#include "studies/models/model_table.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/solutions.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
-#include "support/processes/mpi_session.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::studies {
 

@@ -6,11 +6,11 @@
 #include <memory>
 #include <utility>
 
+#include "core/support/input_error.hpp"
+#include "core/support/processes/mpi_session.hpp"
 #include "results/records/calibration.hpp"
 #include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
-#include "support/input_error.hpp"
-#include "support/processes/mpi_session.hpp"
 
 namespace livermark::studies {
 

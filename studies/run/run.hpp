@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "models/model_table.hpp"
 #include "results/records/result.hpp"
+#include "studies/models/model_table.hpp"
 #include "studies/progress.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions.hpp"

@@ -9,6 +9,10 @@
 #include <span>
 #include <utility>
 
+#include "core/support/input_error.hpp"
+#include "core/support/processes/mpi_session.hpp"
+#include "core/support/processes/own_process.hpp"
+#include "core/support/processes/process_pool.hpp"
 #include "fem_reference/linear/choices.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
@@ -17,10 +21,6 @@
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/run.hpp"
 #include "studies/run/work_plan.hpp"
-#include "support/input_error.hpp"
-#include "support/processes/mpi_session.hpp"
-#include "support/processes/own_process.hpp"
-#include "support/processes/process_pool.hpp"
 
 namespace livermark::studies {
 

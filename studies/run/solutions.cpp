@@ -8,14 +8,14 @@
 #include <utility>
 
 #include "core/error_norms.hpp"
-#include "models/model_table.hpp"
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/processes/own_process.hpp"
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/problem_key.hpp"
 #include "results/provenance.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
-#include "support/processes/own_process.hpp"
+#include "studies/models/model_table.hpp"
 
 namespace livermark::studies {
 

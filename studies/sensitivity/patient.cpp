@@ -12,11 +12,11 @@
 #include <utility>
 
 #include "core/mesh/places.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/toml_input.hpp"
 #include "core/tool/tool_stiffness.hpp"
 #include "load_cases/places/facets.hpp"
 #include "load_cases/readers/load_case_tables.hpp"
-#include "support/input_error.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::studies {
 

@@ -11,20 +11,20 @@
 #include <utility>
 
 #include "core/stopwatch.hpp"
-#include "models/model_table.hpp"
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/processes/child_process.hpp"
+#include "core/support/toml_input.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/problem_key.hpp"
 #include "results/provenance.hpp"
 #include "results/quantile.hpp"
 #include "studies/files.hpp"
+#include "studies/models/model_table.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions.hpp"
 #include "studies/sensitivity/patient.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
-#include "support/processes/child_process.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark::studies {
 

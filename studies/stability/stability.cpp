@@ -12,9 +12,7 @@
 
 #include "core/processor_time.hpp"
 #include "core/rayleigh_damping.hpp"
-#include "models/mass_spring_model.hpp"
-#include "models/model_table.hpp"
-#include "models/motion/moving_method.hpp"
+#include "core/support/input_error.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/stepper.hpp"
@@ -26,8 +24,10 @@
 #include "msm/springs/spring_network.hpp"
 #include "results/provenance.hpp"
 #include "studies/files.hpp"
+#include "studies/models/mass_spring_model.hpp"
+#include "studies/models/model_table.hpp"
+#include "studies/models/motion/moving_method.hpp"
 #include "studies/run/problems.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::studies {
 

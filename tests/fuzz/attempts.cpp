@@ -15,11 +15,11 @@
 #include <unistd.h>
 #include <utility>
 
+#include "core/support/input_error.hpp"
+#include "meshes/segmentation/images/image_file.hpp"
+#include "meshes/segmentation/surfaces/surface_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
-#include "segmentation/images/image_file.hpp"
-#include "segmentation/surfaces/surface_file.hpp"
-#include "support/input_error.hpp"
 #include "tests/child.hpp"
 #include "tests/fuzz/mutations.hpp"
 #include "tests/samples/records/sample_result.hpp"

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "live/messages.hpp"
+#include "app/live/messages.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "tests/fuzz/fuzz_target.hpp"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <unistd.h>
 
-#include "support/input_error.hpp"
+#include "core/support/input_error.hpp"
 
 /// The function that libFuzzer calls. A target is one source, which includes this and defines read().
 namespace livermark::fuzz {

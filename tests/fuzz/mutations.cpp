@@ -9,7 +9,7 @@
 #include <iterator>
 #include <limits>
 
-#include "support/files.hpp"
+#include "core/support/files.hpp"
 #include "tests/fuzz/seed_files.hpp"
 
 namespace livermark::fuzz {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "support/random_numbers.hpp"
+#include "core/support/random_numbers.hpp"
 
 /// Damage as it is in files of other people, and worse. The same number gives the same file everywhere.
 namespace livermark::fuzz {

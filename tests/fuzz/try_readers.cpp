@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "support/processes/child_process.hpp"
+#include "core/support/processes/child_process.hpp"
 #include "tests/fuzz/attempts.hpp"
 
 namespace tests = livermark::tests;

@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/support/factors/sparse_cholesky.hpp"
 #include "interactive/colouring.hpp"
 #include "interactive/elements/corotational_tetrahedra.hpp"
 #include "interactive/elements/energies.hpp"
 #include "interactive/elements/spring_body.hpp"
 #include "interactive/simulation.hpp"
-#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::tests {
 

@@ -27,7 +27,7 @@ def of_one_colour(triangles, colour):
 
 @pytest.mark.parametrize("name, colour_map", [("displacement", colours.DISPLACEMENT), ("error", colours.ERROR)])
 def test_colour_maps_are_those_of_the_page(name, colour_map):
-    source = pathlib.Path(os.environ["LIVERMARK_SOURCE_DIR"]) / "viewer/src/picture/colour_maps.ts"
+    source = pathlib.Path(os.environ["LIVERMARK_SOURCE_DIR"]) / "app/viewer/src/picture/colour_maps.ts"
     stops = re.search(f"const {name} = `([^`]*)`", source.read_text()).group(1).split()
     assert len(stops) > 8
     for at, stop in zip(numpy.linspace(0.0, 1.0, len(stops)), stops):
@@ -36,7 +36,7 @@ def test_colour_maps_are_those_of_the_page(name, colour_map):
 
 
 def test_colours_of_patches_are_those_of_the_page():
-    source = pathlib.Path(os.environ["LIVERMARK_SOURCE_DIR"]) / "viewer/src/picture/patch_colours.ts"
+    source = pathlib.Path(os.environ["LIVERMARK_SOURCE_DIR"]) / "app/viewer/src/picture/patch_colours.ts"
     of_page = [tuple(map(int, colour)) for colour in re.findall(r"\[(\d+), (\d+), (\d+)\]", source.read_text())]
     assert tuple(of_page) == colours.PATCHES
     more = colours.patch_colours(2 * len(colours.PATCHES))

@@ -10,11 +10,11 @@
 #include <unistd.h>
 
 #include "core/problem.hpp"
+#include "core/support/input_error.hpp"
 #include "core/tool/needle/needle.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "load_cases/readers/needle_reader.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::tests {
 

@@ -7,16 +7,16 @@
 #include <string>
 #include <vector>
 
+#include "core/support/input_error.hpp"
 #include "core/tool/needle/needle_line.hpp"
-#include "models/model_table.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/needle/moving_needle.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "results/records/needle.hpp"
+#include "studies/models/model_table.hpp"
 #include "studies/needle/insertion.hpp"
-#include "support/input_error.hpp"
 #include "tests/samples/random_needles.hpp"
 #include "tests/studies/moving_insertion.hpp"
 

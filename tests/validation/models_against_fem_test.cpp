@@ -10,9 +10,9 @@
 #include <toml++/toml.h>
 
 #include "core/error_norms.hpp"
-#include "models/model_table.hpp"
+#include "core/support/toml_input.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "support/toml_input.hpp"
+#include "studies/models/model_table.hpp"
 
 namespace livermark {
 namespace {

@@ -13,7 +13,7 @@
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "models/model_table.hpp"
+#include "studies/models/model_table.hpp"
 #include "studies/run/solutions.hpp"
 
 namespace livermark {

@@ -3,12 +3,12 @@
 #include <cmath>
 
 #include "core/error_norms.hpp"
+#include "core/support/toml_input.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "models/model_table.hpp"
 #include "msm/spring_law.hpp"
-#include "support/toml_input.hpp"
+#include "studies/models/model_table.hpp"
 
 namespace livermark {
 namespace {

@@ -3,10 +3,10 @@
 #define HWY_TARGET_INCLUDE "interactive/kernels/corotational/corotational_steps.cpp"
 #include <hwy/foreach_target.h> // has to come before highway.h
 
+#include "core/support/vector_dispatch.hpp"
 #include "interactive/kernels/corotational/corotational_rows.hpp"
 #include "interactive/kernels/corotational/rotations-inl.hpp"
 #include "interactive/kernels/fans-inl.hpp"
-#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {

@@ -5,11 +5,11 @@
 #include <hwy/foreach_target.h> // has to come before highway.h
 #include <utility>
 
+#include "core/support/vector_dispatch.hpp"
 #include "interactive/colouring.hpp"
 #include "interactive/kernels/descent/descent_rows.hpp"
 #include "interactive/kernels/inertia-inl.hpp"
 #include "interactive/kernels/symmetric-inl.hpp"
-#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {

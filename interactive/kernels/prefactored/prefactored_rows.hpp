@@ -5,10 +5,10 @@
 #include <variant>
 #include <vector>
 
+#include "core/support/factors/sparse_cholesky.hpp"
 #include "interactive/elements/spring_body.hpp"
 #include "interactive/kernels/explicit_rows.hpp"
 #include "interactive/kernels/node_rows.hpp"
-#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::interactive::kernels {
 

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <hwy/foreach_target.h> // has to come before highway.h
 
+#include "core/support/vector_dispatch.hpp"
 #include "interactive/kernels/fans-inl.hpp"
 #include "interactive/kernels/inertia-inl.hpp"
 #include "interactive/kernels/prefactored/factor_solve-inl.hpp"
 #include "interactive/kernels/prefactored/prefactored_rows.hpp"
 #include "interactive/kernels/prefactored/projections-inl.hpp"
 #include "interactive/kernels/springs-inl.hpp"
-#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {

@@ -6,9 +6,9 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/support/vector_dispatch.hpp"
 #include "msm/kernels/equilibria/vector_springs.hpp"
 #include "msm/kernels/simd/coupled_means-inl.hpp"
-#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

@@ -5,12 +5,12 @@
 #include <hwy/foreach_target.h> // has to come before highway.h
 #include <stdexcept>
 
+#include "core/support/vector_dispatch.hpp"
 #include "msm/kernels/simd/means-inl.hpp"
 #include "msm/kernels/simd/neo_hookean_law-inl.hpp"
 #include "msm/kernels/simd/spring_forces-inl.hpp"
 #include "msm/kernels/simd/stars-inl.hpp"
 #include "msm/kernels/threads/thread_pool.hpp"
-#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

@@ -4,9 +4,9 @@
 #include <hwy/foreach_target.h> // has to come before highway.h
 #include <stdexcept>
 
+#include "core/support/vector_dispatch.hpp"
 #include "msm/kernels/simd/vectors-inl.hpp"
 #include "msm/kernels/step_workspace.hpp"
-#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

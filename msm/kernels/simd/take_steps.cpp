@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "core/support/vector_dispatch.hpp"
 #include "msm/kernels/simd/fan_forces-inl.hpp"
 #include "msm/kernels/simd/neo_hookean_law-inl.hpp"
 #include "msm/kernels/simd/neo_hookean_springs-inl.hpp"
@@ -14,7 +15,6 @@
 #include "msm/kernels/simd/schemes-inl.hpp"
 #include "msm/kernels/simd/spring_forces-inl.hpp"
 #include "msm/kernels/threads/thread_pool.hpp"
-#include "support/vector_dispatch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "support/processes/own_process.hpp"
+#include "core/support/processes/own_process.hpp"
 
 namespace livermark::msm {
 

@@ -20,12 +20,12 @@ VARIABLES = {
     VERMILION: "vermilion", GREEN: "green", PINK: "pink", ORANGE: "orange", SKY: "sky",
     **{grey: f"grey-{g}" for g, grey in enumerate(GREYS)}}
 
-#: The maps of the page, viewer/src/picture/colour_maps.ts: viridis, and magma from pale to dark without its ends (van der
+#: The maps of the page, app/viewer/src/picture/colour_maps.ts: viridis, and magma from pale to dark without its ends (van der
 #: Walt and Smith 2015). Equal steps look equal, and they are legible in grey and to the colour-blind.
 DISPLACEMENT = matplotlib.colormaps["viridis"]
 ERROR = ListedColormap(matplotlib.colormaps["magma"](numpy.linspace(248 / 255, 33 / 255, 256)), "error")
 
-#: Of the patches of a body, as on the page (viewer/src/picture/patch_colours.ts): pale, so that light on a surface is seen.
+#: Of the patches of a body, as on the page (app/viewer/src/picture/patch_colours.ts): pale, so that light on a surface is seen.
 PATCHES = ((119, 170, 221), (238, 221, 136), (68, 187, 153), (238, 136, 102), (255, 170, 187), (187, 204, 51), (153, 221, 255),
            (170, 170, 0))
 

@@ -15,9 +15,9 @@
 #include "core/load_case.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/solution.hpp"
+#include "core/support/input_error.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/records/arena.hpp"
-#include "support/input_error.hpp"
 
 /// A record is described once, and the description writes it, reads it and makes the columns of its tables. It is a
 /// template over the place, GroupWriter and GroupReader in a file or Cells of tables (columns.hpp), which have the same

@@ -14,9 +14,9 @@
 #include <unistd.h>
 #include <vector>
 
+#include "core/support/input_error.hpp"
+#include "core/support/processes/own_process.hpp"
 #include "results/hdf5/result_files.hpp"
-#include "support/input_error.hpp"
-#include "support/processes/own_process.hpp"
 
 namespace livermark::results::hdf5 {
 

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <fstream>
 
+#include "core/support/input_error.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::results::hdf5 {
 

@@ -10,9 +10,9 @@
 #include <string_view>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
-#include "support/processes/child_process.hpp"
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/processes/child_process.hpp"
 
 namespace livermark::studies {
 

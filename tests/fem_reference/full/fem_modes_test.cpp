@@ -9,12 +9,12 @@
 #include <numbers>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "core/support/input_error.hpp"
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/linear/conditions.hpp"
 #include "fem_reference/solvers/matrices.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "support/input_error.hpp"
 #include "tests/fem_reference/arpack.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/not_a_number.hpp"

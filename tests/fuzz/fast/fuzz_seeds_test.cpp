@@ -2,11 +2,11 @@
 #include <functional>
 #include <gtest/gtest.h>
 
+#include "core/support/input_error.hpp"
+#include "core/support/toml_input.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/msh_reader.hpp"
 #include "studies/exchange/formats/outside_solution.hpp"
-#include "support/input_error.hpp"
-#include "support/toml_input.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {

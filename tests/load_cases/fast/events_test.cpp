@@ -5,10 +5,10 @@
 #include <variant>
 
 #include "core/load_case.hpp"
+#include "core/support/files.hpp"
+#include "core/support/toml_input.hpp"
 #include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "support/files.hpp"
-#include "support/toml_input.hpp"
 
 namespace livermark {
 namespace {

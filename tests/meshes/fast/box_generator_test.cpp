@@ -4,11 +4,11 @@
 #include <numbers>
 #include <numeric>
 
+#include "core/support/input_error.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/generators/cylinder_generator.hpp"
 #include "meshes/generators/delaunay.hpp"
 #include "meshes/io/mesh_checks.hpp"
-#include "support/input_error.hpp"
 #include "tests/bad_input.hpp"
 
 namespace livermark {

@@ -9,13 +9,13 @@
 #include <set>
 #include <sstream>
 
+#include "core/support/input_error.hpp"
 #include "meshes/generators/liver_generator.hpp"
 #include "meshes/generators/liver_shape.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
 #include "meshes/io/msh_reader.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 namespace {

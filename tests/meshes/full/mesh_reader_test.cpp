@@ -9,12 +9,12 @@
 #include <sys/stat.h>
 #include <utility>
 
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/toml_input.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/msh_reader.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
-#include "support/toml_input.hpp"
 #include "tests/livermark_command.hpp"
 
 namespace livermark {

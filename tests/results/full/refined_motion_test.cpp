@@ -6,8 +6,8 @@
 #include "core/error_norms.hpp"
 #include "core/mesh/refinement.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
-#include "models/model_table.hpp"
 #include "results/records/result.hpp"
+#include "studies/models/model_table.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {

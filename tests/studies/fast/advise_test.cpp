@@ -5,11 +5,11 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
+#include "core/support/input_error.hpp"
 #include "meshes/generators/box_generator.hpp"
-#include "models/mass_spring_model.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "studies/files.hpp"
-#include "support/input_error.hpp"
+#include "studies/models/mass_spring_model.hpp"
 #include "tests/bad_input.hpp"
 
 namespace livermark::studies {

@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "meshes/io/body_reader.hpp"
-#include "models/model_table.hpp"
 #include "results/one_reference.hpp"
 #include "results/records/calibration.hpp"
+#include "studies/models/model_table.hpp"
 #include "studies/run/run.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/records/sample_calibration.hpp"

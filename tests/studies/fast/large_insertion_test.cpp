@@ -2,12 +2,12 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "core/support/input_error.hpp"
 #include "core/tool/needle/pushed_body.hpp"
-#include "models/model_table.hpp"
-#include "models/pushed_model.hpp"
 #include "results/records/needle.hpp"
+#include "studies/models/model_table.hpp"
+#include "studies/models/pushed_model.hpp"
 #include "studies/needle/insertion.hpp"
-#include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
 #include "tests/studies/some_tissue.hpp"
 

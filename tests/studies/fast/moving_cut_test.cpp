@@ -7,9 +7,9 @@
 #include <limits>
 #include <set>
 
-#include "models/model_table.hpp"
-#include "models/motion/moving_method.hpp"
-#include "support/input_error.hpp"
+#include "core/support/input_error.hpp"
+#include "studies/models/model_table.hpp"
+#include "studies/models/motion/moving_method.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/test_meshes.hpp"
 

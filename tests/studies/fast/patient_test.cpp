@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 #include <numeric>
 
+#include "core/support/input_error.hpp"
 #include "load_cases/places/facets.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "models/model_table.hpp"
-#include "support/input_error.hpp"
+#include "studies/models/model_table.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {

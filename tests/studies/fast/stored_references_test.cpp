@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "core/support/input_error.hpp"
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/problem_key.hpp"
 #include "studies/run/solutions.hpp"
-#include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {

@@ -4,12 +4,12 @@
 #include <fstream>
 #include <utility>
 
-#include "models/mass_spring_model.hpp"
-#include "models/model_table.hpp"
+#include "core/support/input_error.hpp"
 #include "results/records/cut.hpp"
 #include "studies/advise/step_cost.hpp"
 #include "studies/cutting/growing_cut.hpp"
-#include "support/input_error.hpp"
+#include "studies/models/mass_spring_model.hpp"
+#include "studies/models/model_table.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/small_bar.hpp"
 #include "tests/samples/test_meshes.hpp"

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "support/input_error.hpp"
+#include "core/support/input_error.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/samples/test_meshes.hpp"
 

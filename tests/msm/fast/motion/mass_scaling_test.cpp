@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/support/input_error.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/stepper.hpp"
@@ -13,7 +14,6 @@
 #include "msm/spring_energy.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "support/input_error.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -6,9 +6,9 @@
 #include <limits>
 #include <set>
 
+#include "core/support/input_error.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {

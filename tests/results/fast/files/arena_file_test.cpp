@@ -4,10 +4,10 @@
 #include <limits>
 #include <tuple>
 
+#include "core/support/input_error.hpp"
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/provenance.hpp"
-#include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_arena.hpp"
 #include "tests/samples/tool_block.hpp"

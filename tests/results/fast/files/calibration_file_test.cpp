@@ -2,9 +2,9 @@
 #include <functional>
 #include <gtest/gtest.h>
 
-#include "models/model_table.hpp"
+#include "core/support/input_error.hpp"
 #include "results/records/stability.hpp"
-#include "support/input_error.hpp"
+#include "studies/models/model_table.hpp"
 #include "tests/samples/records/sample_calibration.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -4,11 +4,11 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 
+#include "core/support/input_error.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/provenance.hpp"
 #include "results/quantile.hpp"
-#include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_cohort.hpp"
 

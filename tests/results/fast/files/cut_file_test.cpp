@@ -3,8 +3,8 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "core/support/input_error.hpp"
 #include "results/provenance.hpp"
-#include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_cut.hpp"
 

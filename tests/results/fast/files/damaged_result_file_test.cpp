@@ -7,9 +7,9 @@
 #include <limits>
 #include <sys/stat.h>
 
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "support/files.hpp"
-#include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_result.hpp"
 

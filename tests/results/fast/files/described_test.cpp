@@ -5,8 +5,8 @@
 #include <functional>
 #include <gtest/gtest.h>
 
+#include "core/support/files.hpp"
 #include "results/hdf5/io/columns.hpp"
-#include "support/files.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 

@@ -1,10 +1,10 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "core/support/files.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/records/experiment.hpp"
-#include "support/files.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_experiment.hpp"

@@ -11,8 +11,8 @@
 #include <limits>
 #include <sys/resource.h>
 
+#include "core/support/input_error.hpp"
 #include "results/problem_key.hpp"
-#include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/same_bits.hpp"
 #include "tests/samples/records/sample_result.hpp"

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include "core/support/input_error.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_result.hpp"
 

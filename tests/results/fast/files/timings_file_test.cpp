@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 
+#include "core/support/input_error.hpp"
 #include "results/quantile.hpp"
-#include "support/input_error.hpp"
 #include "tests/samples/records/sample_timings.hpp"
 
 namespace livermark::results {

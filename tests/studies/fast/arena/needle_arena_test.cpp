@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 #include <string>
 
+#include "core/support/input_error.hpp"
 #include "core/tool/needle/needle_line.hpp"
-#include "models/model_table.hpp"
-#include "models/motion/moving_method.hpp"
 #include "studies/arena/needle_arena.hpp"
+#include "studies/models/model_table.hpp"
+#include "studies/models/motion/moving_method.hpp"
 #include "studies/needle/insertion.hpp"
-#include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {

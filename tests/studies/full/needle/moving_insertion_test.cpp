@@ -5,6 +5,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "core/support/input_error.hpp"
 #include "core/tool/needle/needle_line.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/spring_law.hpp"
@@ -12,7 +13,6 @@
 #include "msm/springs/spring_network.hpp"
 #include "msm/statics/rest_stiffness.hpp"
 #include "studies/needle/insertion.hpp"
-#include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
 #include "tests/studies/moving_insertion.hpp"
 

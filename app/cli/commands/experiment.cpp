@@ -1,0 +1,122 @@
+#include <fmt/format.h>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/cli/commands/commands.hpp"
+#include "app/cli/common_options.hpp"
+#include "app/cli/progress.hpp"
+#include "core/support/files.hpp"
+#include "core/support/processes/child_process.hpp"
+#include "load_cases/experiments/experiment.hpp"
+#include "results/records/experiment.hpp"
+#include "studies/experiments/experiments.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+struct ExperimentCommand {
+    bool list = false, markdown = false, figure = false, reference_on_mesh = false, at_rest = false;
+};
+
+void list_experiments() {
+    for (const auto &experiment : experiments::all_public_data())
+        fmt::print("{:<24} {} [{}]{}\n", experiment.name, experiment.title, experiment.source,
+                   experiments::has_data(experiment)
+                       ? ""
+                       : fmt::format(" (no data in {})", experiments::data_folder().string()));
+}
+
+/// A picture beside each file.
+void draw_experiments(const std::vector<std::string> &files) {
+    for (const auto &file : files)
+        fmt::print(stderr, "{}",
+                   support::run_python("report.experiment_figure", {file}, {}, "the picture of an experiment",
+                                       "python3-h5py and python3-matplotlib"));
+}
+
+void print_ring_downs(const results::ExperimentResult &result, bool in_markdown) {
+    const auto table = results::ring_down_table(result);
+    fmt::print("{}\n\n{}", results::ring_down_note(result),
+               in_markdown ? results::to_markdown(table) : results::to_text(table));
+    for (const auto &ring_down : result.ring_downs)
+        for (const auto &run : ring_down.runs)
+            if (run.status != core::SolutionStatus::ok)
+                fmt::print("{}, {}: {}\n", run.model, results::printable(ring_down.state), run.message);
+    fmt::print("\n");
+}
+
+int run_command_of_experiments(const ExperimentCommand &command, studies::ExperimentOptions options,
+                               const std::string &command_line) {
+    if (command.list) {
+        list_experiments();
+        return 0;
+    }
+    options.refines_reference = !command.reference_on_mesh;
+    options.rings_down = !command.at_rest;
+    const auto found = studies::run_experiments(options, command_line, print_progress());
+    print_notes(found.notes);
+    for (const auto &result : found.of_experiment) {
+        fmt::print("{}: {}\n", result.name, result.title);
+        for (const auto &assumption : result.assumptions)
+            fmt::print("  assumed: {}\n", results::printable(assumption));
+        const auto table = results::experiment_table(result);
+        fmt::print("\n{}", command.markdown ? results::to_markdown(table) : results::to_text(table));
+        for (const auto &run : result.runs)
+            if (run.status != core::SolutionStatus::ok)
+                fmt::print("{}, {}: {}\n", run.model, results::printable(result.states[run.state].name), run.message);
+        fmt::print("\n");
+        if (!result.ring_downs.empty())
+            print_ring_downs(result, command.markdown);
+    }
+    if (command.figure)
+        draw_experiments(found.files);
+    fmt::print(stderr, "Result files are in {}\n", options.output);
+    return 0;
+}
+
+} // namespace
+
+Command add_experiment(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "experiment", "Compare models with measurements of real bodies: print the distance of each model's markers "
+                      "from the measured ones, with the noise of the measurement and the uncertainty of the reference");
+    auto options = std::make_shared<studies::ExperimentOptions>();
+    auto experiment = std::make_shared<ExperimentCommand>();
+    options->output = (support::root_folder() / "results" / "experiments").string();
+    command->add_option("experiment", options->names,
+                        "Names as in --list, or paths of .toml files of your own "
+                        "(docs/howto/bring_your_own_experiment.md); by default all whose data are there");
+    command->add_flag("--list", experiment->list, "Only list the experiments, and whether their data are there");
+    command->add_option("--model", options->models,
+                        "Names as in 'livermark list models'; the reference always runs beside them");
+    command->add_flag("--methods", options->with_methods,
+                      "If no model is named: also the methods of the arena, at the equilibrium to which they converge");
+    command
+        ->add_option("--edge-length", options->edge_length,
+                     "Edge length of the mesh of a box or a cylinder [m], in place of that in the experiment")
+        ->check(CLI::Range(1e-5, 1.0));
+    command->add_flag(
+        "--reference-on-mesh", experiment->reference_on_mesh,
+        "Do not solve the reference with each tetrahedron cut into eight: quicker, but its own error stays "
+        "unknown");
+    command->add_flag("--at-rest", experiment->at_rest, "Leave out ring-downs");
+    command
+        ->add_option("--damping", options->damping,
+                     "Damping of ring-downs: rayleigh (one ratio at all measured frequencies), or by the mass or the "
+                     "stiffness alone")
+        ->transform(
+            one_of(std::map<std::string, studies::DampingForces>{{"rayleigh", studies::DampingForces::rayleigh},
+                                                                 {"mass", studies::DampingForces::mass},
+                                                                 {"stiffness", studies::DampingForces::stiffness}}));
+    command->add_option("--output", options->output, "Folder for <experiment>.h5")->capture_default_str();
+    command->add_flag("--figure", experiment->figure,
+                      "Draw the markers over the deformed body, as <experiment>.png beside the result file");
+    command->add_flag("--markdown", experiment->markdown, "Print tables in Markdown");
+    return
+        [options, experiment, command_line] { return run_command_of_experiments(*experiment, *options, command_line); };
+}
+
+} // namespace livermark::cli

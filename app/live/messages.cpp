@@ -1,0 +1,280 @@
+#include "app/live/messages.hpp"
+
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "app/live/springs.hpp"
+
+#include "core/support/input_error.hpp"
+
+namespace livermark::live {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "messages are copied as they lie in memory");
+
+/// Takes numbers from the front of a message.
+class Numbers {
+  public:
+    explicit Numbers(std::span<const double> numbers) : left_(numbers) {}
+
+    double number() {
+        if (left_.empty())
+            throw support::InputError("a message ends too early; load the page again");
+        const double value = left_.front();
+        left_ = left_.subspan(1);
+        return value;
+    }
+    int integer() {
+        const double value = number();
+        if (!(std::abs(value) <= 1e9 && value == std::floor(value)))
+            throw support::InputError(fmt::format("a message has {} where a whole number belongs", value));
+        return static_cast<int>(value);
+    }
+    /// Of something that takes so many numbers each.
+    std::size_t count() {
+        const int value = integer();
+        if (value < 0 || static_cast<std::size_t>(value) > left_.size())
+            throw support::InputError(fmt::format("a message says {} of something that is not in it", value));
+        return static_cast<std::size_t>(value);
+    }
+    core::Vector3 vector() {
+        const double x = number(), y = number();
+        return {x, y, number()};
+    }
+    template <std::size_t n> std::array<int, n> integers() {
+        std::array<int, n> values{};
+        for (int &value : values)
+            value = integer();
+        return values;
+    }
+    void end() const {
+        if (!left_.empty())
+            throw support::InputError("a message is longer than it should be; load the page again");
+    }
+
+  private:
+    std::span<const double> left_;
+};
+
+template <class T> void append(std::string &bytes, T value) {
+    char raw[sizeof value];
+    std::memcpy(raw, &value, sizeof value);
+    bytes.append(raw, sizeof value);
+}
+
+void append_vector(std::string &bytes, const core::Vector3 &v) {
+    for (const double x : v)
+        append(bytes, x);
+}
+
+std::string choose(Scene &scene, Numbers &numbers) {
+    const auto &names = spring_names();
+    const int which = numbers.integer();
+    if (which < 0 || which >= static_cast<int>(names.size()))
+        throw support::InputError(fmt::format("there are no springs {}; take 0 to {}", which, names.size() - 1));
+    Settings settings;
+    settings.springs = names[which];
+    settings.keeps_volume = numbers.integer() != 0;
+    settings.young_modulus = numbers.number();
+    settings.poisson_ratio = numbers.number();
+    settings.damping.alpha = numbers.number();
+    settings.damping.beta = numbers.number();
+    settings.time_step = numbers.number();
+    numbers.end();
+    const auto chosen = scene.choose(settings);
+    std::string bytes;
+    for (const double number :
+         {chosen.time_step, chosen.longest_time_step, chosen.critical_time_step, chosen.pressed_time_step})
+        append(bytes, number);
+    append(bytes, static_cast<double>(chosen.num_springs));
+    return bytes;
+}
+
+std::string frame_bytes(const Frame &frame, double seconds) {
+    const auto &load = frame.load;
+    const auto count = [](const auto &list) { return static_cast<double>(list.size()); };
+    std::string bytes;
+    append(bytes, frame.time);
+    append_vector(bytes, frame.tool);
+    append_vector(bytes, frame.force);
+    append_vector(bytes, load.shape.middle);
+    append(bytes, load.triangles.empty() ? 0.0 : load.shape.radius);
+    for (const double number :
+         {frame.indentation, frame.smallest_volume, frame.largest_speed, static_cast<double>(frame.restarts), seconds,
+          count(frame.displacement), count(load.nodes), count(load.triangles)})
+        append(bytes, number);
+    for (const int node : load.nodes)
+        append(bytes, static_cast<double>(node));
+    for (const int node : load.nodes)
+        append_vector(bytes, load.nodal[node]);
+    for (const int triangle : load.triangles)
+        append(bytes, static_cast<double>(frame.surface->facet[triangle]));
+    for (const int triangle : load.triangles)
+        append_vector(bytes, load.facet[triangle] / frame.surface->area[triangle]);
+    for (const auto &u : frame.displacement)
+        for (const double x : u)
+            append(bytes, static_cast<float>(x));
+    return bytes;
+}
+
+std::string move(Scene &scene, Numbers &numbers) {
+    using Clock = std::chrono::steady_clock;
+    Tool tool;
+    tool.kind = static_cast<ToolKind>(numbers.integer());
+    tool.target = numbers.vector();
+    tool.radius = numbers.number();
+    tool.node = numbers.integer();
+    const int num_steps = numbers.integer();
+    numbers.end();
+    const auto start = Clock::now();
+    const auto frame = scene.move(tool, num_steps);
+    return frame_bytes(frame, std::chrono::duration<double>(Clock::now() - start).count());
+}
+
+std::string prick(Scene &scene, Numbers &numbers) {
+    using Clock = std::chrono::steady_clock;
+    Tool tool{.kind = ToolKind::needle};
+    tool.needle.entry = numbers.vector();
+    tool.needle.target = numbers.vector();
+    for (double *const number : {&tool.needle.diameter, &tool.needle.spread, &tool.needle.toughness,
+                                 &tool.needle.friction, &tool.needle.puncture_force, &tool.depth})
+        *number = numbers.number();
+    const int num_steps = numbers.integer();
+    numbers.end();
+    const auto start = Clock::now();
+    const auto frame = scene.move(tool, num_steps);
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const auto reading = frame.needle.value_or(NeedleReading{}); // it is out where the motion was set back
+    std::string bytes;
+    for (const double number :
+         {reading.depth, reading.tip, reading.force, reading.tip_force, static_cast<double>(reading.is_punctured)})
+        append(bytes, number);
+    append_vector(bytes, reading.target);
+    for (const double number :
+         {reading.work.hand, reading.work.friction, reading.work.tearing, static_cast<double>(reading.forces.size())})
+        append(bytes, number);
+    for (const auto &force : reading.forces)
+        append_vector(bytes, force);
+    return bytes + frame_bytes(frame, seconds);
+}
+
+/// @param names  of the regions of the body
+meshes::CutTool cut_tool(Numbers &numbers, const std::vector<std::string> &names) {
+    const int kind = numbers.integer();
+    if (kind == 0) {
+        const int region = numbers.integer();
+        if (region < 0 || region >= static_cast<int>(names.size()))
+            throw support::InputError(fmt::format("there is no region {}; take 0 to {}", region, names.size() - 1));
+        return meshes::RegionCut{names[region], numbers.number()};
+    }
+    if (kind == 1) {
+        const auto point = numbers.vector();
+        return meshes::HalfSpaceCut{point, numbers.vector()};
+    }
+    if (kind != 2)
+        throw support::InputError(fmt::format("there is no cut {}; take 0, 1 or 2", kind));
+    meshes::BladeCut blade;
+    for (auto &corner : blade.corners)
+        corner = numbers.vector();
+    blade.thickness = numbers.number();
+    return blade;
+}
+
+std::string cut(Scene &scene, Numbers &numbers) {
+    const auto start = std::chrono::steady_clock::now();
+    const bool takes_loose = numbers.integer() != 0;
+    const auto tool = cut_tool(numbers, scene.body().mesh.region_names);
+    const bool keeps_margin = std::holds_alternative<meshes::RegionCut>(tool) && numbers.integer() != 0;
+    numbers.end();
+    const auto reading = scene.cut({.tool = tool, .keeps_margin = keeps_margin, .takes_loose = takes_loose});
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const auto gone = scene.gone();
+    const auto &mesh = scene.remains().mesh;
+    const auto constrained = scene.constrained_remains();
+    std::string bytes;
+    for (const double number : {reading.volume, reading.wound_area, reading.margin,
+                                static_cast<double>(reading.num_loose), static_cast<double>(reading.num_pieces),
+                                reading.seconds_to_find, reading.seconds_to_check, reading.seconds_of_springs, seconds,
+                                static_cast<double>(gone.size()), static_cast<double>(mesh.boundary_triangles.size())})
+        append(bytes, number);
+    for (const int tetrahedron : gone)
+        append(bytes, static_cast<double>(tetrahedron));
+    for (const auto &triangle : mesh.boundary_triangles)
+        for (const int node : triangle)
+            append(bytes, static_cast<double>(node));
+    for (std::size_t f = 0; f < constrained.size(); ++f)
+        append(bytes, scene.remains().facet[f] < 0 ? 2.0 : constrained[f] ? 1.0 : 0.0);
+    return bytes;
+}
+
+} // namespace
+
+std::unique_ptr<Scene> scene_of(std::span<const double> message) {
+    Numbers numbers(message);
+    const auto num_nodes = numbers.count(), num_tetrahedra = numbers.count(), num_regions = numbers.count(),
+               num_triangles = numbers.count();
+    core::Body body;
+    for (std::size_t i = 0; i < num_nodes; ++i)
+        body.mesh.points.push_back(numbers.vector());
+    for (std::size_t t = 0; t < num_tetrahedra; ++t)
+        body.mesh.tetrahedra.push_back(numbers.integers<4>());
+    for (std::size_t t = 0; t < num_tetrahedra; ++t)
+        body.mesh.region.push_back(numbers.integer());
+    body.materials.resize(num_regions);
+    for (auto &material : body.materials)
+        material.density = numbers.number();
+    for (auto &material : body.materials)
+        material.young_modulus = numbers.number();
+    for (auto &material : body.materials)
+        material.poisson_ratio = numbers.number();
+    for (std::size_t region = 0; region < num_regions; ++region)
+        body.mesh.region_names.push_back(fmt::format("region {}", region));
+    for (std::size_t f = 0; f < num_triangles; ++f)
+        body.mesh.boundary_triangles.push_back(numbers.integers<3>());
+    body.mesh.boundary_patch.assign(num_triangles, 0);
+    body.mesh.patch_names = {"boundary"};
+    std::vector<bool> is_constrained;
+    for (std::size_t f = 0; f < num_triangles; ++f)
+        is_constrained.push_back(numbers.integer() != 0);
+    numbers.end();
+    return std::make_unique<Scene>(std::move(body), is_constrained);
+}
+
+std::string reply(Scene &scene, std::span<const double> message) {
+    Numbers numbers(message);
+    switch (numbers.integer()) {
+    case 1:
+        return choose(scene, numbers);
+    case 2:
+        return move(scene, numbers);
+    case 3:
+        numbers.end();
+        scene.reset();
+        return {};
+    case 4:
+        numbers.end();
+        scene.keep();
+        return {};
+    case 5:
+        numbers.end();
+        scene.restore();
+        return {};
+    case 6:
+        return prick(scene, numbers);
+    case 7:
+        return cut(scene, numbers);
+    default:
+        throw support::InputError("a message of a kind that nobody knows here; load the page again");
+    }
+}
+
+std::string joined_spring_names() {
+    return fmt::format("{}", fmt::join(spring_names(), ","));
+}
+
+} // namespace livermark::live

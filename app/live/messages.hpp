@@ -1,0 +1,59 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "app/live/scene.hpp"
+
+/// What the live page says to a scene, and how it replies, as numbers in a row: the same to the kernel in the page
+/// and to the one behind a socket. Numbers are float64, little-endian; so are the integers among them.
+namespace livermark::live {
+
+/// A body with what is constrained of it:
+///   N, M, R, T, points (N,3) [m], tetrahedra (M,4), region (M), density (R) [kg/m^3], Young's modulus (R) [Pa],
+///   Poisson's ratio (R), boundary triangles (T,3), constrained (T) 0 or 1
+/// @throws support::InputError if it is not that, or for what Scene refuses
+std::unique_ptr<Scene> scene_of(std::span<const double> message);
+
+/// Replies to one message by its first number.
+///
+///     1, springs, keeps volume, E [Pa], nu, alpha [1/s], beta [s], time step [s]
+///         springs is an index into spring_names(). Reply: time step, the longest one, the critical one at rest,
+///         the longest one while something is pressed [s], number of springs
+///     2, tool, target (3) [m], radius [m], node, number of steps
+///         Reply: time [s], tool (3) [m], force (3) [N], middle (3) [m] and radius [m] of the round load that the
+///         tractions are the means of over facets, radius 0 where nothing is loaded (core/tool/round_load.hpp),
+///         indentation [m], smallest volume, largest speed [m/s], restarts, seconds that the steps took, N, K, L; node
+///         (K), force (K,3) [N], facet (L), traction (L,3) [Pa]; and as float32 displacement (N,3) [m]
+///     3
+///         back to rest, and whole. Reply: empty
+///     4
+///         keeps the state, in place of the one that was kept before. Reply: empty
+///     5
+///         back to the state that was kept, and to the body as it was then. Reply: empty
+///     6, entry (3), target (3) [m], diameter [m], spread [m], toughness [J/m^2], friction [N/m], puncture force [N],
+///     depth [m], number of steps
+///         a needle, see core/tool/needle/needle.hpp. Reply: its depth, tip [m], force of the hand, force at the tip
+///         [N], 0 or 1 whether the surface has given way, displacement of the target (3) [m], work of the hand, of
+///         friction and of tearing [J], K, forces on the tissue at the places of core::needle_line() (K,3) [N], and all
+///         that is said to message 2, where the tool is the tip
+///
+///     7, whether loose pieces are taken away as well, 0 or 1, what cuts, and its numbers:
+///         0, region, margin [m], 0 or 1 whether it is kept everywhere
+///         1, point (3) [m], normal (3)            all to which the normal points
+///         2, corners (4,3) [m], thickness [m]     all that a straight blade touches
+///         a cut, see Scene::cut(); what there was before is kept as by 4. Reply: volume taken [m^3], area of the wound
+///         [m^2], margin left around the lesions [m], no number if none was cut; loose pieces taken, pieces left;
+///         seconds to find what goes, to find how long steps may be, of springs and of all; K, T; tetrahedra (K) that
+///         are gone by now, of the body; and its boundary now, triangles (T,3) and what each is (T): 0 free, 1
+///         constrained, 2 free and in the wound. Facets of a later reply to message 2 are numbers of these triangles.
+///
+/// @return bytes
+/// @throws support::InputError for any other message, or for what Scene refuses
+std::string reply(Scene &scene, std::span<const double> message);
+
+/// spring_names() in the order of their numbers, with commas between them.
+std::string joined_spring_names();
+
+} // namespace livermark::live

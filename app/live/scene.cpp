@@ -1,0 +1,389 @@
+#include "app/live/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <utility>
+
+#include "app/live/parameters.hpp"
+#include "app/live/scene_cuts.hpp"
+#include "app/live/springs.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "core/support/input_error.hpp"
+
+namespace livermark::live {
+
+namespace {
+
+constexpr int most_steps = 10000;
+/// How stiff the contact of a tool with its disc is, at most [N/m]: the strongest coupling draws a pull 6 mm from what
+/// it holds, and presses a probe 3 mm into the surface.
+constexpr double stiffest_contact = 6000.0, stiffest_grip = 2000.0;
+/// How deep a probe is in the surface until its contact is as stiff as that: what touches lightly is pressed softly, as
+/// by a pad of flesh, and does not rattle [m].
+constexpr double soft_depth = 0.002;
+/// What a probe exerts at most: where it rests, the coupling holds against it, which is half as strong [N].
+constexpr double strongest_contact = 2.0 * strongest_coupling;
+/// A tool of stiffness k at a node of mass m would ask for steps h with h^2 k / m < 4, which are shorter than the
+/// body's. So the node gets some of the mass of the tool while it touches, and h^2 k over what is added is
+constexpr double touched_part = 2.0;
+/// And h^2 k over the mass of the tool itself is at most
+constexpr double coupled_part = 0.5;
+/// Where springs with an energy are pressed flatter than this, they get no stiffer: the guard is at work long before.
+constexpr double least_stretch = 0.4;
+/// A probe may be put down deep in the body: how deep that was counts less and less in this time, so that it parts the
+/// body and does not burst it [s].
+constexpr double soft_start = 0.02;
+/// A disc goes along with its probe at once, but follows what the body does in this time: so it stays nearly where it
+/// is while the body swings, and the contact takes as much energy as it gives [s].
+constexpr double tracking_time = 0.05;
+/// Steps that are divided after something was pressed: to change their length at each oscillation would add energy.
+constexpr int num_divided = 16;
+/// Parts of the mean edge that each component of a node's motion is at most long in one step. Nothing that a hand does
+/// is so fast but what snaps back from half the size of the body. Where a body is torn so far that its steps are too
+/// long, it keeps them from adding energy without end.
+constexpr double way_in_step = 0.25;
+/// A pull leads its disc no further from its place at rest than this part of the diagonal of the body: with the
+/// strongest coupling a soft body could be drawn out to many times its size.
+constexpr double furthest_pull = 0.5;
+/// A body that has moved by so many times its size is lost. A soft bar that is bent over moves by more than once its
+/// size, and is not.
+constexpr double largest_motion = 4.0;
+
+} // namespace
+
+int num_parts_of(double time_step, double longest) {
+    return std::max(1, static_cast<int>(std::ceil(time_step / longest - 1e-6)));
+}
+
+Scene::Scene(core::Body body, const std::vector<bool> &is_constrained, int num_threads)
+    : body_(std::move(body)), is_constrained_facet_(is_constrained), num_threads_(num_threads) {
+    check_body(body_, is_constrained);
+    show_remains();
+    is_constrained_ = constrained_nodes(body_.mesh, is_constrained);
+    extent_ = core::extent(body_.mesh.points);
+    mean_edge_ = mean_edge(body_.mesh);
+}
+
+Chosen Scene::choose(const Settings &settings) {
+    check_settings(settings);
+    auto body = with_material(body_, settings.young_modulus, settings.poisson_ratio);
+    auto parts = mass_springs(body_, settings, springs_);
+    const auto conditions = constrained_conditions(is_constrained_);
+    Prepared next{std::move(body), std::move(parts), settings, {}, nullptr, cuts_.size()};
+    if (cuts_.empty()) {
+        next.stepping = chosen_steps(next.body, next.parts, conditions, settings);
+    } else {
+        next.rest =
+            std::make_shared<const FittedRest>(fit_rest(next.body, is_gone(cuts_.size()), conditions, settings));
+        next.stepping = next.rest->stepping;
+    }
+    const auto chosen = next.stepping.chosen;
+    time_step_ = chosen.time_step;
+    prepared_ = std::make_shared<const Prepared>(std::move(next));
+    prepare_steps(!needle_);
+    fit_tool();
+    return chosen;
+}
+
+/// Goes on with steps of what was chosen, and without what has been cut.
+/// @param may_be_scaled  whether they may have scaled masses, which a needle cannot push
+void Scene::prepare_steps(bool may_be_scaled) {
+    const auto conditions = constrained_conditions(is_constrained_);
+    const auto &rest = prepared_->rest;
+    auto stepping = prepared_->stepping;
+    are_scaled_ = may_be_scaled && !stepping.scaling.parts.empty();
+    has_ended_scaling_ = false;
+    fewest_parts_ = 1;
+    if (!are_scaled_ && !stepping.scaling.parts.empty()) {
+        fewest_parts_ = num_parts_of(time_step_, stepping.unscaled.longest_time_step);
+        stepping.chosen = stepping.unscaled;
+        stepping.chosen.time_step = time_step_ / fewest_parts_;
+        stepping.scaling = {};
+    }
+    const auto &chosen = stepping.chosen;
+    num_parts_ = fewest_parts_ * num_parts_of(chosen.time_step, chosen.pressed_time_step);
+    const auto num_tetrahedra = body_.mesh.tetrahedra.size();
+    auto next = msm::FastSteps::prepare(
+        prepared_->parts.body, body_.mesh.points, conditions, prepared_->settings.damping, "symplectic_euler",
+        chosen.time_step,
+        {.precision = msm::ForcePrecision::single_precision,
+         .num_threads = num_threads_,
+         .scaling = rest ? msm::MassScaling{} : stepping.scaling,
+         .least_stretch = least_stretch,
+         .largest_speed = way_in_step * mean_edge_ / chosen.time_step,
+         .watched_volume = rest ? watched_of_whole(*rest, stepping, num_tetrahedra)
+                                : watched_volumes(prepared_->body, prepared_->parts, conditions, stepping),
+         .may_be_cut = true});
+    divided_steps_ = 0;
+    std::optional<msm::State> state;
+    if (steps_)
+        state = sound_state();
+    steps_ = std::move(next);
+    node_mass_ = prepared_->parts.body.node_mass;
+    parts_ =
+        msm::CutParts::prepare(prepared_->body, prepared_->parts.body,
+                               spring_source(body_, prepared_->settings)); // now, so that a cut does not wait for it
+    if (!cuts_.empty())
+        cut_anew();
+    if (state) {
+        steps_->set_state(*state);
+        if (!state->displacement.isZero(0.0))
+            divided_steps_ = num_divided; // these springs may be pressed where the body is
+    }
+}
+
+/// Puts a needle in, or takes it out.
+void Scene::put_needle(const Tool &tool) {
+    const bool was_in = needle_.has_value();
+    needle_.reset();
+    const bool is_in = tool.kind == ToolKind::needle;
+    if (is_in != was_in && !prepared_->stepping.scaling.parts.empty())
+        prepare_steps(!is_in);
+    if (is_in)
+        needle_.emplace(tool.needle, remains_.mesh, node_mass_, constrained_conditions(is_constrained_), *steps_);
+}
+
+core::Vector3 Scene::position(int node) const {
+    return body_.mesh.points[node] + steps_->displacement(node);
+}
+
+/// Begins with a tool where it differs from the one before.
+void Scene::take_up(const Tool &tool) {
+    const bool is_same = tool.kind == ToolKind::needle ? are_one_needle(tool, tool_)
+                                                       : tool.kind == tool_.kind && tool.radius == tool_.radius &&
+                                                             (tool.kind != ToolKind::pull || tool.node == tool_.node);
+    tool_ = tool;
+    if (is_same)
+        return;
+    take_load_off();
+    put_needle(tool);
+    contact_ = {};
+    divided_steps_ = num_divided; // it is not known yet how far it presses
+    proxy_ = {.position = tool.target, .target = tool.target};
+    if (tool.kind == ToolKind::pull) {
+        const auto &points = body_.mesh.points;
+        const auto place = place_of_node(surface_, points, tool.node);
+        const auto near = triangles_around(surface_, points, place.point, tool.radius, 0.0);
+        contact_.disc = disc_around(surface_, points, near, place, tool.radius);
+        proxy_.position = proxy_.target =
+            mean_over(contact_.disc, [&](int i) { return steps_->displacement(i); }) + place.point;
+    }
+    fit_tool();
+}
+
+/// How stiff the tool is.
+void Scene::fit_tool() {
+    const double bearable = coupled_part * coupling_mass / (time_step_ * time_step_); // [N/m]
+    tool_stiffness_ = std::min(tool_.kind == ToolKind::probe ? stiffest_contact : stiffest_grip, bearable);
+}
+
+/// From where the body is now [N].
+/// @param part  of a step that it is for [s]
+core::Vector3 Scene::force_of_tool(double part) {
+    const auto displacement_of = [&](int node) { return steps_->displacement(node); };
+    if (tool_.kind == ToolKind::probe) {
+        const bool touched = contact_.touches;
+        const auto inwards = penetration(contact_, surface_, body_.mesh.points, {proxy_.position, tool_.radius},
+                                         contact_.touches ? std::min(0.5, part / tracking_time) : 0.5, displacement_of);
+        contact_.time = touched ? contact_.time + part : 0.0;
+        const double pardoned = contact_.first_depth * std::max(0.0, 1.0 - contact_.time / soft_start);
+        const double depth = inwards.norm() - pardoned;
+        touching_stiffness_ = tool_stiffness_ * std::clamp(depth / soft_depth, 0.0, 1.0);
+        if (depth <= 0.0)
+            return core::Vector3::Zero();
+        // Of energies k d^3 / (6 s) up to a depth s, and k d (d - s) / 2 beyond but for a constant.
+        const double way = depth < soft_depth ? 0.5 * depth * depth / soft_depth : depth - 0.5 * soft_depth;
+        return std::min(tool_stiffness_ * way, strongest_contact) * inwards.normalized();
+    }
+    touching_stiffness_ = tool_stiffness_;
+    const auto &disc = contact_.disc;
+    return tool_stiffness_ * (proxy_.position - disc.place.point - mean_over(disc, displacement_of));
+}
+
+/// The forces of the tool, from where the body is now.
+/// @param part  of a step that they are for [s]
+void Scene::touch(double part) {
+    const auto before = load_.nodes;
+    const auto force = force_of_tool(part);
+    if (force.isZero(0.0))
+        clear(load_);
+    else
+        put_force(contact_.disc, force, load_);
+    for (const int node : before)
+        if (load_.nodal[node].isZero(0.0)) {
+            steps_->set_load(node, core::Vector3::Zero());
+            steps_->set_mass(node, node_mass_[node]);
+        }
+    carry_load(part);
+}
+
+/// Puts the load on the nodes, and what of the tool's mass they move with.
+void Scene::carry_load(double part) {
+    const auto &disc = contact_.disc;
+    for (std::size_t k = 0; k < disc.nodes.size() && !load_.nodes.empty(); ++k) {
+        const int node = disc.nodes[k];
+        steps_->set_load(node, load_.nodal[node]);
+        steps_->set_mass(node, node_mass_[node] + part * part * touching_stiffness_ * disc.weight[k] / touched_part);
+    }
+}
+
+core::Vector3 Scene::within_reach(const core::Vector3 &goal) const {
+    if (tool_.kind != ToolKind::pull)
+        return goal;
+    const auto &middle = contact_.disc.place.point;
+    const double length = (goal - middle).norm(), furthest = furthest_pull * extent_;
+    return length > furthest ? core::Vector3(middle + furthest / length * (goal - middle)) : goal;
+}
+
+/// @param needle_depth  where the hand leads a needle [m]
+/// @param part          that is moved on by [s]
+void Scene::step(const Tool &tool, double needle_depth, double part) {
+    if (tool_.kind != ToolKind::none && !needle_) {
+        follow(proxy_, within_reach(tool.target), part);
+        touch(part);
+        advance(proxy_, -load_.total, part);
+    }
+    steps_->set_time_step(part);
+    steps_->take(1);
+    if (needle_)
+        needle_->act(*steps_, needle_depth, part);
+    if (steps_->is_pressed())
+        divided_steps_ = num_divided;
+    ++num_evaluations_;
+}
+
+core::Vector3 Scene::feel(const Tool &tool, int num_steps) {
+    if (!steps_)
+        throw support::InputError("nothing has been chosen yet that could move; choose springs first");
+    if (num_steps < 0 || num_steps > most_steps)
+        throw support::InputError(fmt::format("{} steps at once; ask for 0 to {}", num_steps, most_steps));
+    check_tool(tool, surface_);
+    check_depth(tool);
+    if (!are_one_needle(tool, tool_))
+        check_needle(tool, remains_.mesh, is_constrained_);
+    take_up(tool);
+    // A hand leads a needle evenly, as far as it goes in these steps.
+    const double start = needle_ ? needle_->depth() : 0.0, way = tool.depth - start;
+    for (int i = 0; i < num_steps; ++i) {
+        const int parts = divided_steps_ > 0 ? num_parts_ : fewest_parts_;
+        divided_steps_ = std::max(0, divided_steps_ - 1);
+        for (int k = 0; k < parts; ++k)
+            step(tool, start + way * (i + (k + 1.0) / parts) / num_steps, time_step_ / parts);
+    }
+    time_ += num_steps * time_step_;
+    return force_on_tool();
+}
+
+core::Vector3 Scene::force_on_tool() const {
+    return needle_ ? core::Vector3(-needle_->force()) : core::Vector3(-load_.total);
+}
+
+Frame Scene::move(const Tool &tool, int num_steps) {
+    feel(tool, num_steps);
+    return frame();
+}
+
+msm::State Scene::sound_state() {
+    auto state = steps_->state();
+    if (!is_lost(state))
+        return state;
+    settle();
+    ++restarts_;
+    return steps_->state();
+}
+
+Frame Scene::frame() {
+    const auto state = sound_state();
+    Frame frame;
+    frame.time = time_;
+    if (needle_)
+        frame.needle = needle_->reading(*steps_);
+    frame.tool = needle_ ? needle_->tip() : proxy_.position;
+    frame.force = force_on_tool();
+    frame.largest_speed = largest_speed(state.velocity);
+    if (tool_.kind != ToolKind::none)
+        frame.largest_speed = std::max(frame.largest_speed, proxy_.velocity.norm());
+    frame.restarts = restarts_;
+    frame.displacement = msm::to_field(state.displacement);
+    for (const int node : gone_nodes_)
+        frame.displacement[node].setZero();
+    frame.smallest_volume = smallest_volume_ratio(remains_.mesh, frame.displacement);
+    frame.indentation = indentation(load_, frame.displacement);
+    frame.load = load_;
+    frame.surface = &surface_;
+    return frame;
+}
+
+bool Scene::is_lost(const msm::State &state) const {
+    // Written so that what is no number counts as lost.
+    return !(state.displacement.lpNorm<Eigen::Infinity>() < largest_motion * extent_ && state.velocity.allFinite() &&
+             proxy_.position.allFinite());
+}
+
+void Scene::take_load_off() {
+    for (const int node : load_.nodes) {
+        steps_->set_load(node, core::Vector3::Zero());
+        steps_->set_mass(node, node_mass_[node]);
+    }
+    clear(load_);
+}
+
+void Scene::reset() {
+    kept_.reset();
+    if (!cuts_.empty()) {
+        take_load_off();
+        undo_cuts(0);
+    }
+    if (steps_)
+        settle();
+}
+
+void Scene::settle() {
+    const auto size = static_cast<Eigen::Index>(3 * body_.mesh.points.size());
+    take_load_off();
+    steps_->set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
+    tool_ = {};
+    proxy_ = {};
+    contact_ = {};
+    put_needle(tool_);
+    divided_steps_ = 0;
+    fit_tool();
+}
+
+void Scene::keep() {
+    if (!steps_)
+        throw support::InputError("nothing has been chosen yet that could be kept; choose springs first");
+    auto state = sound_state();
+    kept_ = {.num_cuts = cuts_.size(),
+             .state = std::move(state),
+             .tool = tool_,
+             .proxy = proxy_,
+             .contact = contact_,
+             .load = load_,
+             .divided_steps = divided_steps_,
+             .needle = needle_};
+    // The digits of both parts of a number may be more than a double has: from here on it moves as when it is restored.
+    steps_->set_state(kept_->state);
+}
+
+void Scene::restore() {
+    if (!steps_ || !kept_)
+        throw support::InputError("no state is kept that one could go back to; take a tool first");
+    take_load_off();
+    if (kept_->num_cuts < cuts_.size())
+        undo_cuts(kept_->num_cuts);
+    put_needle(kept_->tool);
+    needle_ = kept_->needle;
+    steps_->set_state(kept_->state);
+    tool_ = kept_->tool;
+    proxy_ = kept_->proxy;
+    contact_ = kept_->contact;
+    load_ = kept_->load;
+    divided_steps_ = kept_->divided_steps;
+    // The time step may be another one by now.
+    fit_tool();
+    carry_load(time_step_);
+}
+
+} // namespace livermark::live

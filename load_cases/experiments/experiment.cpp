@@ -1,0 +1,243 @@
+#include "load_cases/experiments/experiment.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/mesh/tetra_mesh.hpp"
+#include "core/support/input_error.hpp"
+#include "core/units.hpp"
+#include "load_cases/experiments/markers.hpp"
+
+namespace livermark::experiments {
+
+namespace {
+
+using core::Vector3;
+
+Vector3 mean(std::span<const Vector3> vectors) {
+    Vector3 sum = Vector3::Zero();
+    for (const auto &vector : vectors)
+        sum += vector;
+    return sum / static_cast<double>(vectors.size());
+}
+
+int num_coefficients(int degree) {
+    return (degree + 1) * (degree + 2) / 2;
+}
+
+} // namespace
+
+FittedMotion::FittedMotion(std::span<const Vector3> positions, std::span<const Vector3> displacements, int degree,
+                           const std::string &place)
+    : degree_(degree), middle_(mean(positions)) {
+    const int needed = num_coefficients(degree);
+    const auto count = static_cast<int>(positions.size());
+    const auto refuse = [&](const std::string &fault) {
+        throw support::InputError(
+            fmt::format("{}: {}; take a polynomial of lower degree, or more markers", place, fault));
+    };
+    if (count < needed)
+        refuse(fmt::format("{} markers do not determine the {} coefficients of a polynomial of degree {}", count,
+                           needed, degree));
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (const auto &position : positions)
+        spread += (position - middle_) * (position - middle_).transpose() / count;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread); // ascending
+    for (int axis = 0; axis < 2; ++axis) {
+        const double length = std::sqrt(std::max(axes.eigenvalues()[2 - axis], 0.0));
+        axes_.row(axis) = axes.eigenvectors().col(2 - axis).transpose() / (length > 0.0 ? length : 1.0);
+    }
+    Eigen::MatrixXd basis(count, needed);
+    Eigen::MatrixX3d moved(count, 3);
+    for (int k = 0; k < count; ++k) {
+        basis.row(k) = monomials(positions[k]);
+        moved.row(k) = displacements[k].transpose();
+    }
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factor(basis);
+    factor.setThreshold(1e-8);
+    if (factor.rank() < needed)
+        refuse(
+            fmt::format("its {} markers lie so that they do not determine a polynomial of degree {}", count, degree));
+    coefficients_ = factor.solve(moved);
+    residual_ = std::sqrt((basis * coefficients_ - moved).squaredNorm() / count);
+}
+
+Eigen::RowVectorXd FittedMotion::monomials(const Vector3 &point) const {
+    const Eigen::Vector2d along = axes_ * (point - middle_);
+    Eigen::RowVectorXd values(num_coefficients(degree_));
+    int next = 0;
+    for (int a = 0; a <= degree_; ++a)
+        for (int b = 0; a + b <= degree_; ++b)
+            values[next++] = std::pow(along[0], a) * std::pow(along[1], b);
+    return values;
+}
+
+Vector3 FittedMotion::at(const Vector3 &point) const {
+    return (monomials(point) * coefficients_).transpose();
+}
+
+void drive(core::LoadCase &load_case, const core::TetraMesh &mesh, const PlaceMotion &place) {
+    const auto facets = core::facets_in_patch(mesh, place.patch);
+    if (facets.empty())
+        throw support::InputError(fmt::format("markers drive '{}', and the body has no such patch; it has {}",
+                                              support::shown(place.patch), fmt::join(core::patches_of(mesh), ", ")));
+    load_case.node_shift.resize(mesh.points.size(), Vector3::Zero());
+    for (const int f : facets) {
+        if (!load_case.is_constrained(f))
+            throw support::InputError(fmt::format("markers drive '{}', and nothing constrains it; give it a "
+                                                  "[[condition]] with displacement = [0.0, 0.0, 0.0]",
+                                                  place.patch));
+        for (const int node : mesh.boundary_triangles[f])
+            load_case.node_shift[node] = place.motion.at(mesh.points[node]);
+    }
+}
+
+Vector3 straight_line(const PlaceMotion &from, const PlaceMotion &to, const Vector3 &point) {
+    const Vector3 way = to.motion.middle() - from.motion.middle();
+    const double part = (point - from.motion.middle()).dot(way) / way.squaredNorm();
+    return (1.0 - part) * from.motion.at(point) + part * to.motion.at(point);
+}
+
+RigidMotion best_rigid_motion(std::span<const Vector3> points, std::span<const Vector3> targets) {
+    RigidMotion motion{.from = mean(points), .to = mean(targets)};
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    for (std::size_t k = 0; k < points.size(); ++k)
+        covariance += (targets[k] - motion.to) * (points[k] - motion.from).transpose();
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Vector3 signs = Vector3::Ones();
+    signs[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0; // no reflection
+    motion.rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+    return motion;
+}
+
+MarkerMotion mean_motion(std::span<const MarkerMotion> repeats) {
+    auto mean = repeats.front();
+    for (auto &displacement : mean.displacement)
+        displacement.setZero();
+    for (const auto &repeat : repeats)
+        for (std::size_t i = 0; i < mean.displacement.size(); ++i)
+            mean.displacement[i] += repeat.displacement[i] / static_cast<double>(repeats.size());
+    return mean;
+}
+
+core::Body with_added_mass(core::Body body, double mass, const Vector3 &low, const Vector3 &high) {
+    auto &mesh = body.mesh;
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    const auto added = static_cast<int>(mesh.region_names.size());
+    double volume = 0.0;
+    int region = -1;
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t) {
+        Vector3 middle = Vector3::Zero();
+        for (const int node : mesh.tetrahedra[t])
+            middle += 0.25 * mesh.points[node];
+        if ((middle.array() < low.array()).any() || (middle.array() > high.array()).any())
+            continue;
+        if (region >= 0 && region != mesh.region[t])
+            throw support::InputError(
+                fmt::format("a mass of {} kg is put into regions {} and {} of {}; put it into one", mass,
+                            mesh.region_names[region], mesh.region_names[mesh.region[t]], body.name));
+        region = mesh.region[t];
+        mesh.region[t] = added;
+        volume += volumes[t];
+    }
+    if (region < 0)
+        throw support::InputError(
+            fmt::format("a mass of {} kg is put where {} has no tetrahedra; take a larger box, or "
+                        "shorter edges",
+                        mass, body.name));
+    mesh.region_names.push_back(mesh.region_names[region] + " with a mass");
+    body.materials.push_back(body.materials[region]);
+    body.materials.back().density += mass / volume;
+    return body;
+}
+
+namespace {
+
+/// Parts of the extent and of the thinnest side of a body: how far a marker may stand off it.
+constexpr double largest_peg = 0.2, largest_peg_of_side = 0.5;
+constexpr std::size_t fewest_compared = 3;
+
+} // namespace
+
+void check(const Experiment &experiment, const std::string &place) {
+    const auto body = experiment.body(experiment.edge_length);
+    const double extent = core::extent(body.mesh.points);
+    const double thinnest = core::bounding_box(body.mesh.points).sizes().minCoeff();
+    const double farthest = std::min(largest_peg * extent, largest_peg_of_side * thinnest);
+    std::vector<Vector3> positions;
+    for (const auto &marker : experiment.markers)
+        positions.push_back(marker.position);
+    const auto outside = MarkerField(body.mesh, positions).outside();
+    for (std::size_t k = 0; k < outside.size(); ++k)
+        if (!(outside[k] <= farthest))
+            throw support::InputError(fmt::format(
+                "{}: marker {} is {:.3g} mm outside the body, and {:.3g} mm are the most for one on a peg (half "
+                "of the thinnest side, a fifth of the diagonal); check the unit and the frame of the "
+                "markers, and where the body is",
+                place, experiment.markers[k].name, core::millimetres * outside[k], core::millimetres * farthest));
+    if (experiment.states.empty())
+        throw support::InputError(fmt::format("{}: nothing was measured; add a state", place));
+    for (const auto &ring_down : experiment.ring_downs)
+        for (const auto &repeat : ring_down.repeats)
+            for (const auto &displacement : repeat.displacement)
+                if (!(displacement.norm() <= extent))
+                    throw support::InputError(
+                        fmt::format("{}: a marker is {:.3g} m from rest while {} rings down, and the body is {:.3g} m "
+                                    "across; check the unit and whether positions stand where displacements should",
+                                    place, displacement.norm(), ring_down.state, extent));
+    for (const auto &state : experiment.states) {
+        std::size_t num_compared = 0;
+        if (state.displacement.size() != experiment.markers.size())
+            throw support::InputError(fmt::format("{}: state {} has {} markers and the body {}; give each a position",
+                                                  place, state.name, state.displacement.size(),
+                                                  experiment.markers.size()));
+        for (std::size_t k = 0; k < state.displacement.size(); ++k) {
+            const auto &displacement = state.displacement[k];
+            const bool is_seen = displacement.allFinite();
+            if (is_seen && displacement.norm() > extent)
+                throw support::InputError(
+                    fmt::format("{}: marker {} moved by {:.3g} m in state {}, and the body is {:.3g} m across; check "
+                                "the unit and whether positions stand where displacements should",
+                                place, experiment.markers[k].name, displacement.norm(), state.name, extent));
+            if (experiment.markers[k].drives.empty() && is_seen)
+                ++num_compared;
+        }
+        if (num_compared < fewest_compared)
+            throw support::InputError(fmt::format("{}: {} markers can be compared in state {}; {} are needed", place,
+                                                  num_compared, state.name, fewest_compared));
+    }
+}
+
+std::vector<PlaceMotion> driven_places(const Experiment &experiment, const MeasuredState &state) {
+    std::vector<std::string> patches;
+    for (const auto &marker : experiment.markers)
+        if (!marker.drives.empty() && std::ranges::find(patches, marker.drives) == patches.end())
+            patches.push_back(marker.drives);
+    std::vector<PlaceMotion> places;
+    for (const auto &patch : patches) {
+        std::vector<Vector3> positions, displacements;
+        for (std::size_t k = 0; k < experiment.markers.size(); ++k)
+            if (experiment.markers[k].drives == patch) {
+                positions.push_back(experiment.markers[k].position);
+                displacements.push_back(state.displacement[k]);
+            }
+        places.push_back({patch, FittedMotion(positions, displacements, experiment.fit_degree,
+                                              fmt::format("{}: place {}", experiment.name, patch))});
+    }
+    return places;
+}
+
+core::Problem problem_of(const Experiment &experiment, const MeasuredState &state,
+                         const std::shared_ptr<const core::Body> &body) {
+    core::Problem problem{body, state.load_case(body->mesh)};
+    for (const auto &place : driven_places(experiment, state))
+        drive(problem.load_case, body->mesh, place);
+    return problem;
+}
+
+} // namespace livermark::experiments

@@ -1,0 +1,261 @@
+#include "load_cases/experiments/own_experiment.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/ranges.h>
+#include <memory>
+#include <utility>
+
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "core/support/toml_input.hpp"
+#include "load_cases/experiments/markers.hpp"
+#include "load_cases/readers/load_case_tables.hpp"
+#include "meshes/generators/box_generator.hpp"
+#include "meshes/generators/cylinder_generator.hpp"
+#include "meshes/generators/delaunay.hpp"
+#include "meshes/io/body_reader.hpp"
+
+namespace livermark::experiments {
+
+namespace {
+
+using core::Vector3;
+
+constexpr int largest_degree = 6;
+
+toml::table parse(const std::filesystem::path &file) {
+    auto table = support::parse_toml(support::read_text(file), file);
+    support::refuse_unknown_keys(table, {"title", "source", "assumptions", "markers", "unit", "noise", "fit_degree",
+                                         "body", "material", "state"});
+    return table;
+}
+
+double unit_of(const toml::table &table) {
+    if (!table.contains("unit"))
+        support::required_string(table, "unit"); // which says so
+    return support::metres_per_unit(table);
+}
+
+Vector3 optional_vector(const toml::table &table, const char *key) {
+    return table.contains(key) ? support::required_vector(table, key) : Vector3::Zero();
+}
+
+core::TetraMesh moved(core::TetraMesh mesh, const Vector3 &by) {
+    for (auto &point : mesh.points)
+        point += by;
+    return mesh;
+}
+
+/// Takes the body of a table and says how to make it.
+void read_body(const toml::table &table, const std::filesystem::path &file, Experiment &experiment) {
+    const auto &body = support::required_table(table, "body");
+    support::refuse_unknown_keys(body, {"box", "cylinder", "file"});
+    if (body.size() != 1)
+        throw support::InputError(
+            fmt::format("{}: a body is one of box, cylinder and file; leave one of them in", support::place_of(body)));
+    if (body.contains("file")) {
+        if (table.contains("material"))
+            throw support::InputError(fmt::format("{}: a body of a file has its materials there; leave [material] out",
+                                                  support::place_of(*table.get("material"))));
+        const auto path = file.parent_path() / support::required_string(body, "file");
+        experiment.body = [path](double) { return meshes::read_body(path); };
+        return;
+    }
+    const auto material = meshes::read_material(support::required_table(table, "material"));
+    std::function<core::TetraMesh(double)> mesh;
+    if (body.contains("box")) {
+        const auto &box = support::required_table(body, "box");
+        support::refuse_unknown_keys(box, {"size", "edge_length", "corner"});
+        experiment.edge_length = support::required_number(box, "edge_length");
+        const auto size = support::required_vector(box, "size");
+        experiment.expected_tetrahedra = [=](double edge) {
+            return meshes::expected_tetrahedra(meshes::side_of_cube_like_box(size, edge), edge);
+        };
+        mesh = [size, corner = optional_vector(box, "corner")](double edge) {
+            return moved(meshes::generate_box(size, edge, meshes::BoxTopology::body_centred), corner);
+        };
+    } else {
+        const auto &cylinder = support::required_table(body, "cylinder");
+        support::refuse_unknown_keys(cylinder, {"radius", "height", "edge_length", "base"});
+        experiment.edge_length = support::required_number(cylinder, "edge_length");
+        const double radius = support::required_number(cylinder, "radius");
+        const double height = support::required_number(cylinder, "height");
+        experiment.expected_tetrahedra = [=](double edge) {
+            return meshes::expected_tetrahedra(meshes::side_of_cube_like_cylinder(radius, height, edge), edge);
+        };
+        mesh = [radius, height, base = optional_vector(cylinder, "base")](double edge) {
+            return moved(meshes::generate_cylinder(radius, height, edge), base);
+        };
+    }
+    experiment.body = [mesh, material, name = experiment.name](double edge) {
+        return core::Body{.name = name, .mesh = mesh(edge), .materials = {material}};
+    };
+}
+
+toml::array &states_of(toml::table &table) {
+    auto *states = table.get("state");
+    if (!states || !states->is_array_of_tables())
+        throw support::InputError(
+            fmt::format("{}: there is no [[state]]; add one for each state of the markers", support::place_of(table)));
+    return *states->as_array();
+}
+
+/// The load case of a state, whose keys a load case knows but for the name. Tables that are moved keep their lines.
+core::LoadCase load_case_of_state(toml::table state, const std::filesystem::path &file, const core::TetraMesh &mesh) {
+    const auto name = support::required_string(state, "name");
+    state.erase("name");
+    state.erase("ring_down");
+    if (!state.contains("title"))
+        state.insert("title", name);
+    if (!state.contains("regime"))
+        state.insert("regime", "large");
+    state.insert("target_peak_displacement", 1.0); // nothing is scaled to it
+    auto load_case = load_cases::load_case_of_table(state, file, mesh);
+    load_case.name = name;
+    load_case.definition = support::read_text(file);
+    return load_case;
+}
+
+/// The load case of a ring-down: that of its state, and what holds the body until it is let go.
+core::LoadCase load_case_of_ring_down(toml::table state, const std::filesystem::path &file,
+                                      const core::TetraMesh &mesh) {
+    support::required_table(support::required_table(state, "ring_down"), "held"); // says if there is none
+    auto held = std::move(*state.get("ring_down")->as_table()->get("held")->as_table());
+    if (!state.contains("condition"))
+        state.insert("condition", toml::array{});
+    if (auto *conditions = state.get("condition")->as_array())
+        conditions->push_back(std::move(held));
+    return load_case_of_state(std::move(state), file, mesh);
+}
+
+/// Whether a load case has a traction.
+bool has_traction(const core::LoadCase &load_case) {
+    return std::ranges::any_of(load_case.conditions, &core::Condition::is_traction);
+}
+
+core::Body body_of_ring_down(const toml::table &table, core::Body body) {
+    if (!table.contains("added_mass"))
+        return body;
+    const auto &added = support::required_table(table, "added_mass");
+    support::refuse_unknown_keys(added, {"mass", "low", "high"});
+    const double mass = support::required_number(added, "mass");
+    if (!(mass > 0.0))
+        throw support::InputError(
+            fmt::format("{}: the added mass is {} kg; it has to be positive", support::place_of(added), mass));
+    return with_added_mass(std::move(body), mass, support::required_vector(added, "low"),
+                           support::required_vector(added, "high"));
+}
+
+void read_ring_down(const toml::table &state, std::size_t number, const std::filesystem::path &file, double unit,
+                    Experiment &experiment) {
+    const auto &table = support::required_table(state, "ring_down");
+    support::refuse_unknown_keys(table, {"motions", "held", "added_mass", "damping_from"});
+    for (const auto &marker : experiment.markers)
+        if (!marker.drives.empty())
+            throw support::InputError(fmt::format("{}: marker {} drives a place, and a body that rings down has none "
+                                                  "that is driven; leave the markers there out",
+                                                  support::place_of(table), marker.name));
+    RingDown ring_down{.state = experiment.states[number].name, .repeats = {}, .body = {}, .load_case = {}};
+    for (const auto &name : support::required_strings(table, "motions")) {
+        const auto motion = read_motion(file.parent_path() / name, experiment.markers, unit);
+        if (!ring_down.repeats.empty() && (motion.num_records() != ring_down.repeats.front().num_records() ||
+                                           std::abs(motion.interval / ring_down.repeats.front().interval - 1.0) > 1e-3))
+            throw support::InputError(fmt::format("{}: {} has other times than the first of the motions; cut them to "
+                                                  "the same records",
+                                                  support::place_of(*table.get("motions")), name));
+        ring_down.repeats.push_back(motion);
+    }
+    const auto table_of_state = [file, number](toml::table &again) -> toml::table & {
+        return *states_of(again)[number].as_table();
+    };
+    ring_down.body = [file, table_of_state, body = experiment.body](double edge_length) {
+        auto again = parse(file);
+        return body_of_ring_down(support::required_table(table_of_state(again), "ring_down"), body(edge_length));
+    };
+    ring_down.load_case = [file, table_of_state](const core::TetraMesh &mesh) {
+        auto again = parse(file);
+        return load_case_of_ring_down(std::move(table_of_state(again)), file, mesh);
+    };
+    const auto body = ring_down.body(experiment.edge_length);
+    if (has_traction(experiment.states[number].load_case(body.mesh)))
+        throw support::InputError(fmt::format("{}: all forces are let go at the start of a ring-down, and state '{}' "
+                                              "has some that stay; give what hangs at the body as added_mass",
+                                              support::place_of(table), support::shown(ring_down.state)));
+    if (!has_traction(ring_down.load_case(body.mesh)))
+        throw support::InputError(
+            fmt::format("{}: 'held' is not a force; give it a place and a force", support::place_of(table)));
+    if (experiment.damping_from.empty() || support::optional_flag(table, "damping_from"))
+        experiment.damping_from = ring_down.state;
+    experiment.ring_downs.push_back(std::move(ring_down));
+}
+
+void read_states(toml::table &table, const std::filesystem::path &file, const MarkerTable &markers,
+                 Experiment &experiment) {
+    double noise = 0.0;
+    if (table.contains("noise") && !((noise = support::required_number(table, "noise")) >= 0.0))
+        throw support::InputError(fmt::format("{}: the noise is {} m; it has to be 0 or more",
+                                              support::place_of(*table.get("noise")), noise));
+    auto &states = states_of(table);
+    for (std::size_t s = 0; s < states.size(); ++s) {
+        const auto &state = *states[s].as_table();
+        const auto name = support::required_string(state, "name");
+        for (const char *key : {"release", "tool", "scale_to_target", "target_peak_displacement"})
+            if (state.contains(key))
+                throw support::InputError(fmt::format("{}: a state is at rest under what was done to the body; leave "
+                                                      "'{}' out",
+                                                      support::place_of(*state.get(key)), key));
+        const auto column = std::ranges::find(markers.states, name);
+        if (column == markers.states.end())
+            throw support::InputError(fmt::format("{}: the markers have no state '{}'; they have {}",
+                                                  support::place_of(*state.get("name")), support::shown(name),
+                                                  fmt::join(markers.states, ", ")));
+        if (std::ranges::find(experiment.states, name, &MeasuredState::name) != experiment.states.end())
+            throw support::InputError(
+                fmt::format("{}: state '{}' occurs twice; leave one out", support::place_of(state), name));
+        experiment.states.push_back({name,
+                                     [file, s](const core::TetraMesh &mesh) {
+                                         auto again = parse(file);
+                                         return load_case_of_state(std::move(*states_of(again)[s].as_table()), file,
+                                                                   mesh);
+                                     },
+                                     markers.displacement[column - markers.states.begin()], noise});
+    }
+}
+
+} // namespace
+
+Experiment read_experiment(const std::filesystem::path &toml_file,
+                           const std::function<void(const std::string &)> &say) {
+    auto table = parse(toml_file);
+    Experiment experiment;
+    experiment.name = toml_file.stem().string();
+    experiment.title = support::required_string(table, "title");
+    experiment.source = support::required_string(table, "source");
+    if (table.contains("assumptions"))
+        experiment.assumptions = support::required_strings(table, "assumptions");
+    if (table.contains("fit_degree")) {
+        const double degree = support::required_number(table, "fit_degree");
+        if (degree != std::round(degree) || degree < 0.0 || degree > largest_degree)
+            throw support::InputError(fmt::format("{}: 'fit_degree' is a whole number from 0 to {}",
+                                                  support::place_of(*table.get("fit_degree")), largest_degree));
+        experiment.fit_degree = static_cast<int>(degree);
+    }
+    read_body(table, toml_file, experiment);
+    if (say && experiment.expected_tetrahedra && experiment.edge_length > 0.0)
+        say(fmt::format("{}: a mesh of {}", experiment.name,
+                        meshes::text_of_expected_tetrahedra(experiment.expected_tetrahedra(experiment.edge_length))));
+    const auto file = toml_file.parent_path() / support::required_string(table, "markers");
+    const auto markers = read_markers(file, unit_of(table));
+    for (std::size_t k = 0; k < markers.names.size(); ++k)
+        experiment.markers.push_back({markers.names[k], markers.rest[k], markers.drives[k]});
+    read_states(table, toml_file, markers, experiment);
+    auto &states = states_of(table);
+    for (std::size_t s = 0; s < states.size(); ++s)
+        if (states[s].as_table()->contains("ring_down"))
+            read_ring_down(*states[s].as_table(), s, toml_file, unit_of(table), experiment);
+    check(experiment, file.string());
+    return experiment;
+}
+
+} // namespace livermark::experiments

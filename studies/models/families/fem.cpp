@@ -1,0 +1,386 @@
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/mesh/refinement.hpp"
+#include "core/support/processes/mpi_session.hpp"
+#include "fem_reference/distributed/distributed_solver.hpp"
+#include "fem_reference/dynamics/modes.hpp"
+#include "fem_reference/dynamics/relaxing_solver.hpp"
+#include "fem_reference/linear/linear_elasticity.hpp"
+#include "fem_reference/solvers/matrices.hpp"
+#include "studies/models/model_table.hpp"
+#include "studies/models/refined_solution.hpp"
+
+namespace livermark::models::families {
+
+namespace {
+
+constexpr auto linear_summary = "linear elasticity, linear tetrahedra (the baseline)";
+constexpr auto quadratic_summary = "linear elasticity, quadratic tetrahedra (the reference of motion)";
+constexpr auto mixed_summary = "linear elasticity, quadratic tetrahedra with a linear pressure (Taylor and Hood)";
+constexpr auto refined_summary = "linear elasticity, Taylor and Hood on meshes refined at the rims of places and below "
+                                 "round tools (the reference of small deformations)";
+
+using fem_reference::Formulation;
+using fem_reference::RelaxingSolver;
+using fem_reference::SolverChoice;
+using fem_reference::StaticSolver;
+
+/// Linear solutions grow with the load.
+void add_path(core::Solution &solution, const core::LoadCase &load_case) {
+    if (solution.status != core::SolutionStatus::ok)
+        return;
+    for (const double fraction : load_case.path) {
+        auto &point = solution.path.emplace_back();
+        for (const auto &displacement : solution.displacement)
+            point.displacement.push_back((fraction * displacement).cast<float>());
+        for (const auto &reaction : solution.reaction)
+            point.reaction.emplace_back(fraction * reaction);
+        point.strain_energy = fraction * fraction * solution.strain_energy;
+    }
+}
+
+/// The discretisation is wrong by a percent, and these iterations then by less than a hundred-thousandth: on both
+/// livers by 8e-7 of the displacement and 1.5e-6 of the reactions at most.
+constexpr double refined_tolerance = 1e-5;
+
+/// How near to places meshes are refined, over their radius, and how often.
+constexpr double near_places = 1.5;
+constexpr int times_near_places = 2;
+
+/// The compliance of the mixed elements on the mesh and on two that are finer near the places.
+core::Compliance refined_compliance(const core::Problem &problem, std::span<const core::InteriorPlace> places,
+                                    SolverChoice choice) {
+    std::vector<std::unique_ptr<StaticSolver>> solvers;
+    solvers.push_back(std::make_unique<StaticSolver>(problem.body, 2, choice, Formulation::mixed));
+    auto found = solvers.back()->compliance(problem.load_case, places);
+    auto finest = problem;
+    for (int level = 0; level < times_near_places; ++level) {
+        auto refined = core::refine_near_places(finest, places, near_places);
+        finest = std::move(refined.problem);
+        solvers.push_back(choice == SolverChoice::automatic
+                              ? std::make_unique<StaticSolver>(finest.body, *solvers.back(), refined_tolerance,
+                                                               refined.parent_tetrahedron)
+                              : std::make_unique<StaticSolver>(finest.body, 2, choice, Formulation::mixed));
+        auto finer = solvers.back()->compliance(finest.load_case, places);
+        finer.on_coarser = std::move(found.on_coarser);
+        finer.on_coarser.push_back(std::move(found.matrix));
+        finer.seconds += found.seconds;
+        found = std::move(finer);
+    }
+    return found;
+}
+
+bool has_slow_history(const core::LoadCase &load_case) {
+    return load_case.slow_history.has_value();
+}
+
+/// The mixed solver of a body, and the load cases that it solved last: fem_p2p1_refined begins with the solutions that
+/// fem_p2p1 has just found.
+class MixedSolverWithLast {
+  public:
+    MixedSolverWithLast(const std::shared_ptr<const core::Body> &body, SolverChoice choice)
+        : solver(body, 2, choice, Formulation::mixed) {}
+
+    std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) {
+        if (!std::ranges::equal(load_cases, last_, core::are_statically_equal)) {
+            last_.clear(); // what follows may throw
+            solutions_ = solver.solve(load_cases);
+            last_.assign(load_cases.begin(), load_cases.end());
+        }
+        return solutions_;
+    }
+
+    StaticSolver solver;
+
+  private:
+    std::vector<core::LoadCase> last_;
+    std::vector<core::Solution> solutions_; ///< of last_; the same whatever a load case releases, since none moves
+};
+
+using SolveAll = std::function<std::vector<core::Solution>(std::span<const core::LoadCase>)>;
+
+/// Solves with a solver that others may use as well.
+class PreparedElements : public core::PreparedModel {
+  public:
+    /// @param solver     for what takes one load case after the other
+    /// @param solve_all  by the same solver
+    PreparedElements(std::shared_ptr<const core::Body> body, std::shared_ptr<StaticSolver> solver, SolverChoice choice,
+                     SolveAll solve_all)
+        : body_(std::move(body)), choice_(choice), solver_(std::move(solver)), solve_all_(std::move(solve_all)) {}
+
+    std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
+        if (std::ranges::any_of(load_cases, has_slow_history))
+            return solve_in_turn(load_cases);
+        auto solutions = solve_all_(load_cases);
+        for (std::size_t i = 0; i < solutions.size(); ++i)
+            add_path(solutions[i], load_cases[i]);
+        return solutions;
+    }
+
+  private:
+    std::vector<core::Solution> solve_in_turn(std::span<const core::LoadCase> load_cases) {
+        if (!relaxing_)
+            relaxing_.emplace(body_, *solver_, choice_);
+        std::vector<core::Solution> solutions;
+        for (const auto &load_case : load_cases)
+            if (has_slow_history(load_case)) {
+                solutions.push_back(relaxing_->solve(load_case));
+            } else {
+                solutions.push_back(solver_->solve(load_case));
+                add_path(solutions.back(), load_case);
+            }
+        return solutions;
+    }
+
+    std::shared_ptr<const core::Body> body_;
+    SolverChoice choice_;
+    std::shared_ptr<StaticSolver> solver_;
+    SolveAll solve_all_;
+    std::optional<RelaxingSolver> relaxing_; ///< when the first history comes
+};
+
+/// The mixed solver of a body, while somebody uses it: fem_p2p1 solves with it, and fem_p2p1_refined takes it for its
+/// coarsest level.
+class MixedSolvers {
+  public:
+    explicit MixedSolvers(SolverChoice choice) : choice_(choice) {}
+
+    SolverChoice choice() const { return choice_; }
+
+    std::shared_ptr<MixedSolverWithLast> on(const std::shared_ptr<const core::Body> &body) {
+        if (auto solver = solver_.lock(); solver && body_.lock() == body)
+            return solver;
+        auto solver = std::make_shared<MixedSolverWithLast>(body, choice_);
+        body_ = body;
+        solver_ = solver;
+        return solver;
+    }
+
+  private:
+    SolverChoice choice_;
+    std::weak_ptr<const core::Body> body_; ///< of the solver
+    std::weak_ptr<MixedSolverWithLast> solver_;
+};
+
+std::unique_ptr<core::PreparedModel> mixed_elements(const std::shared_ptr<const core::Body> &body,
+                                                    MixedSolvers &solvers) {
+    const auto shared = solvers.on(body);
+    const std::shared_ptr<StaticSolver> solver(shared, &shared->solver);
+    return std::make_unique<PreparedElements>(body, solver, solvers.choice(),
+                                              [shared](auto load_cases) { return shared->solve(load_cases); });
+}
+
+/// Half a percent, where four meshes give it.
+constexpr Refinement refinement{.goal = 0.005, .finest_level = 3};
+
+/// The mixed elements on the mesh and on those that are refined at the rims of the places of each load case and below
+/// its round tools, where nearly all of the error is; each mesh but the first has the solver of the one before as a
+/// preconditioner.
+class PreparedRefinedElements : public core::PreparedModel {
+  public:
+    PreparedRefinedElements(std::shared_ptr<const core::Body> body, MixedSolvers &solvers)
+        : body_(std::move(body)), choice_(solvers.choice()), shared_(solvers.on(body_)), solver_(&shared_->solver) {}
+
+    std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
+        std::vector<core::LoadCase> at_rest(load_cases.begin(), load_cases.end());
+        for (auto &load_case : at_rest)
+            load_case.release.reset(); // motion on the refined mesh would take hours
+        std::vector<core::Solution> solutions;
+        if (std::ranges::any_of(load_cases, has_slow_history)) {
+            for (const auto &load_case : at_rest)
+                solutions.push_back(has_slow_history(load_case) ? solve_history(load_case)
+                                                                : solve_one(load_case, solver_->solve(load_case)));
+            return solutions;
+        }
+        const auto on_mesh = shared_->solve(at_rest);
+        for (std::size_t i = 0; i < at_rest.size(); ++i)
+            solutions.push_back(solve_one(at_rest[i], on_mesh[i]));
+        return solutions;
+    }
+
+  private:
+    /// Of a body that relaxes: on each mesh with what is needed of elastic solutions there.
+    core::Solution solve_history(const core::LoadCase &load_case) {
+        core::Problem problem{body_, load_case};
+        std::vector<std::unique_ptr<StaticSolver>> finer; // each is used by the next, and so are those below
+        std::vector<std::unique_ptr<RelaxingSolver>> relaxing;
+        relaxing.push_back(std::make_unique<RelaxingSolver>(body_, *solver_, choice_));
+        return solve_refined({body_, load_case}, refinement, [&](int level) {
+            if (level > 0) {
+                auto refined = core::refine_at_rims_and_tools(problem);
+                problem = std::move(refined.problem);
+                const auto &parent = refined.parent_tetrahedron;
+                if (choice_ == SolverChoice::automatic) {
+                    auto &coarse = finer.empty() ? *solver_ : *finer.back();
+                    finer.push_back(std::make_unique<StaticSolver>(problem.body, coarse, refined_tolerance, parent));
+                    relaxing.push_back(std::make_unique<RelaxingSolver>(problem.body, *finer.back(), choice_,
+                                                                        *relaxing.back(), refined_tolerance, parent));
+                } else {
+                    finer.push_back(std::make_unique<StaticSolver>(problem.body, 2, choice_, Formulation::mixed));
+                    relaxing.push_back(std::make_unique<RelaxingSolver>(problem.body, *finer.back(), choice_));
+                }
+            }
+            auto solution = relaxing.back()->solve(problem.load_case);
+            const auto num_nodes = body_->mesh.points.size(); // those of the mesh come first
+            solution.displacement.resize(num_nodes);
+            for (auto &point : solution.path)
+                point.displacement.resize(num_nodes);
+            return solution;
+        });
+    }
+
+    core::Solution solve_one(const core::LoadCase &load_case, const core::Solution &on_mesh) {
+        core::Problem problem{body_, load_case};
+        std::vector<std::unique_ptr<StaticSolver>> finer; // each is used by the next
+        return solve_refined({body_, load_case}, refinement, [&](int level) {
+            if (level == 0)
+                return on_mesh;
+            auto refined = core::refine_at_rims_and_tools(problem);
+            problem = std::move(refined.problem);
+            if (choice_ == SolverChoice::automatic)
+                finer.push_back(std::make_unique<StaticSolver>(problem.body, finer.empty() ? *solver_ : *finer.back(),
+                                                               refined_tolerance, refined.parent_tetrahedron));
+            else
+                finer.push_back(std::make_unique<StaticSolver>(problem.body, 2, choice_, Formulation::mixed));
+            auto solution = finer.back()->solve(problem.load_case);
+            solution.displacement.resize(body_->mesh.points.size()); // the nodes of the mesh come first
+            return solution;
+        });
+    }
+
+    std::shared_ptr<const core::Body> body_;
+    SolverChoice choice_;
+    std::shared_ptr<MixedSolverWithLast> shared_;
+    StaticSolver *solver_; ///< on the mesh
+};
+
+core::Model finite_elements(std::string_view name, const char *summary, core::PrepareModel prepare) {
+    return {.name = std::string(name),
+            .summary = summary,
+            .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
+            .prepare = std::move(prepare),
+            .is_collective = support::mpi_num_ranks() > 1};
+}
+
+core::Model with_role(core::Model model, core::Role at_rest) {
+    model.at_rest = at_rest;
+    return model;
+}
+
+/// Knows modes and motion, which mixed elements do not.
+core::Model judging_motion(core::Model model) {
+    model.in_motion = core::Role::reference;
+    return with_role(std::move(model), core::Role::substitute_reference);
+}
+
+/// Several MPI ranks solve together, whatever the size: the same models as in one process.
+std::vector<core::Model> distributed_models() {
+    const auto solve_with = [](const fem_reference::DistributedOptions &options) {
+        return [options](const core::Problem &problem) {
+            auto solution = fem_reference::solve_distributed(problem, options);
+            add_path(solution, problem.load_case);
+            return solution;
+        };
+    };
+    const auto solve_mixed = solve_with({.formulation = Formulation::mixed});
+    const auto at_rims = [solve_mixed](const core::Problem &problem) {
+        auto at_rest = problem;
+        at_rest.load_case.release.reset();
+        return solve_locally_refined(
+            at_rest, refinement, [](const core::Problem &coarse) { return core::refine_at_rims_and_tools(coarse); },
+            solve_mixed);
+    };
+    const auto model = [](std::string_view name, const char *summary, auto solve) {
+        return finite_elements(name, summary, core::solves_each(solve));
+    };
+    auto refined = with_role(model("fem_p2p1_refined", refined_summary, at_rims), core::Role::refined_reference);
+    refined.only = core::Regime::small;
+    // Of displacements alone: takes most of the memory and time of a large body, and judges nothing.
+    auto quadratic = judging_motion(model("fem_p2", quadratic_summary, solve_with({.degree = 2})));
+    quadratic.only_when_named = true;
+    return {with_role(model("fem_p1", linear_summary, solve_with({.degree = 1})), core::Role::baseline),
+            std::move(quadratic), with_role(model("fem_p2p1", mixed_summary, solve_mixed), core::Role::reference),
+            std::move(refined)};
+}
+
+/// Elements of displacement alone, which know their modes.
+core::Model displacement_elements(std::string_view name, const char *summary, int degree, SolverChoice choice) {
+    auto model = finite_elements(
+        name, summary, [=](const std::shared_ptr<const core::Body> &body, const core::LoadCase *common) {
+            auto solver = std::make_shared<StaticSolver>(body, degree, choice, Formulation::displacement);
+            if (common)
+                solver->prepare(*common);
+            return std::make_unique<PreparedElements>(body, solver, choice,
+                                                      [solver](auto load_cases) { return solver->solve(load_cases); });
+        });
+    model.follows.add<core::SlowHistory>();
+    model.modes = [degree](const core::Problem &problem, int count) {
+        return fem_reference::lowest_modes(problem, degree, count);
+    };
+    model.compliance = [=](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
+        return StaticSolver(problem.body, degree, choice, Formulation::displacement)
+            .compliance(problem.load_case, places);
+    };
+    return model;
+}
+
+std::vector<core::Model> models(const ModelOptions &options) {
+    if (support::mpi_num_ranks() > 1)
+        return distributed_models();
+    const auto choice = options.fem_solver;
+    const auto mixed = std::make_shared<MixedSolvers>(choice);
+    // Nothing is gained where the user chose a solver.
+    const auto solved_together = [&](core::Model model) {
+        model.most_together = choice == SolverChoice::automatic ? fem_reference::most_lanes : 1;
+        return model;
+    };
+    // What is wrong with linear elasticity at large deformations is not its mesh.
+    const auto only_small = [](core::Model model) {
+        model.only = core::Regime::small;
+        return model;
+    };
+    const auto relaxes_and_knows_compliance = [](core::Model model, auto compliance) {
+        model.follows.add<core::SlowHistory>();
+        model.compliance = compliance;
+        return model;
+    };
+    return {
+        with_role(displacement_elements("fem_p1", linear_summary, 1, choice), core::Role::baseline),
+        judging_motion(displacement_elements("fem_p2", quadratic_summary, 2, choice)),
+        relaxes_and_knows_compliance(
+            solved_together(with_role(
+                finite_elements("fem_p2p1", mixed_summary,
+                                [mixed](const std::shared_ptr<const core::Body> &body,
+                                        const core::LoadCase * /*common*/) { return mixed_elements(body, *mixed); }),
+                core::Role::reference)),
+            [mixed](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
+                return mixed->on(problem.body)->solver.compliance(problem.load_case, places);
+            }),
+        relaxes_and_knows_compliance(
+            only_small(solved_together(with_role(finite_elements("fem_p2p1_refined", refined_summary,
+                                                                 [mixed](const std::shared_ptr<const core::Body> &body,
+                                                                         const core::LoadCase * /*common*/) {
+                                                                     return std::make_unique<PreparedRefinedElements>(
+                                                                         body, *mixed);
+                                                                 }),
+                                                 core::Role::refined_reference))),
+            [choice](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
+                return refined_compliance(problem, places, choice);
+            }),
+    };
+}
+
+} // namespace
+
+/// Linear-elastic finite elements on the same tetrahedra, and on finer ones.
+ModelFamily fem() {
+    return {.name = {}, .models = models};
+}
+
+} // namespace livermark::models::families

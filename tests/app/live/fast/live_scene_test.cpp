@@ -1,0 +1,294 @@
+#include "app/live/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "app/live/parameters.hpp"
+#include "app/live/springs.hpp"
+#include "core/support/input_error.hpp"
+#include "msm/spring_energy.hpp"
+#include "msm/spring_law.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/spring_network.hpp"
+#include "msm/statics/equilibrium.hpp"
+#include "tests/app/live/box_scene.hpp"
+
+namespace livermark::live {
+namespace {
+
+Frame moved(Scene &scene, const Tool &tool, double seconds, double time_step) {
+    auto frame = scene.move(tool, 0);
+    for (int left = static_cast<int>(seconds / time_step); left > 0; left -= 1000)
+        frame = scene.move(tool, std::min(left, 1000));
+    return frame;
+}
+
+/// Where the model that the comparison knows by these names comes to rest under what the tool did.
+std::vector<Vector3> rest_under(const Frame &frame, const BoxScene &box, const msm::ElasticBody &model) {
+    auto conditions = constrained_conditions(constrained_nodes(box.body.mesh, box.is_constrained));
+    for (const int node : frame.load.nodes)
+        conditions.force[node] = frame.load.nodal[node];
+    const auto rest = msm::find_equilibrium(model, box.body.mesh.points, conditions);
+    EXPECT_EQ(rest.status, core::SolutionStatus::ok) << rest.message;
+    return rest.displacement;
+}
+
+const msm::SpringLaw &law_named(std::string_view name) {
+    const auto laws = msm::all_spring_laws();
+    return *std::ranges::find(laws, name, &msm::SpringLaw::name);
+}
+
+double distance(const std::vector<Vector3> &a, const std::vector<Vector3> &b) {
+    double square = 0.0, size = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        square += (a[i] - b[i]).squaredNorm();
+        size += b[i].squaredNorm();
+    }
+    return std::sqrt(square / size);
+}
+
+TEST(LiveScene, ComesToRestWhereTheComparedModelDoes) {
+    const BoxScene box;
+    for (const std::string law : {"patch", "lloyd", "van_gelder"}) {
+        Scene scene(box.body, box.is_constrained);
+        const auto chosen = scene.choose(settings(law));
+        const auto model = msm::springs_with_volume(box.body, msm::springs_beside_volume(box.body, law_named(law)),
+                                                    msm::find_volume_term("nodal_volume"));
+        for (const auto &tool : {box.pull({0.0, 0.001, 0.002}), box.poke(0.003)}) {
+            const auto frame = moved(scene, tool, 3.0, chosen.time_step);
+            EXPECT_GT(frame.force.norm(), 1e-3);
+            EXPECT_GT(frame.indentation, 1e-4);
+            EXPECT_LT(distance(frame.displacement, rest_under(frame, box, model.body)), 1e-4) << law;
+        }
+    }
+}
+
+TEST(LiveScene, ComesToRestWhereTheComparedSpringsAroundNodesDo) {
+    const BoxScene box;
+    for (const auto &springs : msm::all_coupled_springs()) {
+        if (!msm::are_in_kernels(springs))
+            continue;
+        const auto &name = springs.name;
+        const auto model = msm::coupled_springs_with_volume(box.body, springs);
+        Scene scene(box.body, box.is_constrained);
+        const auto chosen = scene.choose(settings(name));
+        for (const auto &tool : {box.pull({0.0, 0.001, 0.002}), box.poke(0.003)}) {
+            const auto frame = moved(scene, tool, 3.0, chosen.time_step);
+            EXPECT_GT(frame.force.norm(), 1e-3);
+            EXPECT_LT(distance(frame.displacement, rest_under(frame, box, model)), 1e-4) << name;
+        }
+    }
+}
+
+TEST(LiveScene, DividesStepsWhileSomethingIsPressed) {
+    const BoxScene box;
+    Scene scene(box.body, box.is_constrained);
+    const auto chosen = scene.choose(settings());
+    ASSERT_GT(chosen.time_step, 1.5 * chosen.pressed_time_step);
+    scene.move({}, 10);
+    EXPECT_EQ(scene.num_evaluations(), 10) << "at rest a step is one";
+    // As far as a step is divided it is no longer than what the pressed body bears.
+    const auto most = static_cast<long>(std::ceil(chosen.time_step / chosen.pressed_time_step));
+    scene.move(box.poke(0.0), 100); // a probe that is put down below the surface would not find it
+    const long before = scene.num_evaluations();
+    double smallest = 1.0;
+    for (int i = 0; i < 200; ++i)
+        smallest = std::min(smallest, scene.move(box.poke(0.02), 1).smallest_volume);
+    EXPECT_LT(smallest, 0.7);
+    EXPECT_GT(scene.num_evaluations() - before, 220);
+    EXPECT_LE(scene.num_evaluations() - before, 200 * most);
+    for (int i = 0; i < 5; ++i)
+        scene.move({}, 1000);
+    const long at_rest = scene.num_evaluations();
+    scene.move({}, 10);
+    EXPECT_EQ(scene.num_evaluations() - at_rest, 10);
+}
+
+TEST(LiveScene, FeelsTheForceThatItShows) {
+    const BoxScene box;
+    Scene felt(box.body, box.is_constrained), shown(box.body, box.is_constrained);
+    for (auto *scene : {&felt, &shown})
+        scene->choose(settings("nodal_neo_hookean"));
+    for (const double depth : {0.002, 0.004, 0.006})
+        EXPECT_EQ(felt.feel(box.poke(depth), 30), shown.move(box.poke(depth), 30).force);
+    EXPECT_EQ(felt.move(box.poke(0.006), 0).displacement, shown.move(box.poke(0.006), 0).displacement);
+}
+
+TEST(LiveScene, GivesTheSameBitsOnSeveralThreads) {
+    const BoxScene box;
+    Scene one(box.body, box.is_constrained), two(box.body, box.is_constrained, 2);
+    for (auto *scene : {&one, &two})
+        scene->choose(settings("nodal_neo_hookean"));
+    EXPECT_EQ(one.move(box.poke(0.01), 200).displacement, two.move(box.poke(0.01), 200).displacement);
+}
+
+/// A tool that touches is not softer where steps are longer.
+TEST(LiveScene, PressesAsFarWithLongStepsAsWithShortOnes) {
+    const BoxScene box;
+    const auto pressed = [&](double part) {
+        Scene scene(box.body, box.is_constrained);
+        auto chosen = scene.choose(settings());
+        auto other = settings();
+        other.time_step = part * chosen.longest_time_step;
+        chosen = scene.choose(other);
+        return moved(scene, box.poke(0.004), 3.0, chosen.time_step);
+    };
+    const auto longest = pressed(1.0), shorter = pressed(0.1);
+    EXPECT_NEAR(longest.force.norm(), shorter.force.norm(), 1e-3 * shorter.force.norm());
+    EXPECT_LT(distance(longest.displacement, shorter.displacement), 1e-3);
+}
+
+TEST(LiveScene, SpringsAloneHaveYoungsModulusAndNoOtherPoissonsRatio) {
+    const BoxScene box;
+    auto alone = settings("lloyd");
+    alone.keeps_volume = false;
+    alone.young_modulus = 7e3;
+    Scene scene(box.body, box.is_constrained);
+    const auto chosen = scene.choose(alone);
+    const auto frame = moved(scene, box.pull({0.0, 0.0, 0.002}), 3.0, chosen.time_step);
+    auto body = box.body;
+    body.materials.front().young_modulus = 7e3;
+    const auto springs = msm::spring_network(body, law_named("lloyd"));
+    EXPECT_LT(distance(frame.displacement, rest_under(frame, box, springs)), 1e-4);
+}
+
+TEST(LiveScene, TheTargetOfAPullIsWhereItsNodeGoesAsFarAsTheHandCan) {
+    const BoxScene box;
+    Scene scene(box.body, box.is_constrained);
+    const auto chosen = scene.choose(settings());
+    const auto frame = moved(scene, box.pull({0.0, 0.0, 0.003}), 2.0, chosen.time_step);
+    // The coupling gives way by the force, and the node is a little further out than the mean of what is constrained.
+    EXPECT_NEAR(frame.displacement[box.node].z(), 0.003 + frame.force.z() / 400.0, 5e-4);
+    EXPECT_LT(frame.force.z(), 0.0) << "the body draws back";
+}
+
+TEST(LiveScene, TheSameCallsGiveTheSameBits) {
+    const BoxScene box;
+    const auto last_frame = [&] {
+        Scene scene(box.body, box.is_constrained);
+        scene.choose(settings());
+        scene.move(box.poke(0.02), 200);
+        auto softer = settings("van_gelder");
+        softer.young_modulus = 3e3;
+        scene.choose(softer);
+        return scene.move(box.pull({0.01, 0.0, 0.01}), 200);
+    };
+    const auto first = last_frame(), second = last_frame();
+    EXPECT_EQ(first.force, second.force);
+    EXPECT_EQ(first.displacement, second.displacement);
+}
+
+TEST(LiveScene, GoesOnFromWhereItIsWithOtherParameters) {
+    const BoxScene box;
+    Scene scene(box.body, box.is_constrained);
+    scene.choose(settings());
+    const auto before = scene.move(box.poke(0.005), 300);
+    auto other = settings("lloyd");
+    other.poisson_ratio = 0.3;
+    other.keeps_volume = false;
+    scene.choose(other);
+    const auto after = scene.move(box.poke(0.005), 0);
+    EXPECT_EQ(before.displacement, after.displacement);
+    EXPECT_EQ(before.time, after.time);
+}
+
+TEST(LiveScene, ComesBackWhenItIsLetGoAndAtOnceWhenItIsReset) {
+    const BoxScene box;
+    Scene scene(box.body, box.is_constrained);
+    const auto chosen = scene.choose(settings());
+    const auto touched = moved(scene, box.poke(0.006), 0.5, chosen.time_step);
+    const auto left = moved(scene, {}, 2.0, chosen.time_step);
+    EXPECT_TRUE(left.force.isZero(0.0));
+    EXPECT_EQ(left.indentation, 0.0);
+    EXPECT_LT(left.displacement[box.node].norm(), 1e-4 * touched.displacement[box.node].norm());
+    moved(scene, box.poke(0.006), 0.5, chosen.time_step);
+    scene.reset();
+    const auto reset = scene.move({}, 0);
+    for (const auto &u : reset.displacement)
+        EXPECT_TRUE(u.isZero(0.0));
+    EXPECT_EQ(reset.smallest_volume, 1.0);
+}
+
+TEST(LiveScene, GoesOnFromWhatWasKeptAsIfNothingHadBeenDoneSince) {
+    const BoxScene box;
+    Scene scene(box.body, box.is_constrained), untouched(box.body, box.is_constrained);
+    for (auto *each : {&scene, &untouched}) {
+        each->choose(settings());
+        each->move(box.poke(0.004), 150);
+        each->keep();
+    }
+    scene.move(box.pull({0.01, 0.0, 0.01}), 200);
+    scene.restore();
+    // As far as the poke goes, and into another tool.
+    for (const auto &tool : {box.poke(0.004), box.poke(0.006), Tool{}}) {
+        const auto restored = scene.move(tool, 60), expected = untouched.move(tool, 60);
+        EXPECT_EQ(restored.displacement, expected.displacement);
+        EXPECT_EQ(restored.force, expected.force);
+        EXPECT_EQ(restored.indentation, expected.indentation);
+        EXPECT_GT(restored.time, expected.time) << "time goes on";
+    }
+}
+
+TEST(LiveScene, KeepsNothingThatCouldBeRestoredUntilItIsAsked) {
+    const BoxScene box;
+    Scene scene(box.body, box.is_constrained);
+    EXPECT_THROW(scene.keep(), support::InputError);
+    scene.choose(settings());
+    EXPECT_THROW(scene.restore(), support::InputError);
+    scene.keep();
+    scene.reset();
+    EXPECT_THROW(scene.restore(), support::InputError);
+}
+
+TEST(LiveScene, TellsItsLargestSpeedWhichIsNothingAtRest) {
+    const BoxScene box;
+    Scene scene(box.body, box.is_constrained);
+    const auto chosen = scene.choose(settings());
+    EXPECT_EQ(scene.move({}, 0).largest_speed, 0.0);
+    EXPECT_GT(scene.move(box.pull({0.0, 0.0, 0.003}), 50).largest_speed, 1e-3);
+    const auto before = moved(scene, {}, 1.0, chosen.time_step);
+    const auto after = scene.move({}, 1);
+    double way = 0.0;
+    for (std::size_t i = 0; i < after.displacement.size(); ++i)
+        way = std::max(way, (after.displacement[i] - before.displacement[i]).norm());
+    EXPECT_NEAR(after.largest_speed * chosen.time_step, way, 1e-12 + 1e-6 * way);
+    EXPECT_LT(moved(scene, {}, 3.0, chosen.time_step).largest_speed, 1e-4);
+}
+
+/// A hand that tears and stamps as fast as it can.
+TEST(LiveScene, BearsRoughHandlingAtTheLongestStep) {
+    const BoxScene box;
+    for (const bool keeps_volume : {true, false}) {
+        Scene scene(box.body, box.is_constrained);
+        auto rough = settings();
+        rough.keeps_volume = keeps_volume;
+        rough.damping.alpha = 5.0;
+        const auto chosen = scene.choose(rough);
+        for (int i = 0; i < 20; ++i) {
+            moved(scene, i % 2 ? box.poke(0.03) : box.pull({0.05, 0.0, i % 4 ? 0.05 : -0.05}), 0.1, chosen.time_step);
+            moved(scene, {}, 0.05, chosen.time_step);
+        }
+        const auto frame = moved(scene, {}, 3.0, chosen.time_step);
+        EXPECT_EQ(frame.restarts, 0);
+        EXPECT_GT(frame.smallest_volume, 0.95);
+    }
+}
+
+TEST(LiveScene, OffersNoLongerStepThanIsSafe) {
+    const BoxScene box;
+    Scene scene(box.body, box.is_constrained);
+    const auto longest = scene.choose(settings());
+    EXPECT_EQ(longest.time_step, longest.longest_time_step);
+    EXPECT_LT(longest.longest_time_step, longest.critical_time_step);
+    auto shorter = settings();
+    shorter.time_step = 0.3 * longest.longest_time_step;
+    EXPECT_EQ(scene.choose(shorter).time_step, shorter.time_step);
+    auto longer = settings();
+    longer.time_step = 1.01 * longest.longest_time_step;
+    EXPECT_THROW(scene.choose(longer), support::InputError);
+}
+
+} // namespace
+} // namespace livermark::live

@@ -1,0 +1,402 @@
+#include "app/server/sessions/live_fem.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <limits>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+#include "core/mesh/tetra_mesh.hpp"
+#include "core/support/input_error.hpp"
+#include "core/tool/needle/needle_line.hpp"
+#include "meshes/cutting/cut.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "studies/models/model_table.hpp"
+#include "tests/samples/records/sample_result.hpp"
+#include "tests/samples/test_meshes.hpp"
+
+namespace livermark::studies {
+namespace {
+
+namespace fs = std::filesystem;
+using Rows = std::vector<std::array<double, 4>>;
+
+/// How all tractions here are spread.
+const core::RoundLoad shape{{0.3, 0.2, 0.1}, 0.9};
+
+server::Message binary(Rows rows, const core::RoundLoad &load = shape) {
+    rows.insert(rows.begin(), {load.middle.x(), load.middle.y(), load.middle.z(), load.radius});
+    return {true, {reinterpret_cast<const char *>(rows.data()), sizeof(rows[0]) * rows.size()}};
+}
+
+double work(const server::Message &reply) {
+    double value = 0.0;
+    std::memcpy(&value, reply.bytes.data(), sizeof value);
+    return value;
+}
+
+std::vector<Eigen::Vector3f> displacement(const server::Message &reply) {
+    EXPECT_TRUE(reply.is_binary);
+    const auto bytes = reply.bytes.size() - sizeof(double);
+    EXPECT_EQ(bytes % sizeof(Eigen::Vector3f), 0U);
+    std::vector<Eigen::Vector3f> rows(bytes / sizeof(Eigen::Vector3f));
+    std::memcpy(static_cast<void *>(rows.data()), reply.bytes.data() + sizeof(double), bytes);
+    return rows;
+}
+
+/// The sentence that it refuses with.
+template <class Action> std::string fault_of(const Action &action) {
+    try {
+        action();
+    } catch (const support::InputError &error) {
+        return error.what();
+    }
+    return "no fault";
+}
+
+/// A folder with the file of a box of two materials, constrained at x_min, and of which z_max is constrained in z only.
+class LiveFemTest : public testing::Test {
+  protected:
+    LiveFemTest() {
+        fs::create_directories(folder);
+        results::write_result(folder / "box.h5", result);
+        for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+            const auto &patch = mesh.patch_names[mesh.boundary_patch[f]];
+            (patch == "x_min" ? constrained : patch == "z_max" ? sliding : free).push_back(f);
+        }
+    }
+    ~LiveFemTest() override { fs::remove_all(folder); }
+
+    static constexpr auto report_to_nobody = [](const std::string &) {};
+
+    server::Session begin(const std::string &file = "box.h5",
+                          const server::ReportProgress &report = report_to_nobody) const {
+        return server::live_fem(folder, {{"file", file}}, report);
+    }
+
+    /// The same by the model itself, on a body and a load case made here.
+    core::Solution solved(const Rows &rows, double parenchyma, double tumour,
+                          const std::array<double, 2> &poisson_ratios) const {
+        auto body = std::make_shared<core::Body>(*result.problem.body);
+        body->materials = {{1060.0, parenchyma, poisson_ratios[0]}, {1100.0, tumour, poisson_ratios[1]}};
+        auto load_case = tests::empty_load_case(mesh);
+        tests::prescribe(load_case, mesh, "x_min", core::Vector3::Zero());
+        load_case.conditions.push_back({"probe", core::ConditionKind::traction, shape});
+        for (const auto &[facet, x, y, z] : rows) {
+            load_case.condition_on[static_cast<int>(facet)] = 1;
+            load_case.value[static_cast<int>(facet)] = {x, y, z};
+        }
+        const auto models = models::all_models();
+        return std::ranges::find(models, "fem_p2", &core::Model::name)->solve({body, load_case});
+    }
+
+    static void expect_same(const server::Message &reply, const core::Solution &solution) {
+        EXPECT_NEAR(work(reply), 2.0 * solution.strain_energy, 1e-6 * work(reply));
+        const auto found = displacement(reply);
+        const auto &expected = solution.displacement;
+        ASSERT_EQ(found.size(), expected.size());
+        double largest = 0.0;
+        for (const auto &u : expected)
+            largest = std::max(largest, u.norm());
+        EXPECT_GT(largest, 1e-6);
+        for (std::size_t i = 0; i < found.size(); ++i)
+            EXPECT_LT((found[i].cast<double>() - expected[i]).norm(), 1e-6 * largest) << "node " << i;
+    }
+
+    const fs::path folder = fs::canonical(fs::temp_directory_path()) / fmt::format("livermark_live_{}", getpid());
+    const results::Result result = tests::sample_result(4);
+    const core::TetraMesh &mesh = result.problem.body->mesh;
+    std::vector<int> constrained, sliding, free;
+};
+
+TEST_F(LiveFemTest, AnswersAsTheModelDoes) {
+    const auto converse = begin();
+    const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}, {1.0 * sliding[1], 0.0, 0.0, -50.0}};
+    expect_same(converse(binary(rows)), solved(rows, 4000.0, 20000.0, {0.45, 0.48}));
+    EXPECT_EQ(converse({false, "young_modulus=6000&poisson_ratio=0.3"}).bytes, "chosen=fem_p2");
+    expect_same(converse(binary(rows)), solved(rows, 6000.0, 30000.0, {0.3, 0.3}));
+    const Rows others{{1.0 * free.back(), 5.0, 0.0, 0.0}};
+    expect_same(converse(binary(others)), solved(others, 6000.0, 30000.0, {0.3, 0.3}));
+    EXPECT_FALSE(converse({false, "poisson_ratio=0.3&young_modulus=1e3"}).is_binary);
+    expect_same(converse(binary(rows)), solved(rows, 1000.0, 5000.0, {0.3, 0.3}));
+}
+
+/// Beside the same cut by another way, and the model on that.
+TEST_F(LiveFemTest, SolvesOnWhatCutsHaveLeft) {
+    const auto box = core::bounding_box(mesh.points);
+    const core::Vector3 place = box.min() + 0.7 * box.diagonal();
+    const auto &whole = *result.problem.body;
+    const auto cut = meshes::cut(whole, {meshes::HalfSpaceCut{place, {1.0, 0.0, 0.0}}});
+    const auto &left = cut.body.mesh;
+    std::string gone;
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+        if (!std::ranges::binary_search(cut.parents.front(), t))
+            gone += fmt::format("{}{}", gone.empty() ? "" : ",", t);
+    ASSERT_FALSE(gone.empty());
+    std::set<int> nodes;
+    for (const int t : cut.parents.front())
+        nodes.insert(mesh.tetrahedra[t].begin(), mesh.tetrahedra[t].end());
+    const std::vector<int> number(nodes.begin(), nodes.end());
+    // In the order of the session: facets of the whole body that are left, then those of the wound by their tetrahedra.
+    std::map<std::array<int, 3>, int> facet_of;
+    const auto key = [](std::array<int, 3> face) {
+        std::ranges::sort(face);
+        return face;
+    };
+    std::vector<int> in_wound;
+    for (int f = 0; f < left.num_boundary_triangles(); ++f) {
+        auto face = left.boundary_triangles[f];
+        for (int &node : face)
+            node = number[node];
+        facet_of[key(face)] = f;
+        if (left.patch_names[left.boundary_patch[f]] == meshes::wound_patch)
+            in_wound.push_back(f);
+    }
+    std::vector<int> order;
+    for (const auto &face : mesh.boundary_triangles)
+        if (const auto found = facet_of.find(key(face)); found != facet_of.end())
+            order.push_back(found->second);
+    order.insert(order.end(), in_wound.begin(), in_wound.end());
+    ASSERT_EQ(order.size(), left.boundary_triangles.size());
+
+    auto load_case = tests::empty_load_case(left);
+    tests::prescribe(load_case, left, "x_min", core::Vector3::Zero());
+    load_case.conditions.push_back({"probe", core::ConditionKind::traction, core::RoundLoad{place, 0.9}});
+    Rows rows;
+    for (const std::size_t at : {order.size() - 1, order.size() - 2}) {
+        rows.push_back({1.0 * static_cast<double>(at), -40.0, 10.0, 5.0});
+        load_case.condition_on[order[at]] = 1;
+        load_case.value[order[at]] = {-40.0, 10.0, 5.0};
+    }
+    const auto models = models::all_models();
+    const auto solution = std::ranges::find(models, "fem_p2", &core::Model::name)
+                              ->solve({std::make_shared<core::Body>(cut.body), load_case});
+
+    const auto converse = begin();
+    converse(binary({{1.0 * free[0], 30.0, -20.0, 10.0}})); // on the whole body before
+    EXPECT_EQ(converse({false, "gone=" + gone}).bytes, fmt::format("nodes={}", number.size()));
+    const auto found = displacement(converse(binary(rows, {place, 0.9})));
+    ASSERT_EQ(found.size(), mesh.points.size());
+    double largest = 0.0;
+    for (const auto &u : solution.displacement)
+        largest = std::max(largest, u.norm());
+    EXPECT_GT(largest, 1e-6);
+    for (int node = 0; node < mesh.num_nodes(); ++node) {
+        const auto at = std::ranges::lower_bound(number, node) - number.begin();
+        const core::Vector3 expected = nodes.contains(node) ? solution.displacement[at] : core::Vector3::Zero();
+        EXPECT_LT((found[node].cast<double>() - expected).norm(), 1e-6 * largest) << "node " << node;
+    }
+    for (const auto *text : {"gone=", "gone=x", "gone=3,2", "gone=-1", "gone=1e1", "gone=99999999", "gone=1,,2"})
+        EXPECT_NE(fault_of([&] { converse({false, text}); }), "no fault") << text;
+    EXPECT_EQ(displacement(converse(binary(rows, {place, 0.9}))), found);
+}
+
+/// Forces at the places of a needle do what the model says that they do at its places, whatever Young's moduli.
+TEST_F(LiveFemTest, IsMovedByANeedle) {
+    const auto box = core::bounding_box(mesh.points);
+    const core::Vector3 target = box.center(), entry(target.x(), target.y(), box.max().z());
+    const core::Needle needle{.name = {}, .entry = entry, .target = target, .spread = 0.4 * (target - entry).norm()};
+    const auto line = core::needle_line(needle);
+    std::string forces;
+    Eigen::VectorXd force(3 * line.places.size());
+    for (Eigen::Index i = 0; i < force.size(); ++i) {
+        force[i] = std::sin(static_cast<double>(i));
+        forces += fmt::format("{}{}", i == 0 ? "" : ",", force[i]);
+    }
+    const auto message = [&](const core::Vector3 &to, const std::string &given) {
+        return fmt::format("needle={},{},{},{},{},{},{}&forces={}", entry.x(), entry.y(), entry.z(), to.x(), to.y(),
+                           to.z(), needle.spread, given);
+    };
+    auto load_case = tests::empty_load_case(mesh);
+    tests::prescribe(load_case, mesh, "x_min", core::Vector3::Zero());
+    const auto models = models::all_models();
+    const auto compliance = std::ranges::find(models, "fem_p2", &core::Model::name)
+                                ->compliance({result.problem.body, load_case}, line.places);
+    const auto converse = begin();
+    const auto moved_target = [&] {
+        const auto reply = converse({false, message(target, forces)});
+        std::array<double, 4> numbers{};
+        std::memcpy(numbers.data(), reply.bytes.data(), sizeof numbers);
+        EXPECT_EQ(reply.bytes.size(), sizeof numbers + mesh.points.size() * sizeof(Eigen::Vector3f));
+        EXPECT_NEAR(numbers[0], force.dot(compliance.matrix * force), 1e-6 * numbers[0]);
+        return core::Vector3(numbers[1], numbers[2], numbers[3]);
+    };
+    const auto moved = moved_target();
+    const core::Vector3 expected = (compliance.matrix * force).segment<3>(3 * line.target);
+    EXPECT_LT((moved - expected).norm(), 1e-6 * expected.norm());
+
+    const auto fault = [&](const std::string &text) { return fault_of([&] { converse({false, text}); }); };
+    EXPECT_NE(fault(message(target, "1,2,3")).find("send three numbers for each"), std::string::npos);
+    EXPECT_NE(fault(message(target, "x")).find("forces has 'x'"), std::string::npos);
+    EXPECT_NE(fault(message(entry, forces)).find("farther from the entry than the spread"), std::string::npos);
+    EXPECT_NE(fault("needle=1,2,3&forces=1,2,3").find("send entry, target"), std::string::npos);
+    EXPECT_NE(fault("needle=1,2,3").find("forces is missing"), std::string::npos);
+}
+
+/// Solutions of large loads, whatever Young's moduli; linear elements come back when they are asked for.
+TEST_F(LiveFemTest, AnswersByHyperelasticElementsWhereTheseAreAskedFor) {
+    const auto converse = begin();
+    converse({false, "young_modulus=6000&poisson_ratio=0.3"});
+    const Rows rows{{1.0 * free[0], 900.0, -600.0, 300.0}, {1.0 * sliding[1], 0.0, 0.0, -900.0}};
+    const auto linear = converse(binary(rows));
+    const auto judge = models::static_reference(core::Regime::large).on_mesh;
+    EXPECT_EQ(converse({false, "elements=hyperelastic"}).bytes, "chosen=" + judge);
+
+    auto body = std::make_shared<core::Body>(*result.problem.body);
+    body->materials = {{1060.0, 6000.0, 0.3}, {1100.0, 30000.0, 0.3}};
+    auto load_case = tests::empty_load_case(mesh);
+    tests::prescribe(load_case, mesh, "x_min", core::Vector3::Zero());
+    load_case.conditions.push_back({"probe", core::ConditionKind::traction, shape});
+    for (const auto &[facet, x, y, z] : rows) {
+        load_case.condition_on[static_cast<int>(facet)] = 1;
+        load_case.value[static_cast<int>(facet)] = {x, y, z};
+    }
+    const auto models = models::all_models();
+    const auto expected = std::ranges::find(models, judge, &core::Model::name)->solve({body, load_case});
+    const auto found = displacement(converse(binary(rows)));
+    ASSERT_EQ(found.size(), expected.displacement.size());
+    const auto apart = [&](const std::vector<Eigen::Vector3f> &u) {
+        double off = 0.0, size = 0.0;
+        for (std::size_t i = 0; i < u.size(); ++i) {
+            off = std::max(off, (u[i].cast<double>() - expected.displacement[i]).norm());
+            size = std::max(size, expected.displacement[i].norm());
+        }
+        return off / size;
+    };
+    EXPECT_LT(apart(found), 1e-4);
+    EXPECT_GT(apart(displacement(linear)), 0.01);
+
+    // The work of a load that is so small that it is twice the energy.
+    const Rows small{{1.0 * free[0], 0.3, -0.2, 0.1}, {1.0 * sliding[1], 0.0, 0.0, -0.3}};
+    for (const auto &[facet, x, y, z] : small)
+        load_case.value[static_cast<int>(facet)] = {x, y, z};
+    const auto at_small = std::ranges::find(models, judge, &core::Model::name)->solve({body, load_case});
+    EXPECT_NEAR(work(converse(binary(small))), 2.0 * at_small.strain_energy, 1e-3 * 2.0 * at_small.strain_energy);
+
+    EXPECT_NE(fault_of([&] {
+                  converse(binary({{1.0 * free[0], 1e7, 0.0, 0.0}}));
+              }).find("they find no equilibrium"),
+              std::string::npos);
+    EXPECT_EQ(fault_of([&] {
+                  converse({false, "elements=cubic"});
+              }),
+              "elements are 'cubic'; send linear or hyperelastic");
+    EXPECT_EQ(converse({false, "elements=linear"}).bytes, "chosen=fem_p2");
+    EXPECT_EQ(displacement(converse(binary(rows))), displacement(linear));
+}
+
+TEST_F(LiveFemTest, SharesTheElementsOfABodyThatIsHeldAsAnother) {
+    const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}};
+    // Another load case with other loads, which holds the same.
+    auto pulled = result;
+    pulled.problem.load_case.name = "pull";
+    results::write_result(folder / "pulled.h5", pulled);
+    ASSERT_EQ(server::SharedFem::count(), 0);
+    auto one = begin();
+    const auto first = displacement(one(binary(rows)));
+    EXPECT_EQ(server::SharedFem::count(), 1);
+    {
+        const auto other = begin("pulled.h5");
+        EXPECT_EQ(displacement(other(binary(rows))), first);
+        EXPECT_EQ(server::SharedFem::count(), 1);
+        other({false, "young_modulus=6000&poisson_ratio=0.3"});
+        other(binary(rows));
+        EXPECT_EQ(server::SharedFem::count(), 2);
+        auto third = begin("pulled.h5");
+        third({false, "young_modulus=1000&poisson_ratio=0.3"});
+        third(binary(rows));
+        EXPECT_EQ(server::SharedFem::count(), 2);
+        one = {};
+        EXPECT_EQ(server::SharedFem::count(), 1);
+    }
+    EXPECT_EQ(server::SharedFem::count(), 0);
+}
+
+TEST_F(LiveFemTest, ReportsWhatTheFirstSolutionWaitsFor) {
+    std::vector<std::string> told;
+    const auto converse = begin("box.h5", [&](const std::string &sentence) { told.push_back(sentence); });
+    const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}};
+    converse(binary(rows));
+    ASSERT_EQ(told.size(), 2U);
+    EXPECT_NE(told[0].find("are being assembled"), std::string::npos);
+    EXPECT_NE(told[1].find("is being factorised"), std::string::npos);
+    converse(binary(rows));
+    EXPECT_EQ(told.size(), 2U);
+}
+
+TEST_F(LiveFemTest, LiesStillWhereNothingPullsAtWhatIsFree) {
+    const auto converse = begin();
+    const std::vector<Eigen::Vector3f> rest(mesh.points.size(), Eigen::Vector3f::Zero());
+    EXPECT_EQ(displacement(converse({true, ""})), rest);
+    EXPECT_EQ(work(converse({true, ""})), 0.0);
+    EXPECT_EQ(displacement(converse(binary({}))), rest);
+    EXPECT_EQ(displacement(converse(binary({{1.0 * constrained[0], 1e3, 1e3, 1e3}}))), rest);
+    EXPECT_EQ(displacement(converse(binary({{1.0 * free[0], 0.0, 0.0, 0.0}}))), rest);
+}
+
+TEST_F(LiveFemTest, RefusesMessagesAndGoesOn) {
+    const auto converse = begin();
+    const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}};
+    const auto before = displacement(converse(binary(rows)));
+    const auto fault_of_rows = [&](const Rows &wrong) { return fault_of([&] { converse(binary(wrong)); }); };
+    const double end = mesh.num_boundary_triangles();
+    for (const double facet : {-1.0, end, 0.5, 1e300, std::numeric_limits<double>::quiet_NaN()})
+        EXPECT_NE(fault_of_rows({rows[0], {facet, 0.0, 0.0, 1.0}}).find("is no facet; send whole numbers from 0 to"),
+                  std::string::npos)
+            << facet;
+    EXPECT_EQ(fault_of_rows({{0.0, 0.0, std::numeric_limits<double>::infinity(), 0.0}}),
+              "row 0: the traction is not finite; send numbers in Pa");
+    EXPECT_EQ(fault_of_rows({{2.0, 0.0, 0.0, 1.0}, {3.0, 0.0, 0.0, 1.0}, {2.0, 0.0, 0.0, 1.0}}),
+              "row 2: facet 2 has a traction already; send the sum of the two");
+    EXPECT_EQ(fault_of_rows({{1.0 * free[0], 1e300, 0.0, 0.0}}),
+              "the body moves farther than a float32 can say; send smaller tractions");
+    const double nowhere = std::numeric_limits<double>::quiet_NaN();
+    for (const auto &load : {core::RoundLoad{{nowhere, 0.0, 0.0}, 0.1},
+                             {{0.0, 0.0, 0.0}, 0.0},
+                             {{0.0, 0.0, 0.0}, -1.0},
+                             {{0.0, 0.0, 0.0}, 1e3},
+                             {{0.0, 0.0, 0.0}, nowhere}})
+        EXPECT_NE(fault_of([&] { converse(binary(rows, load)); }).find("is none; send a finite middle"),
+                  std::string::npos);
+    for (const std::size_t size : {1U, 31U, 33U})
+        EXPECT_NE(fault_of([&] {
+                      converse({true, std::string(size, '\0')});
+                  }).find("no whole rows"),
+                  std::string::npos);
+    for (const auto *text : {"", "young_modulus=4000", "poisson_ratio=0.3", "young_modulus=0.5&poisson_ratio=0.3",
+                             "young_modulus=2e9&poisson_ratio=0.3", "young_modulus=4000&poisson_ratio=0.5",
+                             "young_modulus=4000&poisson_ratio=-0.1", "young_modulus=nan&poisson_ratio=0.3",
+                             "young_modulus=%&poisson_ratio=0.3"})
+        EXPECT_NE(fault_of([&] { converse({false, text}); }), "no fault") << text;
+    EXPECT_EQ(displacement(converse(binary(rows))), before);
+}
+
+TEST_F(LiveFemTest, RefusesFilesThatTheServerDoesNotShow) {
+    std::ofstream(folder / "text.h5") << "text";
+    fs::create_symlink("/etc/passwd", folder / "secret.h5");
+    for (const auto *file : {"", "none.h5", "text.h5", "secret.h5", "../box.h5", "./box.h5", "/etc/passwd", "box"})
+        EXPECT_NE(fault_of([&] { begin(file); }), "no fault") << file;
+    EXPECT_EQ(fault_of([&] { server::live_fem(folder, {}, report_to_nobody); }), "file is missing; add file=...");
+}
+
+TEST_F(LiveFemTest, RefusesABodyThatNothingHoldsStill) {
+    auto sliding_only = result;
+    for (const int facet : constrained)
+        sliding_only.problem.load_case.value[facet] = {1e-3, 0.0, 0.0};
+    results::write_result(folder / "moved.h5", sliding_only);
+    EXPECT_NE(fault_of([&] { begin("moved.h5"); }).find("does not fix any part of the surface"), std::string::npos);
+}
+
+} // namespace
+} // namespace livermark::studies

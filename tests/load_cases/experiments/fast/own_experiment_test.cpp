@@ -1,0 +1,319 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "load_cases/experiments/markers.hpp"
+#include "load_cases/experiments/own_experiment.hpp"
+#include "studies/experiments/experiments.hpp"
+#include "tests/bad_input.hpp"
+#include "tests/result_folder.hpp"
+#include "tests/samples/test_meshes.hpp"
+
+namespace livermark::experiments {
+namespace {
+
+using core::Vector3;
+
+std::string replaced(std::string text, const std::string &from, const std::string &to) {
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+}
+
+/// A box of which every side moves as u = G x, which keeps the volume; so does then what is inside, for every law.
+struct OwnExperiment : tests::ResultFolder {
+    std::filesystem::path toml_, csv_;
+    std::string text_ = R"(title = "A jelly under a spoon"
+source = "our kitchen"
+assumptions = ["it is a jelly"]
+markers = "jelly.csv"
+unit = "mm"
+noise = 0.0002
+fit_degree = 1
+[body]
+box = { size = [0.06, 0.05, 0.04], edge_length = 0.02, corner = [-0.03, 0.0, 0.01] }
+[material]
+density = 1000.0
+young_modulus = 5000.0
+poisson_ratio = 0.49
+source = "a guess"
+[[state]]
+name = "pressed"
+path = [0.5, 1.0]
+)";
+    std::string markers_ = "marker,drives,x,y,z,pressed_x,pressed_y,pressed_z\n";
+
+    static Vector3 moved(const Vector3 &x) {
+        return {1.25 * x.x() + 0.1 * x.z(), x.y(), 0.8 * x.z()}; // in millimetres, of determinant 1
+    }
+    void add_marker(const std::string &name, const std::string &drives, const Vector3 &x) {
+        const auto y = moved(x);
+        markers_ += fmt::format("{},{},{},{},{},{},{},{}\n", name, drives, x.x(), x.y(), x.z(), y.x(), y.y(), y.z());
+    }
+    void SetUp() override {
+        ResultFolder::SetUp();
+        toml_ = directory_ / "jelly.toml";
+        csv_ = directory_ / "jelly.csv";
+        const Vector3 corner(-30.0, 0.0, 10.0), size(60.0, 50.0, 40.0);
+        for (int axis = 0; axis < 3; ++axis)
+            for (const bool is_far : {false, true}) {
+                const auto patch = fmt::format("{}_{}", "xyz"[axis], is_far ? "max" : "min");
+                text_ += fmt::format("[[state.condition]]\npatch = \"{}\"\ndisplacement = [0.0, 0.0, 0.0]\n", patch);
+                for (int i = 0; i < 4; ++i) {
+                    Vector3 part(0.2 + 0.5 * (i % 2), 0.2 + 0.5 * (i % 2), 0.2 + 0.5 * (i % 2));
+                    part[axis] = is_far ? 1.0 : 0.0;
+                    part[(axis + 1) % 3] = 0.3 + 0.4 * (i / 2);
+                    add_marker(fmt::format("{}{}", patch, i), patch, corner + size.cwiseProduct(part));
+                }
+            }
+        for (int i = 0; i < 5; ++i)
+            add_marker(fmt::format("inside{}", i), "", corner + size * (0.2 + 0.1 * i));
+    }
+    Experiment read() {
+        std::ofstream(toml_) << text_;
+        std::ofstream(csv_) << markers_;
+        return read_experiment(toml_);
+    }
+    void expect_refused(const std::vector<std::string> &parts) {
+        tests::expect_input_error([&] { read(); }, parts);
+    }
+};
+
+TEST_F(OwnExperiment, IsReadInMetres) {
+    const auto experiment = read();
+    EXPECT_EQ(experiment.name, "jelly");
+    EXPECT_EQ(experiment.assumptions, std::vector<std::string>{"it is a jelly"});
+    ASSERT_EQ(experiment.markers.size(), 29u);
+    EXPECT_LT((experiment.markers[24].position - Vector3(-0.018, 0.01, 0.018)).norm(), 1e-15);
+    ASSERT_EQ(experiment.states.size(), 1u);
+    const Vector3 expected(0.25 * -0.018 + 0.1 * 0.018, 0.0, -0.2 * 0.018);
+    EXPECT_LT((experiment.states[0].displacement[24] - expected).norm(), 1e-8); // as many digits as the file has
+    EXPECT_EQ(experiment.states[0].noise, 0.0002);
+    const auto body = experiment.body(experiment.edge_length);
+    EXPECT_EQ(body.materials.front().poisson_ratio, 0.49);
+    const auto load_case = experiment.states[0].load_case(body.mesh);
+    EXPECT_EQ(load_case.regime, core::Regime::large);
+    EXPECT_EQ(load_case.num_constraints(), 6);
+}
+
+/// A measurement that is the solution itself.
+TEST_F(OwnExperiment, ThatIsAKnownSolutionHasNoError) {
+    studies::ExperimentOptions options;
+    options.models = {"fem_p1_neo_hookean", "nodal_neo_hookean_f", "tled"};
+    const auto result = studies::evaluate_experiment(read(), options, "test", {});
+    ASSERT_EQ(result.runs.size(), 5u); // three, the reference, and that on the refined mesh
+    for (const auto &run : result.runs) {
+        EXPECT_EQ(run.status, core::SolutionStatus::ok) << run.model << ": " << run.message;
+        EXPECT_LT(run.error, 1e-8) << run.model;
+        EXPECT_LE(run.error, run.worst_error);
+    }
+    EXPECT_EQ(result.runs.back().model, "fem_p2p1_neo_hookean");
+    EXPECT_EQ(result.runs.back().tetrahedra, 8 * result.runs.front().tetrahedra);
+    const auto &state = result.states.front();
+    EXPECT_LT(state.reference_uncertainty, 1e-8);
+    EXPECT_LT(state.fit_residual, 1e-8);
+    EXPECT_GT(state.no_motion, 0.003);
+    EXPECT_GT(state.rigid_motion, 0.0005);
+    EXPECT_LT(state.rigid_motion, state.no_motion);
+    EXPECT_TRUE(std::isnan(state.straight_line)); // six places, and not two
+}
+
+TEST_F(OwnExperiment, OfACylinderHasItsPatches) {
+    text_ = replaced(text_, "box = { size = [0.06, 0.05, 0.04], edge_length = 0.02, corner = [-0.03, 0.0, 0.01] }",
+                     "cylinder = { radius = 0.03, height = 0.04, edge_length = 0.02, base = [0.0, 0.025, 0.01] }");
+    const auto first = text_.find("[[state.condition]]");
+    text_ = text_.substr(0, first) + "acceleration = [0.0, 0.0, -9.81]\n[[state.condition]]\npatch = \"z_min\"\n"
+                                     "displacement = [0.0, 0.0, 0.0]\n";
+    for (const char *drives : {",x_min,", ",x_max,", ",y_min,", ",y_max,", ",z_max,", ",z_min,"})
+        for (auto at = markers_.find(drives); at != std::string::npos; at = markers_.find(drives))
+            markers_.replace(at, std::string(drives).size(), ",,");
+    const auto experiment = read();
+    const auto body = experiment.body(experiment.edge_length);
+    EXPECT_EQ(body.mesh.patch_names, (std::vector<std::string>{"side", "z_min", "z_max"}));
+    const auto load_case = experiment.states[0].load_case(body.mesh);
+    EXPECT_EQ(load_case.acceleration, Vector3(0.0, 0.0, -9.81));
+}
+
+TEST_F(OwnExperiment, InAnotherUnitIsRefused) {
+    text_ = replaced(text_, "unit = \"mm\"", "unit = \"m\"");
+    expect_refused({csv_.string(), "outside the body", "check the unit"});
+    text_ = replaced(text_, "unit = \"m\"", "unit = \"furlong\"");
+    expect_refused({toml_.string(), "furlong"});
+    text_ = replaced(text_, "unit = \"furlong\"\n", "");
+    expect_refused({toml_.string(), "'unit'"});
+    text_ = replaced(text_, "[body]", "unit = -0.001\n[body]");
+    expect_refused({toml_.string(), "positive"});
+}
+
+TEST_F(OwnExperiment, WithAMarkerBesideTheBodyIsRefused) {
+    // Pegs are followed: a fifth of the diagonal is 17.5 mm, half of the thinnest side 20 mm.
+    const auto at = markers_.rfind("inside4");
+    markers_ = markers_.substr(0, at) + "inside4,,0,65,30,0,65,30\n";
+    EXPECT_EQ(read().markers.size(), 29u);
+    markers_ = markers_.substr(0, at) + "inside4,,0,75,30,0,75,30\n";
+    expect_refused({csv_.string(), "marker inside4 is 25 mm outside the body", "17.5 mm are the most",
+                    "check the unit and the frame"});
+}
+
+TEST_F(OwnExperiment, SaysHowManyTetrahedraAreExpectedAndRefusesTooMany) {
+    std::vector<std::string> said;
+    const auto read_and_hear = [&] {
+        read();
+        said.clear();
+        return read_experiment(toml_, [&](const std::string &sentence) { said.push_back(sentence); });
+    };
+    const auto experiment = read_and_hear();
+    EXPECT_EQ(said, std::vector<std::string>{"jelly: a mesh of about 130 tetrahedra"});
+    EXPECT_NEAR(experiment.expected_tetrahedra(0.02), 127.3, 0.1);
+    text_ = replaced(text_, "size = [0.06, 0.05, 0.04]", "size = [0.06, 3000, 0.04]");
+    expect_refused({"a box of 0.06 x 3000 x 0.04 m", "tetrahedra", "make them longer"});
+    said.clear();
+    tests::expect_input_error(
+        [&] { read_experiment(toml_, [&](const std::string &sentence) { said.push_back(sentence); }); },
+        {"tetrahedra"});
+    EXPECT_EQ(said, std::vector<std::string>{"jelly: a mesh of about 7600000 tetrahedra"});
+}
+
+TEST_F(OwnExperiment, WithDisplacementsForPositionsIsRefused) {
+    const auto at = markers_.rfind("inside4");
+    markers_ = markers_.substr(0, at) + "inside4,,0,25,30,0,400,30\n";
+    expect_refused({csv_.string(), "inside4 moved by 0.375 m", "check"});
+}
+
+TEST_F(OwnExperiment, WithoutItsFilesIsRefused) {
+    tests::expect_input_error([&] { read_experiment(directory_ / "none.toml"); }, {"none.toml"});
+    text_ = replaced(text_, "markers = \"jelly.csv\"", "markers = \"other.csv\"");
+    expect_refused({"other.csv"});
+    text_ = replaced(text_, "box = { size = [0.06, 0.05, 0.04], edge_length = 0.02, corner = [-0.03, 0.0, 0.01] }",
+                     "file = \"no_body.toml\"");
+    expect_refused({"leave [material] out"});
+}
+
+TEST_F(OwnExperiment, ThatSaysTooLittleOrTooMuchIsRefused) {
+    const auto good = text_;
+    text_ = replaced(good, "title", "tittle");
+    expect_refused({toml_.string() + ":1", "title"});
+    text_ = replaced(good, "name = \"pressed\"", "name = \"pulled\"");
+    expect_refused({toml_.string(), "pulled", "pressed"});
+    text_ = replaced(good, "fit_degree = 1", "fit_degree = 1.5");
+    expect_refused({toml_.string() + ":7", "whole number"});
+    text_ = replaced(good, "noise = 0.0002", "noise = -1.0");
+    expect_refused({toml_.string() + ":6", "noise"});
+    text_ = replaced(good, "fit_degree = 1", "fit_degree = 3");
+    tests::expect_input_error([&] { studies::evaluate_experiment(read(), {}, "", {}); }, {"4 markers", "place x_min"});
+    text_ = replaced(good, "path = [0.5, 1.0]", "duration = 2.0");
+    tests::expect_input_error([&] { studies::evaluate_experiment(read(), {}, "", {}); }, {toml_.string(), "duration"});
+    text_ = replaced(good, "path = [0.5, 1.0]", "release = 2.0");
+    expect_refused({"at rest", "release"});
+    text_ = replaced(good, "poisson_ratio = 0.49", "poisson_ratio = 0.5");
+    expect_refused({"Poisson's ratio"});
+    text_ = replaced(good, "[body]", "[body]\nfile = \"body.toml\"");
+    expect_refused({"one of box, cylinder and file"});
+    text_ = replaced(good, "edge_length = 0.02", "edge_length = -0.02");
+    expect_refused({"edge length"});
+}
+
+TEST_F(OwnExperiment, WithMarkersThatAreNoneIsRefused) {
+    const auto good = markers_;
+    markers_ = "";
+    expect_refused({csv_.string(), "empty"});
+    markers_ = good.substr(0, good.find('\n') + 1);
+    expect_refused({csv_.string(), "no markers"});
+    markers_ = replaced(good, "marker,drives", "name,drives");
+    expect_refused({csv_.string() + ":1", "first line"});
+    markers_ = replaced(good, "pressed_y", "pressed_z");
+    expect_refused({csv_.string() + ":1", "first line"});
+    markers_ = replaced(good, "x_min0,x_min,", "x_min0,x_min,nan,");
+    expect_refused({csv_.string() + ":2", "9 cells"});
+    markers_ = replaced(good, "x_min0,x_min,-30", "x_min0,x_min,nan");
+    expect_refused({csv_.string() + ":2", "'nan'", "finite"});
+    markers_ = replaced(good, "x_min0,x_min,-30", "x_min0,x_min,inf");
+    expect_refused({csv_.string() + ":2", "finite"});
+    markers_ = replaced(good, "x_min0,x_min,-30", "x_min0,x_min,3e999");
+    expect_refused({csv_.string() + ":2", "finite"});
+    markers_ = replaced(good, "x_min1,", "x_min0,");
+    expect_refused({csv_.string() + ":3", "x_min0"});
+    markers_ = replaced(good, "inside0,,", "inside0,lid,");
+    tests::expect_input_error([&] { studies::evaluate_experiment(read(), {}, "", {}); }, {"lid"});
+    markers_ = good.substr(0, good.find("inside2"));
+    expect_refused({csv_.string(), "2 markers can be compared"});
+}
+
+TEST_F(OwnExperiment, LeavesMarkersOutThatWereNotSeen) {
+    const auto at = markers_.rfind("inside4");
+    markers_ = markers_.substr(0, at) + "inside4,,0,25,30,,,\n";
+    const auto experiment = read();
+    EXPECT_TRUE(experiment.states[0].displacement.back().array().isNaN().all());
+    markers_ += "blind,z_max,0,25,50,,,\n";
+    expect_refused({csv_.string() + ":31", "blind", "drives a place"});
+}
+
+TEST_F(OwnExperiment, HasNoModelOfAnotherRegime) {
+    studies::ExperimentOptions options;
+    text_ = replaced(text_, "path = [0.5, 1.0]", "regime = \"small\"");
+    options.models = {"fem_p1_neo_hookean"};
+    tests::expect_input_error([&] { studies::evaluate_experiment(read(), options, "", {}); },
+                              {"fem_p1_neo_hookean", "small"});
+    options.models = {"fem_p0"};
+    tests::expect_input_error([&] { studies::evaluate_experiment(read(), options, "", {}); }, {"fem_p0"});
+}
+
+std::vector<Vector3> at_nodes(const core::TetraMesh &mesh, Vector3 (*field)(const Vector3 &)) {
+    std::vector<Vector3> values;
+    for (const auto &point : mesh.points)
+        values.push_back(field(point));
+    return values;
+}
+
+Vector3 affine(const Vector3 &x) {
+    return {0.01 + 0.2 * x.y(), -0.1 * x.z(), 0.3 * x.x() + 0.1 * x.z()};
+}
+
+Vector3 bulge(const Vector3 &x) {
+    return {4.0 * x.x() * x.z() * (0.1 - x.z()), 0.0, x.x() * x.x()};
+}
+
+TEST(MarkerField, IsExactForAffineDisplacementsInsideAndOnPegs) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {3, 3, 3});
+    const std::vector<Vector3> points{
+        {0.031, 0.047, 0.022}, {0.1, 0.1, 0.1}, {0.05, 0.04, 0.112}, {-0.01, -0.02, 0.05}};
+    const MarkerField field(mesh, points);
+    const auto found = field.at_points(at_nodes(mesh, affine));
+    for (std::size_t k = 0; k < points.size(); ++k)
+        EXPECT_LT((found[k] - affine(points[k])).norm(), 1e-15) << k;
+    EXPECT_EQ(field.outside()[0], 0.0);
+    EXPECT_NEAR(field.outside()[1], 0.0, 1e-12);
+    EXPECT_NEAR(field.outside()[2], 0.012, 1e-12);
+    EXPECT_NEAR(field.outside()[3], std::hypot(0.01, 0.02), 1e-12);
+}
+
+TEST(MarkerField, DependsOnItsNodesAlone) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {5, 5, 5});
+    const std::vector<Vector3> points{{0.031, 0.047, 0.022}, {0.05, 0.04, 0.112}};
+    const MarkerField field(mesh, points);
+    const auto nodes = field.nodes();
+    EXPECT_TRUE(std::ranges::is_sorted(nodes));
+    EXPECT_LT(nodes.size(), mesh.points.size());
+    const auto everywhere = at_nodes(mesh, bulge);
+    std::vector<Vector3> there(mesh.points.size(), Vector3::Constant(1.0));
+    for (const int node : nodes)
+        there[node] = everywhere[node];
+    EXPECT_EQ(field.at_points(there), field.at_points(everywhere));
+}
+
+/// Linear interpolation of the bulge is up to h^2 / 8 of its curvature off.
+TEST(MarkerField, FollowsCurvatureBetweenNodes) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {5, 5, 5});
+    std::vector<Vector3> points;
+    for (int k = 0; k < 10; ++k)
+        points.emplace_back(0.03 + 0.004 * k, 0.05, 0.07 - 0.0035 * k);
+    const auto found = MarkerField(mesh, points).at_points(at_nodes(mesh, bulge));
+    constexpr double linear_error = 0.02 * 0.02 / 8.0 * 2.0;
+    for (std::size_t k = 0; k < points.size(); ++k)
+        EXPECT_LT((found[k] - bulge(points[k])).norm(), 0.1 * linear_error) << k;
+}
+
+} // namespace
+} // namespace livermark::experiments

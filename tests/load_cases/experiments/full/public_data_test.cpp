@@ -1,0 +1,194 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
+#include "load_cases/experiments/experiment.hpp"
+#include "load_cases/experiments/ringing.hpp"
+#include "results/records/experiment.hpp"
+#include "studies/experiments/experiments.hpp"
+#include "studies/models/model_table.hpp"
+#include "tests/result_folder.hpp"
+
+namespace livermark::experiments {
+namespace {
+
+/// An experiment whose data may not be there: its tests are skipped then, with a sentence.
+struct WithPublicData : testing::Test {
+    void read(const std::string &name) {
+        const auto &entry = support::find_named(all_public_data(), name, "experiment");
+        if (!has_data(entry))
+            GTEST_SKIP() << "the data of " << name << " are not in " << data_folder() << "; get them from "
+                         << entry.source;
+        experiment_ = read_public(entry);
+    }
+    Experiment experiment_;
+};
+
+struct TruthCube : WithPublicData {
+    void SetUp() override { read("truth_cube"); }
+};
+
+struct DragonSkinBeam : WithPublicData {
+    void SetUp() override { read("dragon_skin_beam"); }
+};
+
+const results::ExperimentRun &run_of(const results::ExperimentResult &result, const std::string &model, int state,
+                                     int tetrahedra) {
+    return *std::ranges::find_if(result.runs, [&](const auto &run) {
+        return run.model == model && run.state == state && (tetrahedra == 0 || run.tetrahedra == tetrahedra);
+    });
+}
+
+TEST_F(TruthCube, HasTheBeadsOfItsFile) {
+    EXPECT_EQ(experiment_.markers.size(), 343u);
+    EXPECT_EQ(std::ranges::count(experiment_.markers, "", &Marker::drives), 245);
+    EXPECT_EQ(std::ranges::count(experiment_.markers, "z_max", &Marker::drives), 49);
+    ASSERT_EQ(experiment_.states.size(), 3u);
+    const std::array<double, 3> moved{4.34e-3, 10.16e-3, 15.02e-3}; // the layer on the plate, up
+    for (std::size_t s = 0; s < moved.size(); ++s) {
+        double mean = 0.0;
+        for (std::size_t k = 0; k < 343; ++k)
+            if (experiment_.markers[k].drives == "z_min")
+                mean += experiment_.states[s].displacement[k].z() / 49.0;
+        EXPECT_NEAR(mean, moved[s], 1e-5);
+    }
+}
+
+/// An independent solution with quadratic neo-Hookean elements is 0.33, 0.37 and 0.42 mm off, a straight line 0.49,
+/// 0.91 and 1.50 mm; the noise is 0.29 mm.
+TEST_F(TruthCube, IsMetByTheReferenceUpToTheNoise) {
+    studies::ExperimentOptions options;
+    options.models = {"fem_p2p1_neo_hookean"};
+    options.refines_reference = false;
+    const auto result = studies::evaluate_experiment(experiment_, options, "test", {});
+    const std::array<double, 3> independent{0.33e-3, 0.37e-3, 0.42e-3}, line{0.49e-3, 0.91e-3, 1.50e-3};
+    for (int s = 0; s < 3; ++s) {
+        const auto &run = run_of(result, "fem_p2p1_neo_hookean", s, 0);
+        EXPECT_EQ(run.status, core::SolutionStatus::ok) << run.message;
+        EXPECT_NEAR(run.error, independent[s], 0.05e-3) << s;
+        EXPECT_NEAR(result.states[s].straight_line, line[s], 0.05e-3) << s;
+    }
+}
+
+TEST_F(DragonSkinBeam, HasTheDisplacementsOfItsFiles) {
+    ASSERT_EQ(experiment_.states.size(), 3u);
+    const std::array<double, 3> sunk{6.7e-3, 17.6e-3, 27.2e-3}, differ{0.06e-3, 0.4e-3, 1.2e-3}; // of marker 0
+    for (std::size_t s = 0; s < sunk.size(); ++s) {
+        EXPECT_NEAR(experiment_.states[s].displacement[0].norm(), sunk[s], 0.1e-3);
+        EXPECT_LT(experiment_.states[s].displacement[0].z(), -0.97 * sunk[s]);    // down, in the directions of the beam
+        EXPECT_GT(experiment_.states[s].noise, 0.5 * differ[s] / std::sqrt(3.0)); // of three markers, in all directions
+        EXPECT_LT(experiment_.states[s].noise, 1.5e-3);
+    }
+    EXPECT_NEAR(experiment_.markers[0].position.z(), 0.036, 0.002); // on a peg above the beam
+}
+
+/// A slender beam with shear sinks by 7.3, 17.3 and 26.2 mm at its tip.
+TEST_F(DragonSkinBeam, SinksLikeASlenderBeam) {
+    studies::ExperimentOptions options;
+    options.models = {"fem_p2p1_neo_hookean"};
+    options.refines_reference = false;
+    options.rings_down = false;
+    const auto result = studies::evaluate_experiment(experiment_, options, "test", {});
+    const std::array<double, 3> slender{7.3e-3, 17.3e-3, 26.2e-3};
+    for (int s = 0; s < 3; ++s) {
+        const auto &run = run_of(result, "fem_p2p1_neo_hookean", s, 0);
+        EXPECT_EQ(run.status, core::SolutionStatus::ok) << run.message;
+        EXPECT_NEAR(run.displacement[0].z(), -slender[s], 0.1 * slender[s]) << s;
+    }
+}
+
+/// Read off the files with another program: 7.7, 4.3 and 3.35 Hz, a damping ratio near 0.06.
+TEST_F(DragonSkinBeam, RingsAsItsFilesSay) {
+    ASSERT_EQ(experiment_.ring_downs.size(), 3u);
+    EXPECT_EQ(experiment_.damping_from, "0.510 N");
+    const std::array<double, 3> frequency{7.71, 4.32, 3.35};
+    const std::array<int, 3> all{0, 1, 2};
+    for (std::size_t n = 0; n < 3; ++n) {
+        const auto ringing = measured_ringing(experiment_.ring_downs[n].repeats, all);
+        EXPECT_NEAR(ringing.value.frequency, frequency[n], 0.015 * frequency[n]);
+        EXPECT_NEAR(ringing.value.ratio, 0.06, 0.015);
+        EXPECT_LT(ringing.frequency_uncertainty, 0.04 * frequency[n]);
+        EXPECT_GT(ringing.frequency_uncertainty, 0.0);
+    }
+}
+
+/// A body that is let go rings at about the measured frequency only with the mass of what hangs at it.
+TEST_F(DragonSkinBeam, RingsWithTheMassOfItsWeight) {
+    studies::ExperimentOptions options;
+    const auto model = support::find_named(models::all_models(), std::string("van_gelder"), "model");
+    std::vector<core::Vector3> positions;
+    for (const auto &marker : experiment_.markers)
+        positions.push_back(marker.position);
+    const std::array<int, 3> all{0, 1, 2};
+    auto ring_down = experiment_.ring_downs[1];
+    const auto measured = studies::measured_ring_down(ring_down, positions, all);
+    const auto damping = studies::fitted_damping(studies::DampingForces::mass, 0.05, measured.frequency,
+                                                 measured.frequency, measured.frequency);
+    const auto frequency = [&] {
+        const auto runs =
+            studies::ring_down_of_model(model, ring_down, measured, 0.012, damping, measured.frequency, positions, all);
+        EXPECT_EQ(runs.size(), 1u);
+        EXPECT_EQ(runs.front().status, core::SolutionStatus::ok) << runs.front().message;
+        return runs.front().frequency;
+    };
+    EXPECT_NEAR(frequency(), measured.frequency, 0.15 * measured.frequency);
+    ring_down.body = experiment_.ring_downs[0].body;
+    EXPECT_GT(frequency(), 1.4 * measured.frequency);
+}
+
+/// The block behind its name in docs/howto/bring_your_own_experiment.md.
+std::string block_of_page(const std::string &name, const std::string &language) {
+    const auto page = support::read_text(LIVERMARK_SOURCE_DIR "/docs/howto/bring_your_own_experiment.md");
+    const auto fence = "```" + language + "\n";
+    const auto first = page.find(fence, page.find("`" + name + "`:")) + fence.size();
+    return page.substr(first, page.find("```", first) - first);
+}
+
+using PageOfExperiments = tests::ResultFolder;
+
+/// A slender neo-Hookean column under its own weight: at each height rho g (h - z) = E (1 / s^2 - s) / 3 for the
+/// stretch s. A base that cannot widen takes a little from what it sinks.
+double sink_of_column(double weight_per_volume, double height, double young_modulus) {
+    constexpr int num_slices = 1000;
+    double sink = 0.0;
+    for (int slice = 0; slice < num_slices; ++slice) {
+        const double load = weight_per_volume * height * (slice + 0.5) / num_slices;
+        double low = 0.1, high = 1.0;
+        for (int step = 0; step < 60; ++step) {
+            const double s = 0.5 * (low + high);
+            (young_modulus * (1.0 / (s * s) - s) / 3.0 > load ? low : high) = s;
+        }
+        sink += (1.0 - low) * height / num_slices;
+    }
+    return sink;
+}
+
+TEST_F(PageOfExperiments, HasAnExampleThatRuns) {
+    for (const auto &[name, language] : {std::pair{"cylinder.toml", "toml"}, {"cylinder.csv", "csv"}})
+        std::ofstream(directory_ / name) << block_of_page(name, language);
+    studies::ExperimentOptions options;
+    options.names = {(directory_ / "cylinder.toml").string()};
+    options.models = {"nodal_neo_hookean_f"};
+    options.output = (directory_ / "out").string();
+    const auto found = studies::run_experiments(options, "test", {});
+    ASSERT_EQ(found.of_experiment.size(), 1u);
+    const auto &result = found.of_experiment.front();
+    ASSERT_EQ(result.runs.size(), 3u);
+    const double column = sink_of_column(1000.0 * 9.81, 0.08, 5000.0);
+    for (const auto &run : result.runs) {
+        EXPECT_EQ(run.status, core::SolutionStatus::ok) << run.message;
+        const double sunk = -run.displacement.back().z(); // in the middle of the top
+        EXPECT_LT(sunk, column) << run.model;
+        EXPECT_GT(sunk, 0.9 * column) << run.model;
+    }
+    EXPECT_LT(result.states.front().reference_uncertainty, 0.1e-3);
+    EXPECT_EQ(results::read_experiment(found.files.front()).runs, result.runs);
+}
+
+} // namespace
+} // namespace livermark::experiments

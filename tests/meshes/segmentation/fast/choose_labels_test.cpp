@@ -1,0 +1,219 @@
+#include <gtest/gtest.h>
+#include <numeric>
+#include <utility>
+
+#include "core/support/input_error.hpp"
+#include "meshes/segmentation/images/label_image.hpp"
+#include "meshes/segmentation/images/segmentation.hpp"
+
+namespace livermark::segmentation {
+namespace {
+
+constexpr int edge = 12;
+constexpr double voxel = 1e-9; // [m^3]
+
+std::size_t at(int i, int j, int k) {
+    return static_cast<std::size_t>(i + edge * (j + edge * k));
+}
+
+/// A block of label 1 from 2 to 8 along each axis, in voxels of a millimetre.
+LabelImage block() {
+    LabelImage image{.name = "block", .grid = {.size = {edge, edge, edge}, .spacing = {1e-3, 1e-3, 1e-3}}, .label = {}};
+    image.label.assign(num_voxels(image.grid), 0);
+    for (int k = 2; k < 9; ++k)
+        for (int j = 2; j < 9; ++j)
+            for (int i = 2; i < 9; ++i)
+                image.label[at(i, j, k)] = 1;
+    return image;
+}
+
+bool is_said(const Segmentation &segmentation, const std::string &what) {
+    return std::ranges::any_of(segmentation.remarks,
+                               [&](const auto &remark) { return remark.find(what) != std::string::npos; });
+}
+
+TEST(ChooseLabels, TakesTheLowestLabelForTheLiverAndTheOthersForTumours) {
+    auto image = block();
+    image.label[at(4, 4, 4)] = image.label[at(5, 4, 4)] = 7;
+    image.label[at(6, 6, 6)] = 3;
+    const auto chosen = choose_labels(image, {}, 0.0);
+    EXPECT_EQ(chosen.region_names, (std::vector<std::string>{"parenchyma", "tumour_1", "tumour_2"}));
+    const auto volumes = region_volumes(chosen);
+    EXPECT_NEAR(volumes[0], 340 * voxel, 1e-15);
+    EXPECT_NEAR(volumes[1], 2 * voxel, 1e-15) << "the largest lesion first";
+    EXPECT_NEAR(volumes[2], 1 * voxel, 1e-15);
+}
+
+TEST(ChooseLabels, PiecesOfOneLabelAreLesionsOfTheirOwn) {
+    auto image = block();
+    image.label[at(3, 3, 3)] = image.label[at(4, 4, 3)] = 2; // they touch in an edge only
+    EXPECT_EQ(choose_labels(image, {}, 0.0).region_names.size(), 3u);
+}
+
+TEST(ChooseLabels, IslandsAreLeftOutAndSaid) {
+    auto image = block();
+    image.label[at(11, 11, 11)] = 1;
+    image.label[at(9, 9, 9)] = 2; // touches the block in a corner
+    const auto chosen = choose_labels(image, {}, 0.0);
+    EXPECT_EQ(chosen.region[at(11, 11, 11)], 0);
+    EXPECT_EQ(chosen.region[at(9, 9, 9)], 0);
+    EXPECT_TRUE(is_said(chosen, "2 pieces of 0.002 mL"));
+}
+
+TEST(ChooseLabels, CavitiesAreFilledAndSaid) {
+    auto image = block();
+    image.label[at(5, 5, 5)] = 0;
+    const auto chosen = choose_labels(image, {}, 0.0);
+    EXPECT_EQ(chosen.region[at(5, 5, 5)], 1);
+    EXPECT_TRUE(is_said(chosen, "cavities of 0.001 mL"));
+}
+
+TEST(ChooseLabels, LesionsThatTheMeshCannotHoldBecomeParenchymaAndAreSaid) {
+    auto image = block();
+    image.label[at(4, 4, 4)] = 2;
+    image.label[at(6, 6, 6)] = image.label[at(7, 6, 6)] = 2;
+    const auto chosen = choose_labels(image, {}, 1.5 * voxel);
+    EXPECT_EQ(chosen.region_names.size(), 2u);
+    EXPECT_EQ(chosen.region[at(4, 4, 4)], 1);
+    EXPECT_TRUE(is_said(chosen, "1 lesions below"));
+}
+
+TEST(ChooseLabels, NamesOfSegmentsSayWhatIsTheLiver) {
+    auto image = block();
+    for (auto &label : image.label)
+        label = label == 1 ? 2 : 0;
+    image.label[at(4, 4, 4)] = 1;
+    image.label[at(6, 6, 6)] = 3;
+    image.label_names = {{1, "Tumor"}, {2, "Liver"}, {3, "Hepatic vein"}};
+    const auto chosen = choose_labels(image, {}, 0.0);
+    EXPECT_EQ(chosen.region_names, (std::vector<std::string>{"parenchyma", "tumour_1"}));
+    EXPECT_EQ(chosen.region[at(4, 4, 4)], 2);
+    EXPECT_TRUE(is_said(chosen, "label 2 is the liver and lesions are 1"));
+    EXPECT_TRUE(is_said(chosen, "are left out: 3 'Hepatic vein'"));
+    image.label_names = {{1, "Segment_1"}};
+    EXPECT_EQ(choose_labels(image, {}, 0.0).region[at(4, 4, 4)], 1) << "without a name that says it the lowest label";
+}
+
+std::string refusal(const LabelImage &image) {
+    try {
+        choose_labels(image, {}, 0.0);
+    } catch (const support::InputError &error) {
+        return error.what();
+    }
+    return "none";
+}
+
+TEST(ChooseLabels, NamesOfWhichNoneIsALiversAreRefusedAndListed) {
+    auto image = block();
+    image.label[at(4, 4, 4)] = 2;
+    for (const auto &[first, second] : {std::pair{"stomach", "gallbladder"},
+                                        {"liver_vessels", "liver_tumor"},
+                                        {"Liver bed", "Segment_2"},
+                                        {"Non-liver", ""}}) {
+        image.label_names = {{1, first}, {2, second}};
+        EXPECT_NE(refusal(image).find(std::string("none of its segments is a liver by its name: 1 '") + first),
+                  std::string::npos)
+            << refusal(image);
+    }
+    EXPECT_EQ(choose_labels(image, {.liver = {1}, .tumours = {2}}, 0.0).region_names.size(), 2u) << "numbers decide";
+}
+
+TEST(ChooseLabels, CodesSayWhatIsALesion) {
+    auto image = block();
+    image.label[at(4, 4, 4)] = 2;
+    image.label[at(6, 6, 6)] = 3;
+    image.label_names = {{1, "Liver"}, {2, "green"}, {3, "Tumour"}};
+    image.label_codes = {{2, {.type = "108369006", .meaning = "Neoplasm"}},
+                         {3, {.type = "8993003", .meaning = "Hepatic vein"}}};
+    const auto chosen = choose_labels(image, {}, 0.0);
+    EXPECT_EQ(chosen.region[at(4, 4, 4)], 2);
+    EXPECT_EQ(chosen.region[at(6, 6, 6)], 1);
+    EXPECT_TRUE(is_said(chosen, "label 3 'Tumour' is 'Hepatic vein' by its code, 8993003"));
+}
+
+TEST(ChooseLabels, VesselsAreNeitherLesionsNorParenchymaInSilence) {
+    auto image = block();
+    image.label_names = {{1, "Liver"}, {2, "Portal vein"}, {3, "spleen"}};
+    for (int i = 5; i < 9; ++i)
+        image.label[at(i, 5, 5)] = 2; // it comes in from outside
+    image.label[at(3, 3, 3)] = 2;     // it begins and ends inside
+    image.label[at(0, 0, 0)] = 3;
+    const auto chosen = choose_labels(image, {}, 0.0);
+    EXPECT_EQ(chosen.region_names.size(), 1u);
+    EXPECT_EQ(chosen.region[at(5, 5, 5)], 0);
+    EXPECT_EQ(chosen.region[at(3, 3, 3)], 1);
+    EXPECT_TRUE(is_said(chosen, "are left out: 2 'Portal vein'; 0.001 mL of them that the liver encloses become "
+                                "parenchyma, 0.004 mL are holes in it or lie outside"));
+    EXPECT_TRUE(is_said(chosen, "are left out: 3 'spleen'"));
+}
+
+TEST(ChooseLabels, WithoutNamesSayHowTheLabelsAreTaken) {
+    auto image = block();
+    image.label[at(4, 4, 4)] = 2;
+    EXPECT_TRUE(is_said(choose_labels(image, {}, 0.0), "so 1, the lowest, is taken for the liver and 2 for lesions"));
+    image.label_names = {{1, "kidney"}, {2, "liver"}};
+    EXPECT_EQ(choose_labels(image, {.liver = {}, .tumours = {1}}, 0.0).region[at(4, 4, 4)], 1)
+        << "the liver's name counts where its number is not given";
+}
+
+TEST(ChooseLabels, OtherOrgansDoNotCountForTheVolumeOfTheBody) {
+    auto image = block();
+    for (int j = 2; j < 9; ++j)
+        for (int k = 2; k < 9; ++k)
+            image.label[at(8, j, k)] = 9;
+    image.label[at(4, 4, 4)] = 2;
+    EXPECT_NEAR(labelled_volume(image, {}), 343 * voxel, 1e-15) << "nothing says what they are";
+    image.label_names = {{1, "liver"}, {2, "tumour"}, {9, "spleen"}};
+    EXPECT_NEAR(labelled_volume(image, {}), 294 * voxel, 1e-15);
+    EXPECT_NEAR(labelled_volume(image, {.liver = {1}, .tumours = {}}), 293 * voxel, 1e-15);
+}
+
+TEST(ChooseLabels, LabelsThatAreNotMeantAreBackground) {
+    auto image = block();
+    for (int j = 2; j < 9; ++j)
+        for (int k = 2; k < 9; ++k)
+            image.label[at(8, j, k)] = 9; // another organ beside it
+    const auto chosen = choose_labels(image, {.liver = {1}, .tumours = {}}, 0.0);
+    EXPECT_EQ(chosen.region_names.size(), 1u);
+    EXPECT_EQ(chosen.region[at(8, 4, 4)], 0);
+}
+
+TEST(ChooseLabels, WhatCannotBeMeantIsRefused) {
+    auto image = block();
+    EXPECT_THROW(choose_labels(image, {.liver = {4}, .tumours = {}}, 0.0), support::InputError);
+    EXPECT_THROW(choose_labels(image, {.liver = {1}, .tumours = {2}}, 0.0), support::InputError);
+    EXPECT_THROW(choose_labels(image, {.liver = {1}, .tumours = {1}}, 0.0), support::InputError);
+    EXPECT_THROW(choose_labels(image, {.liver = {}, .tumours = {1}}, 0.0), support::InputError);
+    for (std::uint16_t label = 2; label < 20; ++label)
+        image.label[at(2 + label % 7, 2 + label / 7, 4)] = label;
+    EXPECT_THROW(choose_labels(image, {}, 0.0), support::InputError) << "a segmentation of the whole body";
+    image.label.assign(image.label.size(), 0);
+    EXPECT_THROW(choose_labels(image, {}, 0.0), support::InputError) << "empty";
+}
+
+TEST(Phantom, HasTheVolumesOfTheLiverAndItsSixLesions) {
+    const auto chosen =
+        choose_labels(phantom_labels({.spacing = {1e-3, 1e-3, 2e-3}, .turn = {0.1, 0.2, 0.0}}), {}, 0.0);
+    const auto volumes = region_volumes(chosen);
+    ASSERT_EQ(volumes.size(), 7u);
+    EXPECT_NEAR(std::accumulate(volumes.begin(), volumes.end(), 0.0), 1.513e-3, 0.002e-3);
+    EXPECT_NEAR(volumes[1], 4.18879 * 24.5e-3 * 21.5e-3 * 18.5e-3, 0.01 * volumes[1]);
+}
+
+TEST(Phantom, MayHaveLesionsThatTouch) {
+    const auto image = phantom_labels({.spacing = {1e-3, 1e-3, 1e-3}, .touching = true});
+    const auto &size = image.grid.size;
+    bool touches_outside = false, touches_neighbour = false;
+    for (std::size_t v = 1; v < image.label.size(); ++v) {
+        if (static_cast<int>(v) % size[0] == 0)
+            continue;
+        const auto a = image.label[v - 1], b = image.label[v];
+        touches_outside = touches_outside || (std::min(a, b) == 0 && std::max(a, b) >= phantom_first_tumour_label);
+        touches_neighbour = touches_neighbour || (std::min(a, b) >= phantom_first_tumour_label && a != b);
+    }
+    EXPECT_TRUE(touches_outside);
+    EXPECT_TRUE(touches_neighbour);
+}
+
+} // namespace
+} // namespace livermark::segmentation

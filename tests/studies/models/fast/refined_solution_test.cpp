@@ -1,0 +1,102 @@
+#include "studies/models/refined_solution.hpp"
+
+#include <array>
+#include <gtest/gtest.h>
+#include <vector>
+
+#include "tests/samples/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+/// On each level 1 + error, at the cost of a second; an error that is not positive is a level without a solution.
+core::Solution of_level(const core::TetraMesh &mesh, double error) {
+    core::Solution solution;
+    solution.displacement.assign(mesh.points.size(), core::Vector3(1.0 + error, 0.0, 0.0));
+    solution.strain_energy = 1.0 + error;
+    solution.solve_seconds = 1.0;
+    if (error <= 0.0) {
+        solution.status = core::SolutionStatus::not_converged;
+        solution.message = "it folds";
+    }
+    return solution;
+}
+
+core::Problem box_along_a_path() {
+    core::Problem problem{tests::make_body(tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1}), {1000.0, 5000.0, 0.45}), {}};
+    problem.load_case.path = {0.5, 1.0};
+    return problem;
+}
+
+struct Outcome {
+    core::Solution solution;
+    int num_levels = 0;
+};
+
+Outcome refine(std::array<double, 4> errors, double goal) {
+    const auto problem = box_along_a_path();
+    const auto &mesh = problem.body->mesh;
+    Outcome outcome;
+    outcome.solution = models::solve_refined(problem, {.goal = goal, .finest_level = 3}, [&](int level) {
+        EXPECT_EQ(level, outcome.num_levels);
+        ++outcome.num_levels;
+        return of_level(mesh, errors[level]);
+    });
+    return outcome;
+}
+
+} // namespace
+
+TEST(RefinedSolution, GoesOnUntilTheErrorIsKnownToBeSmallEnough) {
+    const std::array errors{0.08, 0.04, 0.02, 0.01};
+    const auto rough = refine(errors, 0.05), fine = refine(errors, 0.008);
+    EXPECT_EQ(rough.num_levels, 3);
+    EXPECT_EQ(fine.num_levels, 4);
+    EXPECT_EQ(fine.solution.solve_seconds, 4.0);
+    EXPECT_NEAR(fine.solution.displacement[0].x(), 1.0, 1e-3);
+    EXPECT_LT(fine.solution.observed_error.value().relative_l2, rough.solution.observed_error.value().relative_l2);
+}
+
+TEST(RefinedSolution, StopsAtTheFinestLevelAndSaysWhatIsLeft) {
+    const auto outcome = refine({0.08, 0.04, 0.02, 0.01}, 1e-9);
+    EXPECT_EQ(outcome.num_levels, 4);
+    EXPECT_GT(outcome.solution.observed_error.value().relative_l2, 1e-3);
+}
+
+TEST(RefinedSolution, TakesWhatComesBeforeALevelWithoutASolution) {
+    const auto two_levels = refine({0.08, 0.04, 0.0, 0.0}, 1e-9);
+    EXPECT_EQ(two_levels.num_levels, 3);
+    EXPECT_EQ(two_levels.solution.status, core::SolutionStatus::ok);
+    EXPECT_EQ(two_levels.solution.displacement[0].x(), 1.04);
+    EXPECT_FALSE(two_levels.solution.observed_error);
+    EXPECT_TRUE(two_levels.solution.solver.ends_with("on the next mesh it folds")) << two_levels.solution.solver;
+    const auto three_levels = refine({0.08, 0.04, 0.02, 0.0}, 1e-9);
+    EXPECT_TRUE(three_levels.solution.observed_error);
+    const auto none = refine({0.0, 0.0, 0.0, 0.0}, 1e-9);
+    EXPECT_EQ(none.num_levels, 1);
+    EXPECT_EQ(none.solution.status, core::SolutionStatus::not_converged);
+}
+
+/// The path of the levels that have no solution to the whole load ends at a half of it.
+TEST(RefinedSolution, HasAnErrorThatIsObservedWhereThreeLevelsHaveComeTo) {
+    const auto problem = box_along_a_path();
+    const auto &mesh = problem.body->mesh;
+    constexpr std::array errors{0.08, 0.04, 0.02};
+    for (const int num_whole : {1, 2}) {
+        const auto solution = models::solve_refined(problem, {.goal = 0.01, .finest_level = 3}, [&](int level) {
+            auto result = of_level(mesh, level < num_whole ? errors.at(level) : 0.0);
+            result.path.resize(level < num_whole ? 2 : 1);
+            for (auto &point : result.path)
+                point.displacement.assign(mesh.points.size(),
+                                          Eigen::Vector3f(static_cast<float>(1.0 + errors.at(level)), 0.0F, 0.0F));
+            return result;
+        });
+        EXPECT_EQ(solution.status, core::SolutionStatus::ok);
+        EXPECT_NEAR(solution.displacement[0].x(), 1.0 + errors.at(num_whole - 1), 1e-12);
+        ASSERT_TRUE(solution.observed_error);
+        EXPECT_EQ(solution.observed_error->load_fraction, 0.5);
+        EXPECT_NEAR(solution.observed_error->relative_l2, errors.at(num_whole - 1), 0.004);
+    }
+}
+
+} // namespace livermark
