@@ -30,7 +30,8 @@ void expect_golden(const std::string &name, const std::string &text) {
         if (is_reviewed && is_found && reviewed == found)
             continue;
         FAIL() << path << ", line " << number << "\n  reviewed: " << (is_reviewed ? reviewed : "(ends)")
-               << "\n  found:    " << (is_found ? found : "(ends)") << "\nIf the new text is right, call scripts/golden.";
+               << "\n  found:    " << (is_found ? found : "(ends)")
+               << "\nIf the new text is right, call scripts/golden.";
     }
 }
 
