@@ -1,7 +1,7 @@
 // Moves the springs off the thread that draws. One message after the other; each gets one reply.
 import { Fault } from '../../data/types.ts';
 import { startKernel, type Kernel } from './kernel.ts';
-import code from '../../../../build/wasm/livermark.wasm?url&inline';
+import code from '../../../../../build/wasm/livermark.wasm?url&inline';
 
 export type Question = { kind: 'open' | 'ask'; message: Float64Array };
 export type Reply = { bytes: ArrayBuffer } | { springLaws: string } | { fault: string };
