@@ -20,14 +20,14 @@ double chebyshev_rho(int num_iterations) {
 namespace {
 
 std::vector<std::vector<int>> sets_of_nodes(std::span<const std::vector<int>> sets, int num_nodes) {
-    std::vector<std::vector<int>> of_node(num_nodes);
+    std::vector<std::vector<int>> sets_at_node(num_nodes);
     for (std::size_t s = 0; s < sets.size(); ++s)
         for (const int node : sets[s])
-            of_node[node].push_back(static_cast<int>(s));
-    return of_node;
+            sets_at_node[node].push_back(static_cast<int>(s));
+    return sets_at_node;
 }
 
-/// Of each all that any group names it with, itself aside.
+/// Neighbours of each: all that any group names it with.
 std::vector<std::vector<int>> neighbours_in(std::span<const std::vector<int>> groups, std::size_t size) {
     std::vector<std::vector<int>> neighbours(size);
     for (const auto &group : groups)

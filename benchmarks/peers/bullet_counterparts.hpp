@@ -8,7 +8,6 @@
 
 #include "interactive/colouring.hpp"
 #include "interactive/elements/energies.hpp"
-#include "interactive/elements/spring_body.hpp"
 #include "tests/oracles/explicit_steps.hpp"
 #include "tests/oracles/implicit_steps.hpp"
 

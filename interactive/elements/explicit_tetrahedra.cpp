@@ -10,8 +10,7 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "interactive/elements/energies.hpp"
-#include "interactive/elements/tetrahedra.hpp"
-#include "interactive/kernels/explicit_rows.hpp"
+#include "interactive/kernels/explicit_steps.hpp"
 
 namespace livermark::interactive {
 
@@ -126,8 +125,7 @@ class NodesInRows : public core::MovingNodes {
 } // namespace
 
 ExplicitTetrahedra::ExplicitTetrahedra(Scene given, kernels::Pressure pressure)
-    : Simulation(std::move(given)), pressure_(pressure), rest_(positions()),
-      rows_(kernels::explicit_rows(scene(), pressure_)) {}
+    : SimulationInRows(std::move(given)), pressure_(pressure), rows_(kernels::explicit_rows(scene(), pressure_)) {}
 
 void ExplicitTetrahedra::step(double time_step, int iterations) {
     rows_.aim_constrained(scene(), rest_, positions(), targets(), time_step);
@@ -147,11 +145,7 @@ void ExplicitTetrahedra::step(double time_step, int iterations) {
                 after_step_(nodes, static_cast<double>(i + 1) / iterations, h);
             }
         }
-    auto &x = mutable_positions();
-    take_from_rows(rows_.displacement, rows_.row_of_node, x);
-    x += rest_;
-    take_from_rows(rows_.velocity, rows_.row_of_node, mutable_velocities());
-    move_to_targets(); // to the last bit
+    take_state_from_rows();
 }
 
 double ExplicitTetrahedra::critical_time_step() const {
@@ -165,42 +159,19 @@ bool ExplicitTetrahedra::correct_steps(const std::shared_ptr<StepCorrection> &co
     return true;
 }
 
-bool ExplicitTetrahedra::touch(const std::shared_ptr<core::BallContact> &ball) {
-    ball_ = ball;
-    return true;
-}
-
 bool ExplicitTetrahedra::act_after_steps(const AfterStep &action) {
     after_step_ = action;
     return true;
 }
 
-void ExplicitTetrahedra::set_state(const Field &positions, const Field &velocities) {
-    Simulation::set_state(positions, velocities);
-    put_into_rows(positions - rest_, rows_.row_of_node, rows_.displacement);
-    put_into_rows(velocities, rows_.row_of_node, rows_.velocity);
-}
-
-void ExplicitTetrahedra::set_external_forces(const Field &forces) {
-    Simulation::set_external_forces(forces);
-    put_into_rows(external_forces(), rows_.row_of_node, rows_.external);
-}
-
 Cost ExplicitTetrahedra::cost(int iterations) const {
-    const double passes = pressure_ == kernels::Pressure::around_nodes ? 2.0 : 1.0;
-    const auto num_tetrahedra = static_cast<double>(scene().body->mesh.tetrahedra.size());
-    return {.element_passes = passes * iterations,
-            .bytes_per_element = static_cast<double>(rows_.bytes()) / num_tetrahedra};
+    return cost_of((pressure_ == kernels::Pressure::around_nodes ? 2.0 : 1.0) * iterations, rows_.bytes());
 }
 
 /// After a step of length h.
 void ExplicitTetrahedra::push_out(const core::BallStep &step, double h) {
-    const auto position = [&](int n) {
-        return FineRow(rest_.col(n), in_row(rows_.displacement, rows_.row_of_node[n]));
-    };
-    const auto velocity = [&](int n) {
-        return FineRow(core::Vector3::Zero(), in_row(rows_.velocity, rows_.row_of_node[n]));
-    };
+    const auto position = [&](int n) { return row_position(n); };
+    const auto velocity = [&](int n) { return FineRow(core::Vector3::Zero(), in_row(rows_.velocity, row_of(n))); };
     const double per_mass = h * h / (1.0 + 0.5 * scene().mass_damping * h);
     const auto yields = [&](int n) { return is_free()[n] ? per_mass / scene().node_mass[n] : 0.0; };
     const auto give = [&](int n, const core::Vector3 &force) {
@@ -220,9 +191,7 @@ void ExplicitTetrahedra::take_corrected_step(double h) {
     const auto &nodes = correction_->nodes();
     const auto num_nodes = static_cast<Eigen::Index>(nodes.size());
     const double half_damping = 0.5 * scene().mass_damping * h;
-    const auto row = [&](kernels::Aligned<float> &rows, Eigen::Index i) {
-        return in_row(rows, rows_.row_of_node[nodes[i]]);
-    };
+    const auto row = [&](kernels::Aligned<float> &field, Eigen::Index i) { return in_row(field, row_of(nodes[i])); };
     Field x(3, num_nodes), before = x, change = x;
     for (Eigen::Index i = 0; i < num_nodes; ++i) {
         x.col(i) = rest_.col(nodes[i]) + row(rows_.displacement, i).cast<double>();

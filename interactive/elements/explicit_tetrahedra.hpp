@@ -4,10 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include "interactive/elements/tetrahedra.hpp"
-#include "interactive/kernels/explicit_rows.hpp"
+#include "interactive/elements/energies.hpp"
+#include "interactive/kernels/explicit_steps.hpp"
+#include "interactive/method.hpp"
 #include "interactive/scene.hpp"
-#include "interactive/simulation.hpp"
 
 namespace livermark::interactive {
 
@@ -32,7 +32,7 @@ double critical_time_step_bound(const std::vector<Tetrahedron> &tetrahedra, cons
 /// that touches exerts takes part in the step. What acts after a step is given the nodes of the mesh alone. The state
 /// is what explicit_steps.hpp moves, and positions and velocities are that state after each step.
 /// (Belytschko, Liu, Moran 2000, Nonlinear Finite Elements for Continua and Structures, box 6.1 and section 10.7)
-class ExplicitTetrahedra : public Simulation {
+class ExplicitTetrahedra : public SimulationInRows {
   public:
     ExplicitTetrahedra(Scene given, kernels::Pressure pressure);
 
@@ -40,22 +40,18 @@ class ExplicitTetrahedra : public Simulation {
     /// Found when it is asked for.
     double critical_time_step() const override;
     bool correct_steps(const std::shared_ptr<StepCorrection> &correction) override;
-    bool touch(const std::shared_ptr<core::BallContact> &ball) override;
     bool act_after_steps(const AfterStep &action) override;
-    void set_state(const Field &positions, const Field &velocities) override;
-    void set_external_forces(const Field &forces) override;
     Cost cost(int iterations) const override;
     Orders orders() const override { return rows_.orders(); }
 
   private:
+    kernels::NodeRows &rows() override { return rows_; }
     void take_corrected_step(double h);
     void push_out(const core::BallStep &step, double h);
 
     kernels::Pressure pressure_;
-    Field rest_;
     kernels::ExplicitRows rows_;
     std::shared_ptr<StepCorrection> correction_; ///< null if there is none
-    std::shared_ptr<core::BallContact> ball_;
     AfterStep after_step_;
     mutable std::optional<double> critical_time_step_;
 };

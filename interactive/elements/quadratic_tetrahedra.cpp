@@ -44,8 +44,8 @@ QuadraticTetrahedron::AtPoints QuadraticTetrahedron::gradients(const Field &x) c
             edges[k].col(j) = c[j + 1] - c[0];
     }
     AtPoints f = mixed(edges);
-    for (auto &of_point : f)
-        of_point *= inverse_edges;
+    for (auto &point_value : f)
+        point_value *= inverse_edges;
     return f;
 }
 
@@ -104,7 +104,7 @@ Eigen::Matrix<double, 30, 30> QuadraticTetrahedron::stiffness(const Field &x, bo
 
 QuadraticEnergy::QuadraticEnergy(const Scene &scene) {
     const auto table = core::edge_table(scene.body->mesh.tetrahedra);
-    const int of_mesh = scene.body->mesh.num_nodes();
+    const int num_corners = scene.body->mesh.num_nodes();
     const auto linear = tetrahedra_at_rest(*scene.body);
     for (std::size_t t = 0; t < linear.size(); ++t) {
         QuadraticTetrahedron element{.nodes = {},
@@ -114,7 +114,7 @@ QuadraticEnergy::QuadraticEnergy(const Scene &scene) {
                                      .lambda = linear[t].lambda};
         std::ranges::copy(linear[t].nodes, element.nodes.begin());
         for (int e = 0; e < 6; ++e)
-            element.nodes[4 + e] = of_mesh + table.tetrahedron_edge[t][e];
+            element.nodes[4 + e] = num_corners + table.tetrahedron_edge[t][e];
         tetrahedra_.push_back(element);
     }
 }
@@ -130,8 +130,8 @@ double QuadraticEnergy::value(const Field &x) const {
 void QuadraticEnergy::add_forces(const Field &x, Field &f) const {
     for (const auto &t : tetrahedra_) {
         auto at_points = t.gradients(x);
-        for (auto &of_point : at_points)
-            of_point = densities::NeoHookean{t.mu, t.lambda}.stress(of_point);
+        for (auto &point_value : at_points)
+            point_value = densities::NeoHookean{t.mu, t.lambda}.stress(point_value);
         t.add_forces(at_points, f);
     }
 }
@@ -148,7 +148,7 @@ void QuadraticEnergy::add_hessian(const Field &x, bool is_projected, Triplets &t
 
 namespace {
 
-constexpr double of_corner = 1.0 / 36.0, of_edge = 4.0 / 27.0;
+constexpr double corner_part = 1.0 / 36.0, edge_part = 4.0 / 27.0;
 
 std::vector<double> volumes_around(const core::TetraMesh &mesh, const std::vector<double> &volumes) {
     std::vector<double> around(mesh.points.size(), 0.0);
@@ -168,9 +168,9 @@ std::vector<double> lumped(const core::TetraMesh &mesh, const core::EdgeTable &t
         for (const int node : mesh.tetrahedra[t])
             mass += node_mass[node] * volumes[t] / around[node];
         for (const int node : mesh.tetrahedra[t])
-            masses[node] += of_corner * mass;
+            masses[node] += corner_part * mass;
         for (const int edge : table.tetrahedron_edge[t])
-            masses[mesh.points.size() + edge] += of_edge * mass;
+            masses[mesh.points.size() + edge] += edge_part * mass;
     }
     return masses;
 }

@@ -16,7 +16,7 @@ namespace livermark::interactive {
 struct QuadraticTetrahedron {
     static constexpr int num_points = 4; ///< of the quadrature
 
-    /// Of something at each corner or quadrature point.
+    /// Matrices at the corners or the quadrature points.
     using AtPoints = std::array<Matrix3, num_points>;
 
     std::array<int, 10> nodes;
@@ -24,7 +24,7 @@ struct QuadraticTetrahedron {
     double volume;         ///< at rest [m^3]
     double mu, lambda;     ///< Lame parameters [Pa]
 
-    /// What a quadrature point is worth [m^3].
+    /// Volume of a quadrature point [m^3].
     double weight() const { return volume / num_points; }
 
     /// F at the quadrature points.

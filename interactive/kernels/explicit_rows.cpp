@@ -1,4 +1,4 @@
-#include "interactive/kernels/explicit_rows.hpp"
+#include "interactive/kernels/explicit_steps.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "interactive/elements/energies.hpp"
 #include "interactive/elements/quadratic_tetrahedra.hpp"
-#include "interactive/elements/tetrahedra.hpp"
 #include "interactive/kernels/fans.hpp"
 
 namespace livermark::interactive::kernels {
@@ -69,7 +69,7 @@ class Builder {
     }
 
   private:
-    /// Of an edge, by its ends.
+    /// Node in the middle of an edge, by its ends.
     int middle(int a, int b) const {
         const auto [low, high] = std::minmax(a, b);
         const auto edge = std::lower_bound(edges_.begin() + first_edge_[low], edges_.begin() + first_edge_[low + 1],
@@ -143,7 +143,7 @@ class Builder {
             const std::size_t line = rows_.line_start.back(), corner = rows_.corner.size();
             rows_.line_start.push_back(line + length);
             const auto lines = rows_.lines();
-            rows_.corner.resize(corner + (lines.of_tetrahedron * length + lines.of_fan) * slice_size, 0);
+            rows_.corner.resize(corner + (lines.per_tetrahedron * length + lines.per_fan) * slice_size, 0);
             rows_.tetrahedra.resize((line + length) * numbers_of_tetrahedron * slice_size, 0.0F);
             for (std::size_t f = first; f < last; ++f)
                 place_fan(f, corner + f - first, length, line, f - first);
@@ -152,7 +152,7 @@ class Builder {
 
     void place_fan(std::size_t fan, std::size_t corner, std::size_t length, std::size_t line, std::size_t lane) {
         const auto &nodes = nodes_of_lines(fan);
-        const std::size_t num_lines = rows_.lines().of_tetrahedron * length + rows_.lines().of_fan;
+        const std::size_t num_lines = rows_.lines().per_tetrahedron * length + rows_.lines().per_fan;
         for (std::size_t k = 0; k < num_lines; ++k, corner += slice_size) {
             const int row = rows_.row_of_node[nodes[std::min(k, nodes.size() - 1)]];
             rows_.corner[corner] = 4 * row;

@@ -101,7 +101,7 @@ bool has_node(const std::array<int, 3> &triangle, int node) {
     return std::ranges::find(triangle, node) != triangle.end();
 }
 
-/// Of each triangle those that share an edge with it.
+/// Triangles that share an edge with each.
 std::vector<std::vector<int>> edge_neighbours(const Triangles &triangles) {
     std::vector<std::vector<int>> neighbours(triangles.size());
     for (std::size_t s = 0; s < triangles.size(); ++s)

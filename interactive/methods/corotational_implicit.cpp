@@ -5,7 +5,7 @@
 
 namespace livermark::interactive::methods {
 
-/// What SOFA's demo of a liver has, with rotations of polar decompositions in place of QR.
+/// The method of SOFA's demo of a liver, with rotations of polar decompositions in place of QR.
 Method corotational_implicit() {
     return {
         .name = {},

@@ -1,9 +1,9 @@
 #include <memory>
 #include <utility>
 
+#include "interactive/elements/energies.hpp"
 #include "interactive/elements/prefactored.hpp"
-#include "interactive/elements/spring_body.hpp"
-#include "interactive/kernels/prefactored/prefactored_rows.hpp"
+#include "interactive/kernels/prefactored_steps.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive::methods {

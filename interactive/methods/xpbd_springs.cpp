@@ -61,7 +61,7 @@ class XpbdSprings : public PositionBased {
 
 } // namespace
 
-/// What games call soft bodies, with compliances of the material: springs on edges, and the volume of each tetrahedron.
+/// Soft bodies as in games, with compliances of the material: springs on edges, and the volume of each tetrahedron.
 Method xpbd_springs() {
     return {.name = {},
             .summary = "extended position-based dynamics: springs on edges and volumes of tetrahedra as constraints",

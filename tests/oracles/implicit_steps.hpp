@@ -12,8 +12,7 @@
 #include "interactive/colouring.hpp"
 #include "interactive/elements/corotational_tetrahedra.hpp"
 #include "interactive/elements/energies.hpp"
-#include "interactive/elements/spring_body.hpp"
-#include "interactive/simulation.hpp"
+#include "interactive/method.hpp"
 
 namespace livermark::tests {
 

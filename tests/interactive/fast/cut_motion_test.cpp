@@ -1,4 +1,4 @@
-#include "interactive/cut_motion.hpp"
+#include "interactive/method.hpp"
 
 #include <algorithm>
 #include <functional>

@@ -1,15 +1,115 @@
 // Highway compiles this file once for each vector unit, and the machine's best one is taken when the program runs.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "interactive/kernels/corotational/corotational_steps.cpp"
+#define HWY_TARGET_INCLUDE "interactive/kernels/corotational_steps.cpp"
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <hwy/foreach_target.h> // has to come before highway.h
 
 #include "core/support/vector_dispatch.hpp"
-#include "interactive/kernels/corotational/corotational_rows.hpp"
-#include "interactive/kernels/corotational/rotations-inl.hpp"
-#include "interactive/kernels/fans-inl.hpp"
+#include "interactive/elements/energies.hpp"
+#include "interactive/kernels/corotational_steps.hpp"
+#include "interactive/kernels/tetrahedra-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {
+
+/// A unit quaternion.
+struct Rotation {
+    V w;
+    Vec3 v;
+};
+
+/// Q = 2 (w [v] + v v^T - |v|^2 1)
+HWY_INLINE Matrix turn_of(const Rotation &q) {
+    const auto two = scaled(number(2.0F), q.v);
+    const auto xx = hn::Mul(two.x, q.v.x), yy = hn::Mul(two.y, q.v.y), zz = hn::Mul(two.z, q.v.z);
+    const auto xy = hn::Mul(two.x, q.v.y), xz = hn::Mul(two.x, q.v.z), yz = hn::Mul(two.y, q.v.z);
+    const auto w = scaled(q.w, two);
+    return {{hn::Neg(hn::Add(yy, zz)), hn::Add(xy, w.z), hn::Sub(xz, w.y)},
+            {hn::Sub(xy, w.z), hn::Neg(hn::Add(zz, xx)), hn::Add(yz, w.x)},
+            {hn::Add(xz, w.y), hn::Sub(yz, w.x), hn::Neg(hn::Add(xx, yy))}};
+}
+
+/// R^T F - 1 = Q^T + H + Q^T H
+HWY_INLINE Matrix turned_back(const Matrix &turn, const Matrix &h) {
+    const auto column = [&](V x, V y, V z, const Vec3 &h_column) HWY_ATTR {
+        return Vec3{hn::Add(x, hn::Add(h_column.x, dot(turn.x, h_column))),
+                    hn::Add(y, hn::Add(h_column.y, dot(turn.y, h_column))),
+                    hn::Add(z, hn::Add(h_column.z, dot(turn.z, h_column)))};
+    };
+    return {column(turn.x.x, turn.y.x, turn.z.x, h.x), column(turn.x.y, turn.y.y, turn.z.y, h.y),
+            column(turn.x.z, turn.y.z, turn.z.z, h.z)};
+}
+
+/// q times (1, half), of unit length.
+HWY_INLINE Rotation turned_on(const Rotation &q, const Vec3 &half) {
+    const auto w = hn::Sub(q.w, dot(q.v, half));
+    const auto v = plus_scaled(q.v + cross(q.v, half), q.w, half);
+    const auto size = hn::Div(number(1.0F), hn::Sqrt(hn::MulAdd(w, w, dot(v, v))));
+    return {hn::Mul(w, size), scaled(size, v)};
+}
+
+/// Rotations that vectors have not found, lane by lane.
+HWY_INLINE Rotation with_nearest_rotations(hn::Mask<D> is_found, const Matrix &h, const Rotation &q) {
+    constexpr std::size_t most = hn::MaxLanes(D());
+    HWY_ALIGN float found[most], gradients[9][most], quaternions[4][most];
+    hn::Store(hn::IfThenElseZero(is_found, number(1.0F)), d, found);
+    std::size_t k = 0;
+    for (const auto *column : {&h.x, &h.y, &h.z})
+        for (const auto *entry : {&column->x, &column->y, &column->z})
+            hn::Store(*entry, d, gradients[k++]);
+    hn::Store(q.w, d, quaternions[0]);
+    hn::Store(q.v.x, d, quaternions[1]);
+    hn::Store(q.v.y, d, quaternions[2]);
+    hn::Store(q.v.z, d, quaternions[3]);
+    for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
+        if (found[lane] != 0.0F)
+            continue;
+        std::array<float, 9> gradient;
+        for (std::size_t i = 0; i < 9; ++i)
+            gradient[i] = gradients[i][lane];
+        std::array<float, 4> quaternion{quaternions[0][lane], quaternions[1][lane], quaternions[2][lane],
+                                        quaternions[3][lane]};
+        find_nearest_rotation(gradient, quaternion);
+        for (std::size_t i = 0; i < 4; ++i)
+            quaternions[i][lane] = quaternion[i];
+    }
+    return {hn::Load(d, quaternions[0]),
+            {hn::Load(d, quaternions[1]), hn::Load(d, quaternions[2]), hn::Load(d, quaternions[3])}};
+}
+
+/// The rotation next to F, by Newton's method from one that is near, on tr R^T F, which has no maximum but the largest:
+/// with S the symmetric part of R^T F and t twice the axial vector of its other part, R turns by (tr S 1 - S)^-1 t.
+/// Errors fall at least with their square. What is not where its matrix is positive definite after all, as in a
+/// tetrahedron that turned by more than a right angle, is left to singular values. A lane's answer does not depend on
+/// its neighbours.
+/// (Kugelstadt, Koschier, Bender 2018, Fast corotated FEM using operator splitting, CGF 37(8))
+HWY_INLINE Rotation nearest_rotation_from(Rotation q, const Matrix &h) {
+    constexpr int most_iterations = 8;
+    const auto small = number(1e-6F); // square of a half turn t, after which about t^2 times the strain is left
+    auto is_found = hn::Lt(number(1.0F), hn::Zero(d));
+    for (int i = 0; i < most_iterations; ++i) {
+        const auto m = turned_back(turn_of(q), h);
+        const auto trace = hn::Add(number(2.0F), hn::Add(m.x.x, hn::Add(m.y.y, m.z.z)));
+        const auto off = [](V a, V b) HWY_ATTR { return hn::Mul(number(-0.5F), hn::Add(a, b)); };
+        const Symmetric matrix{hn::Sub(trace, m.x.x), off(m.y.x, m.x.y), off(m.z.x, m.x.z),
+                               hn::Sub(trace, m.y.y), off(m.z.y, m.y.z), hn::Sub(trace, m.z.z)};
+        const Vec3 axial{hn::Sub(m.y.z, m.z.y), hn::Sub(m.z.x, m.x.z), hn::Sub(m.x.y, m.y.x)};
+        const auto [adjugate, determinant] = adjugate_of(matrix);
+        const auto zero = hn::Zero(d);
+        const auto is_definite =
+            hn::And(hn::Gt(matrix.xx, zero), hn::And(hn::Gt(adjugate.zz, zero), hn::Gt(determinant, zero)));
+        const auto half = scaled(hn::Div(number(0.5F), determinant), product(adjugate, axial));
+        const auto next = turned_on(q, half);
+        const auto moves = hn::AndNot(is_found, is_definite);
+        q = {hn::IfThenElse(moves, next.w, q.w), chosen(moves, next.v, q.v)};
+        is_found = hn::Or(is_found, hn::And(moves, hn::Lt(dot(half, half), small)));
+        if (hn::AllTrue(d, hn::Or(is_found, hn::Not(is_definite))))
+            break;
+    }
+    return HWY_LIKELY(hn::AllTrue(d, is_found)) ? q : with_nearest_rotations(is_found, h, q);
+}
 
 /// A sum in single precision by lanes of a whole slice, so that it is the same on vectors of any width.
 class LaneSums {
@@ -169,8 +269,8 @@ HWY_NOINLINE void multiply_tetrahedra(CorotationalRows &rows) {
                 const auto g = fans.gradients();
                 const auto rate = displacement_gradient(g, axis, fans.from().v, fans.to().v);
                 const auto stress = linear_stress(rate, fans.number_of_tetrahedron(9), fans.number_of_tetrahedron(10));
-                const auto of_end = pull_of(stress, g.b), at_from = pull_of(stress, g.r), at_to = pull_of(stress, g.s);
-                sums.add(minus(at_from + at_to + of_end), of_end, at_from, at_to);
+                const auto at_end = pull_of(stress, g.b), at_from = pull_of(stress, g.r), at_to = pull_of(stress, g.s);
+                sums.add(minus(at_from + at_to + at_end), at_end, at_from, at_to);
             }
             sums.finish();
         }
@@ -307,6 +407,52 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace livermark::interactive::kernels {
+
+CorotationalRows corotational_rows(const Scene &scene) {
+    CorotationalRows rows;
+    rows.body = explicit_rows(scene, Pressure::of_tetrahedra);
+    rows.turned = rows.body.tetrahedra;
+    const std::size_t num_lines = rows.body.line_start.back();
+    rows.rotation.assign(num_lines * numbers_of_rotation * slice_size, 0.0F);
+    for (std::size_t line = 0; line < num_lines; ++line)
+        std::fill_n(rows.rotation.begin() + static_cast<std::ptrdiff_t>(line * numbers_of_rotation * slice_size),
+                    slice_size, 1.0F);
+    for (auto &slots : rows.block_slots)
+        slots.assign(rows.body.force.size(), 0.0F);
+    for (auto *field : {&rows.block[0], &rows.block[1], &rows.mass, &rows.residual, &rows.direction, &rows.product,
+                        &rows.preconditioned})
+        field->assign(4 * rows.body.num_rows, 0.0F);
+    rows.inverse_block.assign(6 * rows.body.num_rows, 0.0F);
+
+    std::vector<double> laplacian(scene.node_mass.size(), 0.0);
+    for (const auto &t : tetrahedra_at_rest(*scene.body)) {
+        const auto gradients = t.shape_gradients();
+        for (int c = 0; c < 4; ++c)
+            laplacian[t.nodes[c]] += t.volume * t.mu * gradients.row(c).squaredNorm();
+    }
+    for (std::size_t row = 0; row < rows.body.num_rows; ++row) // what fills up has some mass
+        std::fill_n(rows.mass.begin() + static_cast<std::ptrdiff_t>(4 * row), 3, 1.0F);
+    for (std::size_t i = 0; i < laplacian.size(); ++i) {
+        const auto at = rows.mass.begin() + std::ptrdiff_t{4} * rows.body.row_of_node[i];
+        std::fill_n(at, 3, static_cast<float>(scene.node_mass[i]));
+        at[3] = static_cast<float>(laplacian[i]);
+    }
+    return rows;
+}
+
+std::size_t CorotationalRows::bytes() const {
+    return body.bytes() + bytes_of(turned, rotation, block_slots[0], block_slots[1], block[0], block[1], mass, residual,
+                                   direction, product, preconditioned, inverse_block);
+}
+
+void find_nearest_rotation(const std::array<float, 9> &h, std::array<float, 4> &q) {
+    const Matrix3 f = Eigen::Map<const Eigen::Matrix3f>(h.data()).cast<double>() + Matrix3::Identity();
+    if (!f.allFinite())
+        return;
+    const Eigen::Quaterniond found(densities::nearest_rotation(f));
+    q = {static_cast<float>(found.w()), static_cast<float>(found.x()), static_cast<float>(found.y()),
+         static_cast<float>(found.z())};
+}
 
 LIVERMARK_DISPATCH(void take_corotational_step, take_corotational,
                    (CorotationalRows & rows, double time_step, double mass_damping, int iterations),

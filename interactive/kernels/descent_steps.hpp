@@ -5,7 +5,7 @@
 
 #include "interactive/colouring.hpp"
 #include "interactive/kernels/node_rows.hpp"
-#include "interactive/orders.hpp"
+#include "interactive/scene.hpp"
 
 namespace livermark::interactive::kernels {
 
@@ -18,23 +18,20 @@ inline constexpr std::size_t numbers_of_line = 6;
 /// A body of stable neo-Hookean tetrahedra for descent on one node at a time, in single precision. Nodes that can move
 /// stand colour after colour, 16 of one colour in a batch: no two of a batch are in one tetrahedron, so it moves them
 /// at once. The facets opposite a node make strips of triangles around it (fans.hpp), so that one neighbour is
-/// fetched for each tetrahedron, not three. Batches are filled up with nodes that have no neighbours.
-struct DescentRows {
-    std::vector<int> row_of_node;        ///< (N)
-    std::size_t num_rows = 0;            ///< batches, then what is constrained, filled up to whole slices
+/// fetched for each tetrahedron, not three. Batches are filled up with nodes that have no neighbours. What is
+/// constrained stands behind them, filled up to whole slices; there are no inverse masses.
+struct DescentRows : NodeRows {
     std::vector<std::size_t> line_start; ///< (batches + 1)
     Aligned<std::int32_t> neighbour;     ///< lines of 16: four times the row
     Aligned<float> numbers;              ///< lines, numbers_of_line vectors of 16 for each
     Aligned<float> mass;                 ///< (rows) [kg]
     Aligned<float> laplacian;            ///< (rows) sum of V mu |g|^2 [N/m]
     // Rows of four, the last one zero.
-    Aligned<float> displacement;            ///< [m]
-    Aligned<float> before;                  ///< displacement when the step began
-    Aligned<float> predicted;               ///< where inertia and external forces lead; the target where constrained
-    Aligned<float> velocity, last_velocity; ///< [m/s], of the last step and of the one before
-    Aligned<float> external;                ///< [N]
-    Aligned<float> older, oldest;           ///< displacement, one iteration ago and two
-    std::function<void()> after_iteration;  ///< what else moves nodes; empty if there is nothing
+    Aligned<float> before;                 ///< displacement when the step began
+    Aligned<float> predicted;              ///< where inertia and external forces lead; the target where constrained
+    Aligned<float> last_velocity;          ///< [m/s], of the step before the last one
+    Aligned<float> older, oldest;          ///< displacement, one iteration ago and two
+    std::function<void()> after_iteration; ///< what else moves nodes; empty if there is nothing
     std::vector<std::vector<StripNode>> strips; ///< (N) of Orders; no step reads them
 
     std::size_t num_batches() const { return line_start.size() - 1; }

@@ -1,15 +1,14 @@
-#include "interactive/kernels/prefactored/prefactored_rows.hpp"
+#include "interactive/kernels/prefactored_steps.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
-
-#include "interactive/orders.hpp"
+#include <utility>
 
 namespace livermark::interactive::kernels {
 
 namespace {
 
-/// Of a supernode, shape (rows, columns).
+/// Panel of a supernode, shape (rows, columns).
 Eigen::MatrixXd panel_matrix(const support::SupernodalFactor &factor, std::size_t s) {
     const auto &[first_column, row_start, row, value_start] = factor.supernodes;
     const Eigen::Index num_columns = first_column[s + 1] - first_column[s], num_rows = row_start[s + 1] - row_start[s];
@@ -53,13 +52,13 @@ FactorRows factor_rows(const support::SupernodalFactor &factor) {
     const auto &all = factor.supernodes;
     std::size_t most_columns = 0, most_blocks = 0;
     for (std::size_t s = 0; s + 1 < all.first_column.size(); ++s) {
-        const auto of_panel = all.row.subspan(all.row_start[s], all.row_start[s + 1] - all.row_start[s]);
+        const auto panel_rows = all.row.subspan(all.row_start[s], all.row_start[s + 1] - all.row_start[s]);
         const Panel panel{.first_column = static_cast<std::size_t>(all.first_column[s]),
                           .num_columns = static_cast<std::size_t>(all.first_column[s + 1] - all.first_column[s]),
                           .first_block = rows.row.size() / slice_size,
-                          .num_blocks = filled_up(of_panel.size()) / slice_size,
+                          .num_blocks = filled_up(panel_rows.size()) / slice_size,
                           .first_value = rows.values.size()};
-        for (const int row : of_panel)
+        for (const int row : panel_rows)
             rows.row.push_back(4 * row);
         rows.row.resize(filled_up(rows.row.size()), static_cast<std::int32_t>(4 * rows.num_unknowns));
         place_panel(panel_matrix(factor, s), panel, rows.values);
@@ -79,7 +78,7 @@ struct SpringAtNode {
     int other;
 };
 
-/// What fills up: of some length.
+/// Numbers that fill up: of some length.
 constexpr float numbers_of_no_spring[numbers_of_spring] = {1.0F, 0.0F, 0.0F, 1.0F, 0.0F};
 
 } // namespace
@@ -130,6 +129,40 @@ SpringRows spring_rows(const Scene &scene, const Springs &springs) {
         rows.item_start.push_back(rows.item_start.back() + most);
     }
     return rows;
+}
+
+PrefactoredRows::PrefactoredRows(PrefactoredElements body) : elements(std::move(body)) {
+    for (auto *field : {&before, &predicted, &stiffness, &right})
+        field->assign(4 * nodes().num_rows, 0.0F);
+}
+
+const NodeRows &PrefactoredRows::nodes() const {
+    return std::visit([](const auto &body) -> const NodeRows & { return body; }, elements);
+}
+
+std::size_t PrefactoredRows::bytes() const {
+    return std::visit([](const auto &body) { return body.bytes(); }, elements) + factor.bytes() +
+           bytes_of(place, before, predicted, stiffness, right);
+}
+
+Orders PrefactoredRows::orders() const {
+    if (const auto *body = std::get_if<ExplicitRows>(&elements))
+        return body->orders();
+    Orders orders;
+    orders.rows = nodes().order();
+    return orders;
+}
+
+void PrefactoredRows::set_factor(const support::SupernodalFactor &matrix, const std::vector<int> &unknown,
+                                 const std::vector<double> &inertia) {
+    factor = factor_rows(matrix);
+    place.assign(nodes().num_rows, static_cast<std::int32_t>(4 * factor.num_unknowns));
+    for (std::size_t i = 0; i < unknown.size(); ++i) {
+        const auto row = static_cast<std::size_t>(nodes().row_of_node[i]);
+        if (unknown[i] >= 0)
+            place[row] = factor.place[unknown[i]];
+        std::fill_n(stiffness.begin() + static_cast<std::ptrdiff_t>(4 * row), 3, static_cast<float>(inertia[i]));
+    }
 }
 
 } // namespace livermark::interactive::kernels

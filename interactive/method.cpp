@@ -1,12 +1,10 @@
-#include "interactive/simulation.hpp"
+#include "interactive/method.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
 #include <set>
 #include <stdexcept>
 #include <utility>
-
-#include "interactive/method.hpp"
 
 namespace livermark::interactive {
 
@@ -21,11 +19,11 @@ Scene checked(Scene scene) {
     if (!(scene.mass_damping >= 0.0))
         throw std::invalid_argument("the damping of a scene is negative; give 0 or more");
     std::set<int> seen;
-    const int of_mesh = scene.body->mesh.num_nodes();
+    const int num_corners = scene.body->mesh.num_nodes();
     for (const int node : scene.constrained_nodes)
-        if (node < 0 || node >= of_mesh || !seen.insert(node).second)
+        if (node < 0 || node >= num_corners || !seen.insert(node).second)
             throw std::invalid_argument(
-                fmt::format("constrained node {} is none of the {} nodes, or there twice", node, of_mesh));
+                fmt::format("constrained node {} is none of the {} nodes, or there twice", node, num_corners));
     return scene;
 }
 
@@ -83,8 +81,8 @@ Simulation::Simulation(Scene scene)
 }
 
 void Simulation::set_external_forces(const Field &forces) {
-    const Eigen::Index of_mesh = scene_.body->mesh.num_nodes();
-    check_shape(forces, forces.cols() == of_mesh ? of_mesh : x_.cols(), "external forces");
+    const Eigen::Index num_corners = scene_.body->mesh.num_nodes();
+    check_shape(forces, forces.cols() == num_corners ? num_corners : x_.cols(), "external forces");
     external_.setZero();
     external_.leftCols(forces.cols()) = forces;
 }

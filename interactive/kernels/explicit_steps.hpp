@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "interactive/kernels/node_rows.hpp"
-#include "interactive/orders.hpp"
+#include "interactive/scene.hpp"
 
 namespace livermark::interactive::kernels {
 
-/// Where the pressure of a neo-Hookean tetrahedron comes from.
+/// Source of the pressure of a neo-Hookean tetrahedron.
 enum class Pressure : std::uint8_t {
     of_tetrahedra, ///< its own J
     around_nodes   ///< the mean of those of its nodes, which have the mean J around them (NodalPressureEnergy)
@@ -22,7 +22,7 @@ inline constexpr std::size_t numbers_of_tetrahedron = 11;
 
 /// Lines of a fan that it has beside those of its tetrahedra, and what a tetrahedron adds.
 struct FanLines {
-    std::size_t of_fan, of_tetrahedron;
+    std::size_t per_fan, per_tetrahedron;
 };
 /// Both ends of the axis and the first node of the rim; the next one of the rim.
 inline constexpr FanLines linear_lines{3, 1};
@@ -56,7 +56,7 @@ struct ExplicitRows : NodeRows {
 
     FanLines lines() const { return is_quadratic ? quadratic_lines : linear_lines; }
     std::size_t first_corner(std::size_t slice) const {
-        return (lines().of_tetrahedron * line_start[slice] + lines().of_fan * slice) * slice_size;
+        return (lines().per_tetrahedron * line_start[slice] + lines().per_fan * slice) * slice_size;
     }
     std::size_t num_slices() const { return line_start.size() - 1; }
     std::size_t bytes() const; ///< of the body and its state

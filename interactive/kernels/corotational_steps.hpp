@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "interactive/kernels/explicit_rows.hpp"
+#include "interactive/kernels/explicit_steps.hpp"
 
 namespace livermark::interactive::kernels {
 

@@ -6,9 +6,8 @@
 #include <vector>
 
 #include "core/support/factors/sparse_cholesky.hpp"
-#include "interactive/elements/spring_body.hpp"
-#include "interactive/kernels/explicit_rows.hpp"
-#include "interactive/kernels/node_rows.hpp"
+#include "interactive/elements/energies.hpp"
+#include "interactive/kernels/explicit_steps.hpp"
 
 namespace livermark::interactive::kernels {
 
@@ -21,7 +20,7 @@ struct Panel {
     std::size_t first_block, num_blocks;   ///< of 16 rows, the last one filled up
     std::size_t first_value;
 
-    /// What fills up has no other columns to share a load with.
+    /// Columns that share a load.
     static constexpr std::size_t columns_at_once = 4;
     std::size_t stored_columns() const {
         return (num_columns + columns_at_once - 1) / columns_at_once * columns_at_once;
@@ -71,16 +70,18 @@ using PrefactoredElements = std::variant<ExplicitRows, SpringRows>;
 
 /// A body of Prefactored, its state, and its factor for one time step.
 struct PrefactoredRows {
-    explicit PrefactoredRows(PrefactoredElements of_body);
+    explicit PrefactoredRows(PrefactoredElements body);
 
-    NodeRows &nodes();
+    NodeRows &nodes() {
+        return std::visit([](auto &body) -> NodeRows & { return body; }, elements);
+    }
     const NodeRows &nodes() const;
     std::size_t bytes() const; ///< of the body, its state and the factor
     Orders orders() const;     ///< of the body
 
     /// @param unknown    (N) of each node, -1 where constrained
     /// @param stiffness  (N) m (1 + alpha h) / h^2 [N/m]
-    void set_factor(const support::SupernodalFactor &of_matrix, const std::vector<int> &unknown,
+    void set_factor(const support::SupernodalFactor &matrix, const std::vector<int> &unknown,
                     const std::vector<double> &stiffness);
 
     PrefactoredElements elements;

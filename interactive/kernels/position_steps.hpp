@@ -7,7 +7,7 @@
 
 namespace livermark::interactive::kernels {
 
-/// What constraints hold, and the numbers that each has. Gradients are those of the shape functions of the second,
+/// Kinds of constraints, and the numbers that each has. Gradients are those of the shape functions of the second,
 /// third and fourth node of a tetrahedron.
 enum class Constraint : std::uint8_t {
     distance, ///< |x_a - x_b| - l: x_a - x_b at rest, l, compliance [m/N]
@@ -37,16 +37,13 @@ struct ConstraintRows {
     std::size_t num_batches() const { return corner.size() / (num_nodes_of(kind) * slice_size); }
 };
 
-/// Nodes in their order, as rows of four, and one more that cannot move.
-struct PositionRows {
+/// Nodes in their order, and one more row that cannot move. The last number of a displacement is the inverse mass that
+/// a step has [1/kg], that of an inverse mass is zero.
+struct PositionRows : NodeRows {
     explicit PositionRows(const Scene &scene);
 
-    Aligned<float> displacement; ///< [m], and the inverse mass that a step has [1/kg]
-    Aligned<float> before;       ///< displacement when the step began
-    Aligned<float> velocity;     ///< [m/s], zero
-    Aligned<float> external;     ///< [N], zero
-    Aligned<float> inverse_mass; ///< [1/kg], three times the same, zero; all zero where constrained
-    float damping = 0.0F;        ///< 1 + alpha h of the inverse masses in displacement; 0 if there are none yet
+    Aligned<float> before; ///< displacement when the step began
+    float damping = 0.0F;  ///< 1 + alpha h of the inverse masses in displacement; 0 if there are none yet
     std::vector<ConstraintRows> sets;
     std::function<void()> after_iteration; ///< what else moves nodes, after all sets; empty if there is nothing
 
