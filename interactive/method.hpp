@@ -143,7 +143,7 @@ inline constexpr double frame_time = 1.0 / 60.0;
 
 /// A deformable method. One file each in methods/, named as the method.
 struct Method {
-    std::string name;              ///< the file stem; set by the table
+    std::string name{};            ///< the file stem; set by the table
     std::string summary;           ///< one line
     std::string source;            ///< literature reference
     std::string energy;            ///< the equation of the energy behind it

@@ -8,7 +8,7 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/problem.hpp"
-#include "interactive/kernels/fans.hpp"
+#include "interactive/kernels/orders.hpp"
 
 namespace livermark::interactive {
 

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "interactive/colouring.hpp"
 #include "interactive/elements/energies.hpp"
+#include "interactive/kernels/orders.hpp"
 #include "interactive/kernels/position_steps.hpp"
 #include "interactive/method.hpp"
 

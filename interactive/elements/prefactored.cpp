@@ -19,10 +19,8 @@ void Prefactored::prepare(double time_step) {
     for (std::size_t i = 0; i < unknown_.size(); ++i)
         if (is_free()[i])
             unknown_[i] = num_unknowns_++;
-    Energy::Triplets all;
-    add_laplacian(all);
     Energy::Triplets kept;
-    for (const auto &entry : all)
+    for (const auto &entry : laplacian_())
         if (unknown_[entry.row()] >= 0 && unknown_[entry.col()] >= unknown_[entry.row()])
             kept.emplace_back(unknown_[entry.row()], unknown_[entry.col()], entry.value());
     for (std::size_t i = 0; i < unknown_.size(); ++i)
@@ -37,7 +35,7 @@ void Prefactored::prepare(double time_step) {
             factor_.order(matrix, order);
         if (!factor_.factorise(matrix))
             throw std::logic_error("the matrix of projective dynamics is not positive definite");
-        rows_->set_factor(factor_.factor(), unknown_, terms.stiffness);
+        rows_.set_factor(factor_.factor(), unknown_, terms.stiffness);
     }
     factorised_for_ = time_step;
     columns_.clear();
@@ -55,7 +53,7 @@ std::vector<int> Prefactored::order_of_unknowns() const {
 }
 
 Orders Prefactored::orders() const {
-    Orders orders = rows_->orders();
+    Orders orders = rows_.orders();
     if (factorised_for_ == 0.0 || num_unknowns_ == 0)
         return orders;
     std::vector<int> node_of(static_cast<std::size_t>(num_unknowns_));
@@ -68,7 +66,7 @@ Orders Prefactored::orders() const {
 }
 
 bool Prefactored::touch(const std::shared_ptr<core::BallContact> &ball) {
-    rows_->after_iteration = ball ? [this] { touch_rows(); } : std::function<void()>();
+    rows_.after_iteration = ball ? [this] { touch_rows(); } : std::function<void()>();
     return SimulationInRows::touch(ball);
 }
 
@@ -80,7 +78,7 @@ void Prefactored::step(double time_step, int iterations) {
         find_columns();
     }
     rows().aim_constrained(scene(), rest_, positions(), targets(), time_step);
-    kernels::take_prefactored_step(*rows_, time_step, scene().mass_damping, iterations);
+    kernels::take_prefactored_step(rows_, time_step, scene().mass_damping, iterations);
     take_state_from_rows();
     if (ball_)
         ball_->end_step(time_step);
@@ -109,7 +107,7 @@ void Prefactored::touch_nodes() {
     constexpr double steady = 1e-3; // as the sweeps of an iteration end: the next ones go on
     const auto &near = ball_->near();
     const auto start = [&](int node) {
-        return core::Vector3(rest_.col(node) + in_row(rows_->before, row_of(node)).cast<double>());
+        return core::Vector3(rest_.col(node) + in_row(rows_.before, row_of(node)).cast<double>());
     };
     std::vector<core::Vector3> x(forces_.size()), change(forces_.size(), core::Vector3::Zero());
     for (const int node : near)
@@ -156,13 +154,34 @@ void Prefactored::touch_rows() {
     if (!has_touched_) {
         near_predicted_.clear();
         for (const int node : near)
-            near_predicted_.emplace_back(in_row(rows_->predicted, row_of(node)).cast<double>());
+            near_predicted_.emplace_back(in_row(rows_.predicted, row_of(node)).cast<double>());
     }
     touch_nodes();
     for (std::size_t k = 0; k < near.size(); ++k)
         if (unknown_[near[k]] >= 0)
-            in_row(rows_->predicted, row_of(near[k])) =
+            in_row(rows_.predicted, row_of(near[k])) =
                 (near_predicted_[k] + forces_[near[k]] / stiffness_[near[k]]).cast<float>();
+}
+
+Energy::Triplets laplacian(const Springs &springs) {
+    Energy::Triplets triplets;
+    for (std::size_t s = 0; s < springs.edges.size(); ++s)
+        for (const int a : springs.edges[s])
+            for (const int b : springs.edges[s])
+                triplets.emplace_back(a, b, a == b ? springs.stiffness[s] : -springs.stiffness[s]);
+    return triplets;
+}
+
+Energy::Triplets laplacian(const std::vector<Tetrahedron> &tetrahedra) {
+    Energy::Triplets triplets;
+    for (const auto &t : tetrahedra) {
+        const Eigen::Matrix4d block = t.volume * densities::Projective{t.mu, t.lambda}.weight() * t.shape_gradients() *
+                                      t.shape_gradients().transpose();
+        for (int a = 0; a < 4; ++a)
+            for (int b = 0; b < 4; ++b)
+                triplets.emplace_back(t.nodes[a], t.nodes[b], block(a, b));
+    }
+    return triplets;
 }
 
 } // namespace livermark::interactive

@@ -6,10 +6,9 @@
 #include <utility>
 
 #include "core/support/vector_dispatch.hpp"
-#include "interactive/colouring.hpp"
 #include "interactive/elements/energies.hpp"
 #include "interactive/kernels/descent_steps.hpp"
-#include "interactive/kernels/fans.hpp"
+#include "interactive/kernels/orders.hpp"
 #include "interactive/kernels/vectors-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <functional>
 
-#include "interactive/colouring.hpp"
 #include "interactive/kernels/node_rows.hpp"
+#include "interactive/kernels/orders.hpp"
 #include "interactive/scene.hpp"
 
 namespace livermark::interactive::kernels {
@@ -17,7 +17,7 @@ inline constexpr std::size_t numbers_of_line = 6;
 
 /// A body of stable neo-Hookean tetrahedra for descent on one node at a time, in single precision. Nodes that can move
 /// stand colour after colour, 16 of one colour in a batch: no two of a batch are in one tetrahedron, so it moves them
-/// at once. The facets opposite a node make strips of triangles around it (fans.hpp), so that one neighbour is
+/// at once. The facets opposite a node make strips of triangles around it (orders.hpp), so that one neighbour is
 /// fetched for each tetrahedron, not three. Batches are filled up with nodes that have no neighbours. What is
 /// constrained stands behind them, filled up to whole slices; there are no inverse masses.
 struct DescentRows : NodeRows {
@@ -43,7 +43,7 @@ DescentRows descent_rows(const Scene &scene, const Colouring &colours);
 
 /// A step of vertex block descent in single precision on the vectors of the machine: displacements go on to where the
 /// velocity and the external acceleration that the last step followed lead, and each iteration visits the batches in
-/// their order, with the weights of colouring.hpp. The rows of constrained nodes in predicted are their targets.
+/// their order, with the weights of orders.hpp. The rows of constrained nodes in predicted are their targets.
 /// @param time_step     h [s]
 /// @param mass_damping  alpha [1/s]
 void take_descent_step(DescentRows &rows, double time_step, double mass_damping, int iterations);

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "interactive/kernels/fans.hpp"
+#include "interactive/kernels/orders.hpp"
 
 namespace livermark::interactive {
 

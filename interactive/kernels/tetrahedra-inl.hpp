@@ -209,7 +209,7 @@ class FanSums {
 
 /// Forces of tetrahedra, summed at the corners of fans.
 /// @param stress  of fans and the gradient H of their displacements: V P
-template <class Stress> HWY_INLINE void find_forces_polynomial_ofans(ExplicitRows &rows, const Stress &stress) {
+template <class Stress> HWY_INLINE void find_forces_of_fans(ExplicitRows &rows, const Stress &stress) {
     for (std::size_t slice = 0; slice < rows.num_slices(); ++slice)
         for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
             FanSums sums(rows.force, rows.slot.data() + rows.first_corner(slice) + lane);

@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include "interactive/colouring.hpp"
 #include "interactive/elements/energies.hpp"
 #include "interactive/kernels/descent_steps.hpp"
+#include "interactive/kernels/orders.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive::methods {
@@ -192,8 +192,7 @@ class VertexBlockDescent : public SimulationInRows {
 /// Block coordinate descent on the step of backward Euler, with the paper's acceleration and adaptive start, and
 /// without its line search, which it leaves out where material is as soft as here.
 Method vertex_block_descent() {
-    return {.name = {},
-            .summary = "vertex block descent on stable neo-Hookean tetrahedra, backward Euler",
+    return {.summary = "vertex block descent on stable neo-Hookean tetrahedra, backward Euler",
             .source = "Chen, Liu, Yang, Yuksel 2024, Vertex block descent, ACM TOG 43(4); Wang 2015, "
                       "A Chebyshev semi-iterative approach, ACM TOG 34(6)",
             .energy = "mu / 2 (I1 - 3) - mu (J - 1) + (lambda + mu) / 2 (J - 1)^2",
@@ -207,7 +206,6 @@ Method vertex_block_descent() {
                 "which are used here, were unstable and difficult to tune for an author of its successor (C. Giles, "
                 "quoted in MysteryPancake/Houdini-VBD, README.md).",
             .implementation = "vector units over nodes of one colour, single precision",
-            .time_step = frame_time,
             .iterations = 20,
             .knows_contact = true,
             .prepare = [](const Scene &scene) { return std::make_unique<VertexBlockDescent>(scene); }};
