@@ -5,77 +5,45 @@
 #include <set>
 #include <vector>
 
-#include "interactive/colouring.hpp"
-#include "interactive/kernels/fans.hpp"
-#include "interactive/method.hpp"
-#include "tests/interactive/both_precisions.hpp"
+#include "interactive/kernels/orders.hpp"
+#include "tests/interactive/moving_scene.hpp"
 
 namespace livermark {
 namespace {
 
-using interactive::Field;
-using tests::distance_over_motion;
-using tests::Frames;
-using tests::uneven_scene;
-
-/// Vertex block descent in single precision, beside that in double precision.
-struct DescentSteps : testing::Test {
-    const interactive::Method &method = interactive::find_method("vertex_block_descent");
-};
-
-TEST_F(DescentSteps, MoveAsInDoublePrecision) {
-    for (const auto &frames : {Frames{7, 1}, Frames{7, 10}, Frames{1, 3}, Frames{1, 20}})
-        for (const bool is_constrained : {true, false}) {
-            const double distance = distance_over_motion(method, uneven_scene({5, 3, 3}, is_constrained, 5.0), frames);
-            EXPECT_LT(distance, 1e-4) << frames.steps << " " << frames.iterations << " " << is_constrained;
-            EXPECT_GT(distance, 0.0) << "both are the same code";
-        }
+std::vector<std::vector<int>> tetrahedra_of_the_bar() {
+    std::vector<std::vector<int>> sets;
+    const auto body = tests::soft_bar();
+    for (const auto &nodes : body->mesh.tetrahedra)
+        sets.emplace_back(nodes.begin(), nodes.end());
+    return sets;
 }
 
-TEST_F(DescentSteps, MoveAsInDoublePrecisionWithAnyPadding) {
-    for (const auto &scene : tests::scenes_of_any_padding())
-        EXPECT_LT(distance_over_motion(method, scene, {7, 4}), 1e-4) << scene.node_mass.size();
-}
-
-TEST_F(DescentSteps, GiveTheForcesOfDoublePrecision) {
-    const auto [single, in_double] = tests::dragged_in_both(method, uneven_scene({5, 3, 3}, true, 5.0), {7, 1});
-    const Field forces = in_double->elastic_forces(), reactions = in_double->reactions();
-    EXPECT_LT((single->elastic_forces() - forces).norm(), 2e-3 * forces.norm());
-    EXPECT_LT((single->reactions() - reactions).norm(), 2e-3 * reactions.norm());
-    EXPECT_GT(reactions.norm(), 0.01);
-}
-
-TEST_F(DescentSteps, StayAtRestToTheLastBit) {
-    const auto simulation = method.prepare(uneven_scene({3, 2, 1}, true));
-    const Field rest = simulation->positions();
-    for (int i = 0; i < 5; ++i)
-        simulation->step(2e-3, 10);
-    EXPECT_EQ(simulation->positions(), rest);
-    EXPECT_EQ(simulation->velocities(), Field::Zero(3, rest.cols()));
-}
-
-TEST_F(DescentSteps, PutConstrainedNodesExactlyWhereTheyAreToldToBe) {
-    tests::expect_constrained_nodes_at_targets(method);
-}
-
-TEST_F(DescentSteps, ConserveMomentumOnceTheyHaveConverged) {
-    tests::expect_momentum_to_stay(method, 300, 1e-4);
-}
-
-TEST_F(DescentSteps, AreTheSameOnAnyVectorsThatMultiplyAndAddAtOnce) {
-    tests::expect_the_same_on_any_vectors(method, {2, 5}, 1e-4);
-}
-
-/// With the same rho for any number of iterations, two to four of them in a frame diverged.
-TEST_F(DescentSteps, DoNotGrowWhereIterationsAreFew) {
-    for (int iterations = 1; iterations <= 12; ++iterations) {
-        const auto simulation = method.prepare(uneven_scene({5, 3, 3}, true));
-        const Field rest = simulation->positions();
-        simulation->set_state(rest + tests::noise(rest.cols(), 1e-4, 2), Field::Zero(3, rest.cols()));
-        for (int i = 0; i < 200; ++i)
-            simulation->step(interactive::frame_time, iterations);
-        EXPECT_LT((simulation->positions() - rest).cwiseAbs().maxCoeff(), 1e-4) << iterations;
+TEST(Colouring, GivesSetsThatShareANodeDifferentColours) {
+    const auto sets = tetrahedra_of_the_bar();
+    const auto colouring = interactive::colour_sets(sets, tests::soft_bar()->mesh.num_nodes());
+    ASSERT_EQ(colouring.order.size(), sets.size());
+    EXPECT_EQ(std::set<int>(colouring.order.begin(), colouring.order.end()).size(), sets.size());
+    for (int c = 0; c < colouring.num_colours(); ++c) {
+        std::set<int> nodes;
+        for (int k = colouring.offsets[c]; k < colouring.offsets[c + 1]; ++k)
+            for (const int node : sets[colouring.order[k]])
+                EXPECT_TRUE(nodes.insert(node).second) << "node " << node << " twice in colour " << c;
     }
+}
+
+TEST(Colouring, GivesNodesOfOneSetDifferentColours) {
+    const auto sets = tetrahedra_of_the_bar();
+    const auto colouring = interactive::colour_nodes(sets, tests::soft_bar()->mesh.num_nodes());
+    std::vector<int> colour(tests::soft_bar()->mesh.num_nodes(), -1);
+    for (int c = 0; c < colouring.num_colours(); ++c)
+        for (int k = colouring.offsets[c]; k < colouring.offsets[c + 1]; ++k)
+            colour[colouring.order[k]] = c;
+    EXPECT_EQ(std::ranges::count(colour, -1), 0);
+    for (const auto &nodes : sets)
+        for (const int a : nodes)
+            for (const int b : nodes)
+                EXPECT_TRUE(a == b || colour[a] != colour[b]);
 }
 
 TEST(Chebyshev, LeavesOfEachPartWhatItsPolynomialSays) {
@@ -88,8 +56,8 @@ TEST(Chebyshev, LeavesOfEachPartWhatItsPolynomialSays) {
             older = x;
             x = next;
             const double s = factor / rho;
-            const double of_s = std::abs(s) <= 1.0 ? std::cos(n * std::acos(s)) : std::cosh(n * std::acosh(s));
-            EXPECT_NEAR(x, of_s / std::cosh(n * std::acosh(1.0 / rho)), 1e-12) << factor << " " << n;
+            const double polynomial = std::abs(s) <= 1.0 ? std::cos(n * std::acos(s)) : std::cosh(n * std::acosh(s));
+            EXPECT_NEAR(x, polynomial / std::cosh(n * std::acosh(1.0 / rho)), 1e-12) << factor << " " << n;
         }
     }
 }
@@ -103,7 +71,7 @@ TEST(Chebyshev, LeavesAtMostATenthOfWhatIsStiff) {
     }
 }
 
-/// What a kernel makes of strips: the triangles in their order.
+/// The triangles that a kernel makes of strips, in their order.
 std::vector<std::set<int>> triangles_of(const std::vector<interactive::kernels::StripNode> &strips) {
     std::vector<std::set<int>> triangles;
     std::array<int, 3> at{-1, -1, -1};
@@ -158,6 +126,23 @@ TEST(Strips, HaveNextToOneNodeForEachTetrahedronAroundANode) {
         num_nodes += strips.size();
     }
     EXPECT_LT(static_cast<double>(num_nodes), 1.25 * static_cast<double>(num_corners));
+}
+
+TEST(Fans, HaveEachTetrahedronOnceAndGoFromFaceToFace) {
+    const auto mesh = tests::box_mesh({0.06, 0.03, 0.03}, {5, 3, 3});
+    const auto fans = interactive::kernels::cut_into_fans(mesh.tetrahedra);
+    std::set<int> seen;
+    for (const auto &[axis, rim, tetrahedra] : fans) {
+        ASSERT_EQ(rim.size(), tetrahedra.size() + 1);
+        for (std::size_t k = 0; k < tetrahedra.size(); ++k) {
+            EXPECT_TRUE(seen.insert(tetrahedra[k]).second);
+            std::set<int> expected{axis[0], axis[1], rim[k], rim[k + 1]};
+            const auto &nodes = mesh.tetrahedra[tetrahedra[k]];
+            EXPECT_EQ(std::set<int>(nodes.begin(), nodes.end()), expected);
+        }
+    }
+    EXPECT_EQ(seen.size(), mesh.tetrahedra.size());
+    EXPECT_LT(fans.size(), mesh.tetrahedra.size() / 3); // so that they are worth it
 }
 
 } // namespace

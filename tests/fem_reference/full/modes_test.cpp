@@ -1,23 +1,26 @@
-#include <gtest/gtest.h>
-
 #include <Eigen/Dense>
 #include <Eigen/SparseCholesky>
 #include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 #include <unsupported/Eigen/MatrixFunctions>
+#include <vector>
 
 #include "core/support/input_error.hpp"
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/linear/conditions.hpp"
+#include "fem_reference/solvers/constrained_solver.hpp"
 #include "fem_reference/solvers/matrices.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "tests/fem_reference/arpack.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/not_a_number.hpp"
+
+#include <arpack/arpack.hpp>
 
 namespace livermark {
 
@@ -26,12 +29,67 @@ namespace {
 using core::Vector3;
 using tests::nan;
 
+/// The lowest angular frequencies of K phi = omega^2 M phi [rad/s] by ARPACK, ascending: another program than the one
+/// under test for all but the factor of K. Its mode 3, about zero, on all unknowns; where one is prescribed K^-1 gives
+/// zero, so that nothing but the free ones takes part.
+/// (Lehoucq, Sorensen, Yang 1998, ARPACK Users' Guide, sections 2.4 and 3.2)
+std::vector<double> arpack_frequencies(const fem_reference::SymmetricMatrix &stiffness,
+                                       const fem_reference::SymmetricMatrix &mass,
+                                       const std::vector<double> &prescribed, int count) {
+    fem_reference::ConstrainedSolver solver(stiffness);
+    solver.factorise(prescribed);
+    const int size = static_cast<int>(prescribed.size());
+    const int num_vectors = 2 * count + 20;
+    std::vector<double> start(size), vectors(static_cast<std::size_t>(size) * num_vectors), work(3 * prescribed.size());
+    const int small_work_size = num_vectors * (num_vectors + 8);
+    std::vector<double> small_work(small_work_size), image(prescribed.size());
+    for (int i = 0; i < size; ++i)
+        start[i] = std::isnan(prescribed[i]) ? std::cos(1.0 + i) : 0.0; // any that favours no mode
+    int parameters[11] = {1, 0, 1000, 1, 0, 0, 3, 0, 0, 0, 0};
+    int pointers[11] = {};
+    int request = 0;
+    int info = 1; // the start is given
+    const auto slot = [&](int pointer) { return std::span(work).subspan(pointers[pointer] - 1, prescribed.size()); };
+    for (;;) {
+        arpack::saupd(request, arpack::bmat::generalized, size, arpack::which::largest_magnitude, count, 1e-13,
+                      start.data(), num_vectors, vectors.data(), size, parameters, pointers, work.data(),
+                      small_work.data(), small_work_size, info);
+        if (request == -1) {
+            fem_reference::multiply_mass(mass, slot(0), image);
+            solver.solve_constrained(image, slot(1));
+        } else if (request == 1)
+            solver.solve_constrained(slot(2), slot(1)); // the mass times the vector is there
+        else if (request == 2)
+            fem_reference::multiply_mass(mass, slot(0), slot(1));
+        else
+            break;
+    }
+    if (info != 0 || parameters[4] < count)
+        throw std::runtime_error("ARPACK's saupd stopped with info " + std::to_string(info));
+    std::vector<int> select(num_vectors);
+    std::vector<double> squares(count);
+    arpack::seupd(0, arpack::howmny::ritz_vectors, select.data(), squares.data(), vectors.data(), size, 0.0,
+                  arpack::bmat::generalized, size, arpack::which::largest_magnitude, count, 1e-13, start.data(),
+                  num_vectors, vectors.data(), size, parameters, pointers, work.data(), small_work.data(),
+                  small_work_size, info);
+    if (info != 0)
+        throw std::runtime_error("ARPACK's seupd stopped with info " + std::to_string(info));
+    std::ranges::sort(squares);
+    for (double &square : squares)
+        square = std::sqrt(square);
+    return squares;
+}
+
 /// A body that is constrained, as matrices.
 struct ConstrainedBody {
     ConstrainedBody(const std::shared_ptr<const core::Body> &body, const core::LoadCase &load_case, int degree)
         : system(fem_reference::assemble(*body, degree)), stiffness(compressed_rows(system.stiffness)),
           mass(fem_reference::consistent_mass(*body, system)),
           prescribed(fem_reference::dof_conditions(load_case, system).prescribed) {}
+
+    fem_reference::EigenPairs modes(int count) const {
+        return fem_reference::lowest_eigenpairs(stiffness, mass, prescribed, count);
+    }
 
     fem_reference::ElasticSystem system;
     fem_reference::SymmetricMatrix stiffness, mass;
@@ -41,31 +99,15 @@ struct ConstrainedBody {
 /// A shaken box constrained at one side, without any symmetry.
 ConstrainedBody shaken_box(int degree) {
     const auto body = tests::make_body(tests::shaken_box_mesh({0.1, 0.08, 0.06}, {5, 4, 3}), {1060.0, 5000.0, 0.45});
-    auto load_case = tests::empty_load_case(body->mesh);
-    tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
+    auto load_case = tests::held(body->mesh);
     return {body, load_case, degree};
 }
 
 /// Two equal boxes that do not touch, so that every frequency comes twice.
 ConstrainedBody twins(int degree) {
-    auto mesh = tests::shaken_box_mesh({0.1, 0.08, 0.06}, {4, 3, 3});
-    const auto one = mesh;
-    for (const auto &point : one.points)
-        mesh.points.push_back(point + Vector3(0.0, 0.0, 0.5));
-    const auto shifted = [&](auto nodes) {
-        for (int &node : nodes)
-            node += one.num_nodes();
-        return nodes;
-    };
-    for (const auto &nodes : one.tetrahedra)
-        mesh.tetrahedra.push_back(shifted(nodes));
-    for (const auto &nodes : one.boundary_triangles)
-        mesh.boundary_triangles.push_back(shifted(nodes));
-    mesh.region.resize(mesh.tetrahedra.size(), 0);
-    mesh.boundary_patch.insert(mesh.boundary_patch.end(), one.boundary_patch.begin(), one.boundary_patch.end());
+    const auto mesh = tests::twice(tests::shaken_box_mesh({0.1, 0.08, 0.06}, {4, 3, 3}), {0.0, 0.0, 0.5});
     const auto body = tests::make_body(mesh, {1060.0, 5000.0, 0.45});
-    auto load_case = tests::empty_load_case(body->mesh);
-    tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
+    auto load_case = tests::held(body->mesh);
     return {body, load_case, degree};
 }
 
@@ -78,8 +120,7 @@ ConstrainedBody cantilever(int degree, int bricks_along, int bricks_across) {
     const auto body = tests::make_body(
         tests::box_mesh({beam_length, beam_width, beam_width}, {bricks_along, bricks_across, bricks_across}),
         beam_material);
-    auto load_case = tests::empty_load_case(body->mesh);
-    tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
+    auto load_case = tests::held(body->mesh);
     return {body, load_case, degree};
 }
 
@@ -114,8 +155,8 @@ double timoshenko_frequency(double guess) {
     return low;
 }
 
-/// How many eigenvalues omega^2 lie below a square, by Sylvester's law of inertia: as many as K - square M has negative
-/// pivots.
+/// Number of eigenvalues omega^2 that lie below a square, by Sylvester's law of inertia: as many as K - square M has
+/// negative pivots.
 int num_modes_below(const ConstrainedBody &constrained, double square) {
     const auto shifted = fem_reference::combine(1.0, constrained.stiffness, -square, constrained.mass);
     std::vector<int> free_index(constrained.prescribed.size(), -1);
@@ -136,17 +177,11 @@ int num_modes_below(const ConstrainedBody &constrained, double square) {
 }
 
 void expect_agreement_with_arpack(const ConstrainedBody &constrained, int count) {
-    const auto pairs =
-        fem_reference::lowest_eigenpairs(constrained.stiffness, constrained.mass, constrained.prescribed, count);
-    const auto other =
-        tests::arpack_frequencies(constrained.stiffness, constrained.mass, constrained.prescribed, count);
+    const auto pairs = constrained.modes(count);
+    const auto other = arpack_frequencies(constrained.stiffness, constrained.mass, constrained.prescribed, count);
     ASSERT_EQ(pairs.angular_frequency.size(), other.size());
-    double largest = 0.0;
-    for (int mode = 0; mode < count; ++mode) {
+    for (int mode = 0; mode < count; ++mode)
         EXPECT_NEAR(pairs.angular_frequency[mode], other[mode], 1e-8 * other[mode]) << "mode " << mode;
-        largest = std::max(largest, std::abs(pairs.angular_frequency[mode] / other[mode] - 1.0));
-    }
-    testing::Test::RecordProperty("largest_difference", fmt::format("{:.1e}", largest));
 }
 
 } // namespace
@@ -201,8 +236,7 @@ TEST(FemMass, QuadraticTetrahedronHasTheTabulatedMatrix) {
 TEST_P(FemModes, ShapesSolveTheEquationAndAreOrthonormalInTheMass) {
     const auto constrained = shaken_box(GetParam());
     const int count = 20;
-    const auto pairs =
-        fem_reference::lowest_eigenpairs(constrained.stiffness, constrained.mass, constrained.prescribed, count);
+    const auto pairs = constrained.modes(count);
     ASSERT_EQ(pairs.shape.size(), count);
     std::vector<double> force(constrained.prescribed.size()), momentum(constrained.prescribed.size());
     for (int mode = 0; mode < count; ++mode) {
@@ -225,8 +259,7 @@ TEST_P(FemModes, ShapesSolveTheEquationAndAreOrthonormalInTheMass) {
 
 TEST_P(FemModes, NoneIsLeftOut) {
     const auto constrained = shaken_box(GetParam());
-    const auto pairs =
-        fem_reference::lowest_eigenpairs(constrained.stiffness, constrained.mass, constrained.prescribed, 21);
+    const auto pairs = constrained.modes(21);
     for (const int mode : {1, 10, 20}) {
         const double between = pairs.angular_frequency[mode - 1] * pairs.angular_frequency[mode];
         EXPECT_EQ(num_modes_below(constrained, between), mode);
@@ -243,8 +276,7 @@ TEST_P(FemModes, AgreeWithArpackOnASlenderBody) {
 
 TEST_P(FemModes, RepeatedFrequenciesAreAllFound) {
     const auto constrained = twins(GetParam());
-    const auto pairs =
-        fem_reference::lowest_eigenpairs(constrained.stiffness, constrained.mass, constrained.prescribed, 20);
+    const auto pairs = constrained.modes(20);
     for (int mode = 0; mode < 20; mode += 2) {
         const double lower = pairs.angular_frequency[mode];
         EXPECT_NEAR(pairs.angular_frequency[mode + 1], lower, 1e-9 * lower);
@@ -254,8 +286,7 @@ TEST_P(FemModes, RepeatedFrequenciesAreAllFound) {
 
 TEST(FemBeam, BendsAtTheFrequenciesOfTimoshenko) {
     const auto constrained = cantilever(2, 40, 2);
-    const auto pairs =
-        fem_reference::lowest_eigenpairs(constrained.stiffness, constrained.mass, constrained.prescribed, 6);
+    const auto pairs = constrained.modes(6);
     const double inertia = std::pow(beam_width, 4) / 12.0;
     const double line_mass = beam_material.density * beam_width * beam_width;
     const double unit = std::sqrt(beam_material.young_modulus * inertia / line_mass) / (beam_length * beam_length);
@@ -264,11 +295,8 @@ TEST(FemBeam, BendsAtTheFrequenciesOfTimoshenko) {
     for (int bending = 0; bending < 3; ++bending) {
         const double euler_bernoulli = roots[bending] * roots[bending] * unit;
         const double expected = timoshenko_frequency(softening[bending] * euler_bernoulli);
-        for (const int mode : {2 * bending, 2 * bending + 1}) {
+        for (const int mode : {2 * bending, 2 * bending + 1})
             EXPECT_NEAR(pairs.angular_frequency[mode], expected, 1e-3 * expected) << "mode " << mode;
-            RecordProperty("timoshenko_error_" + std::to_string(mode),
-                           std::to_string(pairs.angular_frequency[mode] / expected - 1.0));
-        }
         if (bending == 0) {
             EXPECT_NEAR(pairs.angular_frequency[0], euler_bernoulli, 5e-3 * euler_bernoulli);
         }
@@ -279,13 +307,11 @@ TEST(FemBeam, BendsAtTheFrequenciesOfTimoshenko) {
 double largest_error_of_axial_modes(int degree, int bricks) {
     const auto body =
         tests::make_body(tests::box_mesh({beam_length, beam_width, beam_width}, {bricks, 1, 1}), beam_material);
-    auto load_case = tests::empty_load_case(body->mesh);
-    tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
+    auto load_case = tests::held(body->mesh);
     for (const char *side : {"y_min", "y_max", "z_min", "z_max"})
         tests::prescribe(load_case, body->mesh, side, {nan, 0.0, 0.0});
     const ConstrainedBody constrained(body, load_case, degree);
-    const auto pairs =
-        fem_reference::lowest_eigenpairs(constrained.stiffness, constrained.mass, constrained.prescribed, 3);
+    const auto pairs = constrained.modes(3);
     const double speed = std::sqrt(beam_material.young_modulus / beam_material.density);
     double largest = 0.0;
     for (int mode = 0; mode < 3; ++mode) {
@@ -302,7 +328,6 @@ TEST_P(FemModes, AxialFrequenciesConvergeAtTwiceTheDegree) {
     const double fine = largest_error_of_axial_modes(GetParam(), 40);
     EXPECT_LT(fine, GetParam() == 1 ? 2e-3 : 5e-6);
     EXPECT_NEAR(std::log2(coarse / fine), 2.0 * GetParam(), 0.1 * GetParam());
-    RecordProperty("error_of_40_bricks", std::to_string(fine * 1e6) + "e-6");
 }
 
 TEST_P(FemModes, AreGivenAtTheNodesOfTheMesh) {
@@ -311,8 +336,7 @@ TEST_P(FemModes, AreGivenAtTheNodesOfTheMesh) {
     tests::prescribe(problem.load_case, body->mesh, "x_min", {0.001, 0.0, 0.0}); // the value does not matter
     const auto modes = fem_reference::lowest_modes(problem, GetParam(), 3);
     const auto constrained = shaken_box(GetParam());
-    const auto pairs =
-        fem_reference::lowest_eigenpairs(constrained.stiffness, constrained.mass, constrained.prescribed, 3);
+    const auto pairs = constrained.modes(3);
     EXPECT_EQ(modes.angular_frequency, pairs.angular_frequency);
     ASSERT_EQ(modes.shape.size(), 3 * body->mesh.points.size());
     for (int mode = 0; mode < 3; ++mode)

@@ -1,14 +1,17 @@
-#include <gtest/gtest.h>
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <gtest/gtest.h>
 #include <limits>
+#include <memory>
+#include <unsupported/Eigen/MatrixFunctions>
 #include <vector>
 
 #include "core/mesh/refinement.hpp"
+#include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/dynamics/relaxing_solver.hpp"
+#include "fem_reference/dynamics/release.hpp"
 #include "fem_reference/linear/conditions.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/not_a_number.hpp"
@@ -88,17 +91,15 @@ core::Problem heavy_rod(const std::array<double, 2> &poisson) {
 
 core::Problem pressed_rod(const std::array<double, 2> &poisson) {
     auto problem = heavy_rod(poisson);
-    auto pressed = tests::empty_load_case(problem.body->mesh);
-    tests::prescribe(pressed, problem.body->mesh, "x_min", Vector3::Zero());
+    auto pressed = tests::held(problem.body->mesh);
     tests::press(pressed, problem.body->mesh, "x_max", {-1.0, 0.2, 0.0}, 0.001);
     pressed.slow_history = problem.load_case.slow_history;
     return {problem.body, pressed};
 }
 
 core::Problem pulled_rod(const std::array<double, 2> &poisson) {
-    auto problem = pressed_rod(poisson);
-    auto pulled = tests::empty_load_case(problem.body->mesh);
-    tests::prescribe(pulled, problem.body->mesh, "x_min", Vector3::Zero());
+    auto problem = heavy_rod(poisson);
+    auto pulled = tests::held(problem.body->mesh);
     tests::pull(pulled, problem.body->mesh, "x_max", {20.0, -10.0, 5.0});
     pulled.slow_history = problem.load_case.slow_history;
     return {problem.body, pulled};
@@ -117,12 +118,8 @@ std::shared_ptr<const core::Body> softened(const core::Body &body, double part) 
 }
 
 void expect_same_point(const core::PathPoint &point, const core::PathPoint &expected, double tolerance) {
-    double size = 0.0, difference = 0.0;
-    for (std::size_t i = 0; i < point.displacement.size(); ++i) {
-        size = std::max<double>(size, expected.displacement[i].norm());
-        difference = std::max<double>(difference, (point.displacement[i] - expected.displacement[i]).norm());
-    }
-    EXPECT_LE(difference, std::max(tolerance, 1e-6) * size); // they are of single precision
+    EXPECT_LE(tests::relative_l2(point.displacement, expected.displacement),
+              std::max(tolerance, 1e-6)); // they are of single precision
     EXPECT_LT(tests::relative_difference(point.reaction, expected.reaction), tolerance);
     EXPECT_NEAR(point.strain_energy, expected.strain_energy, tolerance * expected.strain_energy);
 }
@@ -202,19 +199,9 @@ TEST(RelaxingElements, AgreesWithStepsOfAllUnknowns) {
         const auto &history = *problem.load_case.slow_history;
         const auto system = fem_reference::assemble(*problem.body, 1);
         const auto soft = fem_reference::assemble(*softened(*problem.body, 0.5), 1);
-        const auto dense = [](const fem_reference::ElasticSystem &of) {
-            const auto n = of.stiffness.num_rows();
-            Eigen::MatrixXd matrix(n, n);
-            for (int j = 0; j < n; ++j) {
-                std::vector<double> unit(n, 0.0), column(n);
-                unit[j] = 1.0;
-                of.stiffness.multiply(unit, column);
-                matrix.col(j) = Eigen::Map<Eigen::VectorXd>(column.data(), n);
-            }
-            return matrix;
-        };
-        const Eigen::MatrixXd whole = dense(system);
-        const Eigen::MatrixXd deviatoric = 2.0 * (whole - dense(soft)), volumetric = whole - deviatoric;
+        const Eigen::MatrixXd whole = tests::dense(compressed_rows(system.stiffness));
+        const Eigen::MatrixXd deviatoric = 2.0 * (whole - tests::dense(compressed_rows(soft.stiffness)));
+        const Eigen::MatrixXd volumetric = whole - deviatoric;
         const auto conditions = fem_reference::dof_conditions(problem.load_case, system);
         const Eigen::Map<const Eigen::VectorXd> load(conditions.load.data(), whole.rows());
         Eigen::VectorXd u = Eigen::VectorXd::Zero(whole.rows());
@@ -308,4 +295,179 @@ TEST(RelaxingElements, SayWhenTheBodyIsFree) {
         EXPECT_EQ(solve_relaxing({problem.body, free}, elements).status, core::SolutionStatus::not_converged);
 }
 
+namespace {
+
+using fem_reference::ElasticSystem;
+
+/// A rod that is held at one end and pulled at the other for a while, and then let go.
+core::Problem pulled_rod(const core::PronySeries &series, double hold) {
+    const auto mesh = tests::shaken_box_mesh({0.06, 0.03, 0.03}, {1, 1, 1});
+    auto load_case = tests::held(mesh);
+    tests::pull(load_case, mesh, "x_max", {20.0, -10.0, 5.0});
+    load_case.slow_history =
+        core::SlowHistory{.relaxation = series, .times = {0.0, 0.5, 1.0, 1.0 + hold}, .factors = {0.0, 0.5, 1.0, 1.0}};
+    load_case.release = core::Release{.num_steps = 80,
+                                      .output_interval = 0.002,
+                                      .damping = {2.0, 1e-4},
+                                      .probes = {{"end", static_cast<int>(mesh.points.size()) - 1}}};
+    return {tests::make_body(mesh, {1060.0, 5e3, 0.45}), load_case};
+}
+
+/// The stiffness that the shear modulus alone makes, and with what lambda adds the volumetric part.
+struct DenseParts {
+    Eigen::MatrixXd volumetric, deviatoric, mass;
+};
+
+DenseParts dense_parts(const core::Body &body, int degree) {
+    const auto &material = body.materials.front();
+    const double mu = material.shear_modulus(), lambda = material.lame_lambda();
+    auto without_lambda = body;
+    without_lambda.materials.front() = {material.density, 2.0 * mu, 0.0};
+    const auto system = fem_reference::assemble(body, degree);
+    const Eigen::MatrixXd whole = tests::dense(compressed_rows(system.stiffness));
+    const Eigen::MatrixXd shear_part =
+        tests::dense(compressed_rows(fem_reference::assemble(without_lambda, degree).stiffness));
+    DenseParts parts;
+    parts.volumetric = (lambda + 2.0 / 3.0 * mu) / lambda * (whole - shear_part);
+    parts.deviatoric = whole - parts.volumetric;
+    const auto mass = tests::dense(fem_reference::consistent_mass(body, system));
+    parts.mass = Eigen::MatrixXd::Zero(whole.rows(), whole.cols());
+    for (Eigen::Index a = 0; a < mass.rows(); ++a)
+        for (Eigen::Index b = 0; b < mass.cols(); ++b)
+            parts.mass.block<3, 3>(3 * a, 3 * b) = mass(a, b) * Eigen::Matrix3d::Identity();
+    return parts;
+}
+
+/// Solutions of (u, v, w_k)' = A (u, v, w_k) at the records, from rest.
+std::vector<Vector3> exact_motion(const core::Problem &problem, int degree, const fem_reference::RelaxedState &start) {
+    const auto parts = dense_parts(*problem.body, degree);
+    const auto system = fem_reference::assemble(*problem.body, degree);
+    const auto &load_case = problem.load_case;
+    const auto &series = load_case.slow_history->relaxation;
+    const auto &release = *load_case.release;
+    const auto conditions = fem_reference::dof_conditions(core::without_tractions(load_case), system);
+    std::vector<Eigen::Index> free;
+    for (std::size_t i = 0; i < conditions.prescribed.size(); ++i)
+        if (std::isnan(conditions.prescribed[i]))
+            free.push_back(static_cast<Eigen::Index>(i));
+    const auto n = static_cast<Eigen::Index>(free.size()), b = static_cast<Eigen::Index>(series.moduli.size());
+    const Eigen::MatrixXd inverse_mass = parts.mass(free, free).inverse();
+    const Eigen::MatrixXd v = parts.volumetric(free, free), d = parts.deviatoric(free, free);
+    const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero((2 + b) * n, (2 + b) * n);
+    Eigen::VectorXd at = Eigen::VectorXd::Zero((2 + b) * n);
+    const auto part = [&](const std::vector<double> &values) {
+        Eigen::VectorXd of(n);
+        for (Eigen::Index i = 0; i < n; ++i)
+            of[i] = values[static_cast<std::size_t>(free[static_cast<std::size_t>(i)])];
+        return of;
+    };
+    at.head(n) = part(start.displacement);
+    matrix.block(0, n, n, n) = one;
+    matrix.block(n, 0, n, n) = -inverse_mass * (v + series.remaining() * d);
+    matrix.block(n, n, n, n) = -release.damping.alpha * one - release.damping.beta * inverse_mass * (v + d);
+    for (Eigen::Index k = 0; k < b; ++k) {
+        at.segment((2 + k) * n, n) = part(start.branches[static_cast<std::size_t>(k)]);
+        matrix.block(n, (2 + k) * n, n, n) = -inverse_mass * d;
+        matrix.block((2 + k) * n, n, n, n) = series.moduli[static_cast<std::size_t>(k)] * one;
+        matrix.block((2 + k) * n, (2 + k) * n, n, n) = -1.0 / series.times[static_cast<std::size_t>(k)] * one;
+    }
+    const Eigen::MatrixXd step = (release.output_interval * matrix).exp();
+    const int probe = system.mesh_node[release.probes.front().node];
+    std::vector<Vector3> motion;
+    for (int record = 0; record <= release.num_steps; ++record, at = step * at) {
+        Eigen::VectorXd all = Eigen::VectorXd::Zero(parts.mass.rows());
+        all(free) = at.head(n);
+        motion.emplace_back(all.segment<3>(3 * probe));
+    }
+    return motion;
+}
+
+const core::PronySeries two_branches{"two", {0.3, 0.3}, {0.01, 0.3}};
+
+/// A state that loads have left, with branches of another shape.
+fem_reference::RelaxedState some_state(const ElasticSystem &system) {
+    fem_reference::RelaxedState state;
+    state.displacement.assign(3 * system.points.size(), 0.0);
+    state.branches.assign(2, state.displacement);
+    for (std::size_t i = 0; i < system.points.size(); ++i) {
+        const double x = system.points[i].x();
+        state.displacement[3 * i + 1] = 0.1 * x * x;
+        state.branches[0][3 * i] = 0.02 * x;
+        state.branches[1][3 * i + 2] = -0.1 * x * x;
+    }
+    return state;
+}
+
+TEST(RelaxedMotion, IsThatOfTheMatrixExponentialAndOfSecondOrder) {
+    for (const int degree : {1, 2}) {
+        const auto problem = pulled_rod(two_branches, 1.0);
+        const auto system = fem_reference::assemble(*problem.body, degree);
+        const auto &material = problem.body->materials.front();
+        const double mu = material.shear_modulus(), bulk = 2.0 * (material.lame_lambda() + 2.0 / 3.0 * mu);
+        auto other = *problem.body;
+        other.materials.front() = {material.density, 9.0 * bulk * mu / (3.0 * bulk + mu),
+                                   (3.0 * bulk - 2.0 * mu) / (2.0 * (3.0 * bulk + mu))};
+        const auto with_bulk = fem_reference::assemble(other, degree);
+        const fem_reference::SplitStiffness stiffness(system.stiffness, with_bulk.stiffness, 0.5);
+        const auto start = some_state(system);
+        const auto expected = exact_motion(problem, degree, start);
+        const auto error = [&](int steps) {
+            return tests::relative_l2(
+                fem_reference::release_relaxed(*problem.body, system, stiffness, problem.load_case, start, steps)
+                    .displacement,
+                expected);
+        };
+        const double coarse = error(8), fine = error(16);
+        EXPECT_LT(fine, 1e-3) << degree;
+        EXPECT_NEAR(coarse / fine, 4.0, 0.2) << degree;
+    }
+}
+
+core::Solution solve(const core::Problem &problem, int degree) {
+    StaticSolver solver(problem.body, degree, SolverChoice::automatic, Formulation::displacement);
+    return RelaxingSolver(problem.body, solver, SolverChoice::automatic).solve(problem.load_case);
+}
+
+TEST(RelaxedMotion, BeginsWhereTheHistoryEndsAndLosesEnergy) {
+    for (const int degree : {1, 2}) {
+        const auto problem = pulled_rod(two_branches, 0.2);
+        const auto solution = solve(problem, degree);
+        ASSERT_TRUE(solution.history);
+        const auto &history = *solution.history;
+        const auto probe = static_cast<std::size_t>(problem.load_case.release->probes.front().node);
+        EXPECT_LT((history.displacement.front() - solution.displacement[probe]).norm(),
+                  1e-12 * solution.displacement[probe].norm());
+        EXPECT_NEAR(history.strain_energy.front(), solution.strain_energy, 1e-9 * solution.strain_energy);
+        EXPECT_EQ(history.kinetic_energy.front(), 0.0);
+        for (std::size_t k = 1; k < history.time.size(); ++k)
+            ASSERT_LT(history.kinetic_energy[k] + history.strain_energy[k],
+                      (1.0 + 1e-9) * (history.kinetic_energy[k - 1] + history.strain_energy[k - 1]))
+                << k;
+        EXPECT_LT(history.kinetic_energy.back() + history.strain_energy.back(), 0.9 * history.strain_energy.front());
+    }
+}
+
+TEST(RelaxedMotion, IsTheElasticOneWithEndlessTimes) {
+    const auto problem = pulled_rod({"endless", {0.5}, {1e15}}, 1.0);
+    for (const int degree : {1, 2}) {
+        const auto solution = solve(problem, degree);
+        auto elastic = problem.load_case;
+        elastic.slow_history.reset();
+        const auto system = fem_reference::assemble(*problem.body, degree);
+        StaticSolver solver(problem.body, degree, SolverChoice::automatic, Formulation::displacement);
+        const auto expected = solver.solve(elastic).history.value();
+        EXPECT_LT(tests::relative_l2(solution.history.value().displacement, expected.displacement), 2e-4) << degree;
+    }
+}
+
+TEST(RelaxedMotion, IsNotThatOfMixedElements) {
+    const auto problem = pulled_rod(two_branches, 0.2);
+    StaticSolver solver(problem.body, 2, SolverChoice::automatic, Formulation::mixed);
+    const auto solution = RelaxingSolver(problem.body, solver, SolverChoice::automatic).solve(problem.load_case);
+    EXPECT_EQ(solution.status, core::SolutionStatus::ok);
+    EXPECT_FALSE(solution.history);
+}
+
+} // namespace
 } // namespace livermark

@@ -1,6 +1,9 @@
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <numeric>
+#include <vector>
 
 #include "interactive/elements/explicit_tetrahedra.hpp"
 #include "interactive/method.hpp"
@@ -11,7 +14,9 @@
 namespace livermark {
 namespace {
 
+using core::Vector3;
 using interactive::Field;
+using interactive::Matrix3;
 using tests::bar_scene;
 using tests::noise;
 
@@ -27,16 +32,19 @@ void load(interactive::Simulation &simulation) {
 }
 
 TEST_P(TotalLagrangianExplicit, ComesToTheEquilibriumOfItsEnergyByItsOwnSteps) {
-    const auto simulation = method.prepare(bar_scene(true, 0.45, 20.0));
-    load(*simulation);
-    const auto expected = tests::equilibrium(*simulation);
-    ASSERT_TRUE(expected.converged);
-    const double h = 0.8 * simulation->critical_time_step();
-    for (int i = 0; i < 40; ++i)
-        simulation->step(100.0 * h, 100);
-    const double size = (expected.positions - interactive::rest_positions(simulation->scene())).norm();
-    EXPECT_LT((simulation->positions() - expected.positions).norm(), 1e-6 * size);
-    EXPECT_LT(expected.positions.row(2).minCoeff(), -0.01);
+    for (const bool is_slow : {true, false}) {
+        const auto scene = bar_scene(true, 0.45, 20.0);
+        const auto simulation = is_slow ? method.prepare(scene) : interactive::find_method(GetParam()).prepare(scene);
+        load(*simulation);
+        const auto expected = tests::equilibrium(*simulation);
+        ASSERT_TRUE(expected.converged);
+        const double h = 0.8 * simulation->critical_time_step();
+        for (int i = 0; i < 40; ++i)
+            simulation->step(100.0 * h, 100);
+        const double size = (expected.positions - interactive::rest_positions(simulation->scene())).norm();
+        EXPECT_LT((simulation->positions() - expected.positions).norm(), (is_slow ? 1e-6 : 1e-4) * size);
+        EXPECT_LT(expected.positions.row(2).minCoeff(), -0.01);
+    }
 }
 
 /// From the highest frequency of the whole, by its matrix over the free components.
@@ -121,7 +129,7 @@ TEST_P(TotalLagrangianExplicit, ComesToTheMotionWithTheSquareOfTheTimeStep) {
     EXPECT_LT(ratio, 4.3);
 }
 
-/// How far the bar's lowest node goes down.
+/// The way down of the bar's lowest node.
 double sag(const interactive::Method &method, double poisson_ratio) {
     const auto simulation = method.prepare(bar_scene(true, poisson_ratio));
     load(*simulation);
@@ -141,6 +149,85 @@ TEST(NodalPressureAndQuadraticTetrahedra, DoNotLockWherePlainTetrahedraDo) {
 
 INSTANTIATE_TEST_SUITE_P(All, TotalLagrangianExplicit,
                          testing::Values("tled", "tled_nodal_pressure", "tled_quadratic"));
+
+/// Positions that are a polynomial of second degree of those at rest, and its gradient.
+Vector3 bent(const Vector3 &p) {
+    return {p.x() + 2.0 * p.x() * p.y() - p.z() * p.z(), p.y() + 3.0 * p.z() * p.x() + p.y() * p.y(),
+            p.z() - p.x() * p.x() + p.y() * p.z()};
+}
+
+Matrix3 gradient_of_bent(const Vector3 &p) {
+    Matrix3 f;
+    f << 1.0 + 2.0 * p.y(), 2.0 * p.x(), -2.0 * p.z(), 3.0 * p.z(), 1.0 + 2.0 * p.y(), 3.0 * p.x(), -2.0 * p.x(), p.z(),
+        1.0 + p.y();
+    return f;
+}
+
+TEST(QuadraticTetrahedra, HaveTheGradientsOfPolynomialsOfSecondDegree) {
+    const auto scene = interactive::quadratic_scene(bar_scene(false));
+    const interactive::QuadraticEnergy energy(scene);
+    const Field rest = interactive::rest_positions(scene);
+    Field x = rest;
+    for (Eigen::Index i = 0; i < x.cols(); ++i)
+        x.col(i) = bent(rest.col(i));
+    constexpr double root_of_five = 2.2360679774997897, near = (5.0 + 3.0 * root_of_five) / 20.0;
+    ASSERT_EQ(energy.tetrahedra().size(), scene.body->mesh.tetrahedra.size());
+    for (const auto &t : energy.tetrahedra()) {
+        const auto f = t.gradients(x);
+        for (int q = 0; q < 4; ++q) {
+            Vector3 point = near * rest.col(t.nodes[q]);
+            for (int k = 0; k < 4; ++k)
+                if (k != q)
+                    point += (1.0 - near) / 3.0 * rest.col(t.nodes[k]);
+            EXPECT_LT((f[q] - gradient_of_bent(point)).norm(), 1e-12);
+            // The same by shape functions.
+            Matrix3 sum = Matrix3::Zero();
+            const auto slopes = t.shape_gradients(q);
+            for (int a = 0; a < 10; ++a)
+                sum += x.col(t.nodes[a]) * slopes.row(a);
+            EXPECT_LT((f[q] - sum).norm(), 1e-12);
+        }
+    }
+}
+
+TEST(QuadraticScene, KeepsTheMassAndGivesEachNodeSomeOfIt) {
+    const auto given = bar_scene(true);
+    const auto scene = interactive::quadratic_scene(given);
+    EXPECT_GT(std::ranges::min(scene.node_mass), 0.0);
+    const auto sum = [](const std::vector<double> &mass) { return std::accumulate(mass.begin(), mass.end(), 0.0); };
+    EXPECT_NEAR(sum(scene.node_mass), sum(given.node_mass), 1e-12 * sum(given.node_mass));
+}
+
+/// All nodes at x = 0, corners or middles, and no other.
+TEST(QuadraticScene, ConstrainsTheMiddlesOfConstrainedFacets) {
+    const auto scene = interactive::quadratic_scene(bar_scene(true));
+    const Field rest = interactive::rest_positions(scene);
+    const auto is_free = interactive::free_nodes(scene);
+    ASSERT_GT(rest.cols(), bar_scene(true).body->mesh.num_nodes());
+    for (Eigen::Index i = 0; i < rest.cols(); ++i)
+        EXPECT_EQ(is_free[i], rest(0, i) > 0.0);
+}
+
+TEST(QuadraticScene, LeavesTheMiddleFreeWhereNoFacetIsConstrained) {
+    auto given = bar_scene(false);
+    const auto &corners = given.body->mesh.boundary_triangles.front();
+    given.constrained_nodes = {corners[0], corners[1]};
+    EXPECT_TRUE(interactive::quadratic_scene(given).followers.empty());
+    given.constrained_nodes.push_back(corners[2]);
+    EXPECT_EQ(interactive::quadratic_scene(given).followers.size(), 3U);
+}
+
+TEST(QuadraticScene, CarriesTheForcesOfMiddlesAtTheirEnds) {
+    const auto scene = interactive::quadratic_scene(bar_scene(true));
+    const Field forces = noise(interactive::num_nodes(scene), 1.0, 5);
+    const Field pushed = interactive::reactions_to(scene, forces);
+    // The work of both along a motion of the constrained nodes is the same.
+    const Field targets = noise(static_cast<Eigen::Index>(scene.constrained_nodes.size()), 1.0, 6);
+    Field moved = Field::Zero(3, forces.cols());
+    interactive::put_constrained(scene, targets, moved);
+    EXPECT_NEAR(pushed.cwiseProduct(targets).sum(), -forces.cwiseProduct(moved).sum(), 1e-12);
+    EXPECT_GT(scene.followers.size(), 0U);
+}
 
 } // namespace
 } // namespace livermark

@@ -1,20 +1,28 @@
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <functional>
 #include <gtest/gtest.h>
 #include <limits>
 #include <random>
+#include <set>
 #include <stdexcept>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "core/mesh/refinement.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/problem.hpp"
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "fem_reference/solvers/algebraic_multigrid.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
-#include "fem_reference/solvers/iterative_solver.hpp"
+#include "fem_reference/solvers/matrices.hpp"
 #include "fem_reference/solvers/two_level.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
@@ -22,6 +30,109 @@
 
 namespace livermark {
 namespace {
+
+core::Body box_body() {
+    core::Body body;
+    body.mesh = tests::shaken_box_mesh({0.1, 0.08, 0.06}, {3, 2, 2});
+    body.materials = {{1060.0, 5000.0, 0.4}};
+    return body;
+}
+
+/// Quadratic elements on a shaken box: rows of all lengths.
+fem_reference::ElasticSystem box_system() {
+    return fem_reference::assemble(box_body(), 2);
+}
+
+Eigen::MatrixXd dense(const fem_reference::SymmetricBlocks<double> &matrix) {
+    Eigen::MatrixXd full = Eigen::MatrixXd::Zero(matrix.num_rows(), matrix.num_rows());
+    const auto put = [&](int row, int column, const fem_reference::Block<double> &block) {
+        const Eigen::Matrix3d values = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>::Map(block.data());
+        full.block<3, 3>(3 * column, 3 * row) = values.transpose();
+        full.block<3, 3>(3 * row, 3 * column) = values;
+    };
+    for (int node = 0; 3 * node < matrix.num_rows(); ++node) {
+        put(node, node, matrix.diagonal[node]);
+        for (int k = matrix.rows.row_start[node]; k < matrix.rows.row_start[node + 1]; ++k)
+            put(node, matrix.rows.column[k], matrix.below[k]);
+    }
+    return full;
+}
+
+template <class T> std::vector<T> some_vector(int size) {
+    std::vector<T> vector(size);
+    for (int i = 0; i < size; ++i)
+        vector[i] = static_cast<T>((7 * i + 3) % 23 - 11);
+    return vector;
+}
+
+/// One of some columns that stand side by side.
+template <class T> Eigen::VectorXd column(const std::vector<T> &together, int number, int lanes) {
+    Eigen::VectorXd result(static_cast<Eigen::Index>(together.size()) / lanes);
+    for (Eigen::Index i = 0; i < result.size(); ++i)
+        result[i] = static_cast<double>(together[lanes * i + number]);
+    return result;
+}
+
+/// Numbered otherwise it is the same system.
+TEST(FemBlocks, SystemsByDistanceAreThoseOfTheMesh) {
+    for (const int degree : {1, 2}) {
+        const auto body = box_body();
+        const auto in_mesh_order = fem_reference::assemble(body, degree);
+        const auto by_distance = fem_reference::assemble(body, degree, fem_reference::NodeOrder::by_distance);
+        ASSERT_EQ(by_distance.num_nodes(), in_mesh_order.num_nodes());
+        std::vector<int> place(in_mesh_order.points.size(), -1);
+        for (std::size_t k = 0; k < in_mesh_order.cell_nodes.size(); ++k)
+            place[in_mesh_order.cell_nodes[k]] = by_distance.cell_nodes[k];
+        EXPECT_NE(place, in_mesh_order.mesh_node);
+        for (std::size_t node = 0; node < body.mesh.points.size(); ++node) {
+            EXPECT_EQ(by_distance.mesh_node[node], place[node]);
+            EXPECT_EQ(by_distance.points[place[node]], body.mesh.points[node]);
+        }
+        for (std::size_t k = 0; k < in_mesh_order.facet_nodes.size(); ++k)
+            EXPECT_EQ(by_distance.facet_nodes[k], place[in_mesh_order.facet_nodes[k]]);
+        Eigen::VectorXi dof(3 * in_mesh_order.num_nodes());
+        for (int row = 0; row < dof.size(); ++row)
+            dof[row] = 3 * place[row / 3] + row % 3;
+        const Eigen::MatrixXd expected = dense(in_mesh_order.stiffness);
+        EXPECT_LT((dense(by_distance.stiffness)(dof, dof) - expected).norm(), 1e-14 * expected.norm());
+    }
+}
+
+template <class T> class FemBlocksProducts : public testing::Test {};
+using Numbers = testing::Types<float, double>;
+TYPED_TEST_SUITE(FemBlocksProducts, Numbers);
+
+TYPED_TEST(FemBlocksProducts, AreThoseOfTheWholeMatrix) {
+    using T = TypeParam;
+    const double tolerance = 50.0 * static_cast<double>(std::numeric_limits<T>::epsilon());
+    const auto matrix = box_system().stiffness;
+    const Eigen::MatrixXd full = dense(matrix);
+    for (const int lanes : {1, 4, 8}) {
+        const auto x = some_vector<T>(lanes * matrix.num_rows());
+        std::vector<T> blocks(x.size()), rows(x.size());
+        if constexpr (std::is_same_v<T, float>)
+            rounded(matrix).multiply(x, blocks);
+        else
+            matrix.multiply(x, blocks);
+        fem_reference::multiply(compressed_rows(matrix), std::span<const T>(x), std::span<T>(rows), lanes);
+        for (int c = 0; c < lanes; ++c) {
+            const Eigen::VectorXd expected = full * column(x, c, lanes);
+            EXPECT_LT((column(blocks, c, lanes) - expected).norm(), tolerance * expected.norm())
+                << c << " of " << lanes;
+            EXPECT_LT((column(rows, c, lanes) - expected).norm(), tolerance * expected.norm()) << c << " of " << lanes;
+        }
+    }
+}
+
+TEST(FemBlocks, CompressedRowsAreTheWholeMatrix) {
+    const auto blocks = box_system().stiffness;
+    const auto matrix = compressed_rows(blocks);
+    for (int row = 0; row < matrix.num_rows(); ++row)
+        EXPECT_TRUE(std::is_sorted(matrix.column.begin() + matrix.row_start[row],
+                                   matrix.column.begin() + matrix.row_start[row + 1], std::less_equal<>()));
+    EXPECT_EQ(tests::dense(matrix), dense(blocks));
+    EXPECT_EQ(matrix.value.size(), 9 * (2 * blocks.below.size() + blocks.diagonal.size()));
+}
 
 using core::Vector3;
 using fem_reference::SolverChoice;
@@ -50,11 +161,8 @@ std::vector<double> quadratic_field(const std::vector<Vector3> &points) {
 }
 
 std::vector<double> times(const fem_reference::SymmetricBlocks<double> &stiffness, const std::vector<double> &u) {
-    const auto matrix = compressed_rows(stiffness);
-    std::vector<double> out(u.size(), 0.0);
-    for (int row = 0; row < matrix.num_rows(); ++row)
-        for (int k = matrix.row_start[row]; k < matrix.row_start[row + 1]; ++k)
-            out[row] += matrix.value[k] * u[matrix.column[k]];
+    std::vector<double> out(u.size());
+    stiffness.multiply(u, out);
     return out;
 }
 
@@ -67,30 +175,29 @@ struct NestedSystems {
 
 } // namespace
 
-TEST(Prolongation, KeepsQuadraticFields) {
+/// Quadratic ones on a refined mesh and on parts of tetrahedra, linear ones from linear elements of the same body.
+TEST(Prolongation, KeepsTheFieldsOfItsElements) {
     const NestedSystems systems;
-    std::vector<double> fine(3 * systems.fine.points.size(), 0.0);
-    systems.prolongation.add_prolonged(quadratic_field(systems.coarse.points), fine);
-    const auto exact = quadratic_field(systems.fine.points);
-    for (std::size_t dof = 0; dof < fine.size(); ++dof)
-        EXPECT_NEAR(fine[dof], exact[dof], 1e-14);
-}
-
-TEST(Prolongation, KeepsLinearFieldsFromLinearElementsOfTheSameBody) {
-    const NestedSystems systems;
+    const auto expect_kept = [](const fem_reference::Prolongation &prolongation, const auto &coarse, const auto &fine,
+                                const auto &field) {
+        std::vector<double> prolonged(3 * fine.points.size(), 0.0);
+        prolongation.add_prolonged(field(coarse.points), prolonged);
+        const auto exact = field(fine.points);
+        for (std::size_t dof = 0; dof < exact.size(); ++dof)
+            EXPECT_NEAR(prolonged[dof], exact[dof], 1e-14);
+    };
+    expect_kept(systems.prolongation, systems.coarse, systems.fine, quadratic_field);
     const auto linear = fem_reference::assemble(*systems.problem.body, 1);
-    const auto prolongation = fem_reference::prolongation(linear, systems.coarse);
-    const auto field = [](const std::vector<Vector3> &points) {
+    expect_kept(fem_reference::prolongation(linear, systems.coarse), linear, systems.coarse, [](const auto &points) {
         std::vector<double> u;
         for (const auto &x : points)
             u.insert(u.end(), {1.0 + x.x(), 2.0 * x.y() - x.z(), x.x() + 3.0 * x.z()});
         return u;
-    };
-    std::vector<double> fine(3 * systems.coarse.points.size(), 0.0);
-    prolongation.add_prolonged(field(linear.points), fine);
-    const auto exact = field(systems.coarse.points);
-    for (std::size_t dof = 0; dof < fine.size(); ++dof)
-        EXPECT_NEAR(fine[dof], exact[dof], 1e-14);
+    });
+    const auto refined = core::refine_at_rims(systems.problem);
+    const auto parts = fem_reference::assemble(*refined.problem.body, 2);
+    expect_kept(fem_reference::prolongation(systems.coarse, parts, refined.parent_tetrahedron), systems.coarse, parts,
+                quadratic_field);
 }
 
 /// The coarse functions are fine ones: P^T K P is the coarse stiffness matrix.
@@ -109,55 +216,14 @@ TEST(Prolongation, GivesTheCoarseStiffnessFromTheFineOne) {
         EXPECT_NEAR(restricted[dof], expected[dof], 1e-11 * scale);
 }
 
-TEST(Prolongation, KeepsQuadraticFieldsOnPartsOfTetrahedra) {
-    const auto problem = stretched_rod(0.45);
-    const auto refined = core::refine_at_rims(problem);
-    const auto coarse = fem_reference::assemble(*problem.body, 2),
-               fine = fem_reference::assemble(*refined.problem.body, 2);
-    const auto prolongation = fem_reference::prolongation(coarse, fine, refined.parent_tetrahedron);
-    std::vector<double> prolonged(3 * fine.points.size(), 0.0);
-    prolongation.add_prolonged(quadratic_field(coarse.points), prolonged);
-    const auto exact = quadratic_field(fine.points);
-    for (std::size_t dof = 0; dof < exact.size(); ++dof)
-        EXPECT_NEAR(prolonged[dof], exact[dof], 1e-14);
-}
-
-/// Of linear elasticity P^T K P is the matrix of the coarse elements themselves.
+/// P^T K P of linear elasticity is the matrix of the coarse elements themselves.
 TEST(Galerkin, IsTheStiffnessOfLinearElements) {
     const auto problem = stretched_rod(0.45);
     const auto linear = fem_reference::assemble(*problem.body, 1),
                quadratic = fem_reference::assemble(*problem.body, 2);
     const auto found = fem_reference::galerkin(fem_reference::prolongation(linear, quadratic), quadratic.stiffness,
                                                linear.stiffness.rows);
-    const double scale = linear.stiffness.diagonal[0][0];
-    ASSERT_EQ(found.diagonal.size(), linear.stiffness.diagonal.size());
-    ASSERT_EQ(found.below.size(), linear.stiffness.below.size());
-    for (std::size_t a = 0; a < found.diagonal.size(); ++a)
-        for (int i = 0; i < 9; ++i)
-            EXPECT_NEAR(found.diagonal[a][i], linear.stiffness.diagonal[a][i], 1e-12 * scale);
-    for (std::size_t k = 0; k < found.below.size(); ++k)
-        for (int i = 0; i < 9; ++i)
-            EXPECT_NEAR(found.below[k][i], linear.stiffness.below[k][i], 1e-12 * scale);
-}
-
-TEST(Prolongation, IsTheSameInSinglePrecision) {
-    const NestedSystems systems;
-    const int lanes = 4;
-    std::vector<double> coarse(lanes * 3 * systems.coarse.points.size());
-    for (std::size_t i = 0; i < coarse.size(); ++i)
-        coarse[i] = std::sin(1.7 * static_cast<double>(i));
-    std::vector<double> fine(lanes * 3 * systems.fine.points.size(), 0.5), back(coarse.size());
-    const std::vector<float> single_coarse(coarse.begin(), coarse.end());
-    std::vector<float> single_fine(fine.begin(), fine.end()), single_back(coarse.size());
-    systems.prolongation.add_prolonged(coarse, fine);
-    systems.prolongation.add_prolonged(single_coarse, single_fine);
-    systems.prolongation.restrict_to(fine, back);
-    systems.prolongation.restrict_to(single_fine, single_back);
-    for (std::size_t i = 0; i < fine.size(); ++i)
-        ASSERT_NEAR(single_fine[i], fine[i], 1e-6);
-    const double largest = *std::ranges::max_element(back);
-    for (std::size_t i = 0; i < back.size(); ++i)
-        ASSERT_NEAR(single_back[i], back[i], 1e-6 * largest);
+    EXPECT_LT((dense(found) - dense(linear.stiffness)).cwiseAbs().maxCoeff(), 1e-12 * linear.stiffness.diagonal[0][0]);
 }
 
 TEST(Prolongation, RefusesASystemThatIsNotTheRefinedOne) {
@@ -181,8 +247,7 @@ TEST_P(FemSolvers, TwoLevelsAgreeWithTheDirectSolver) {
     EXPECT_NE(found.solver.find("two levels over CHOLMOD"), std::string::npos) << found.solver;
 
     // Other constraints on the coarse body in between must not disturb the fine one, nor the other way round.
-    auto other = tests::empty_load_case(problem.body->mesh);
-    tests::prescribe(other, problem.body->mesh, "z_min", Vector3::Zero());
+    auto other = tests::held(problem.body->mesh, "z_min");
     other.acceleration = {0.0, 1.0, 0.0};
     coarse.solve(other);
     expect_same_solution(two_levels.solve(fine.load_case), found);
@@ -236,22 +301,14 @@ TEST(FemSolver, SaysWhenABodyIsFreeToMove) {
     EXPECT_EQ(two_levels.solve(fine.load_case).status, core::SolutionStatus::not_converged);
 }
 
-/// Of two parts that do not hang together one is constrained and the other not.
+/// One of two parts that do not hang together is constrained, and the other is not.
 TEST(FemSolver, SaysWhenAPartIsFreeToMove) {
-    auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1});
-    const auto single = mesh;
-    for (const auto &point : single.points)
-        mesh.points.push_back(point + Vector3(1.0, 0.0, 0.0));
-    const int shift = single.num_nodes();
-    for (auto nodes : single.tetrahedra) {
-        for (int &node : nodes)
-            node += shift;
-        mesh.tetrahedra.push_back(nodes);
-    }
-    mesh.region.resize(mesh.tetrahedra.size(), 0);
+    const auto single = tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1});
+    auto mesh = tests::twice(single, {1.0, 0.0, 0.0});
+    mesh.boundary_triangles = single.boundary_triangles;
+    mesh.boundary_patch = single.boundary_patch;
     const auto body = tests::make_body(mesh, {1000.0, 5000.0, 0.3});
-    auto load_case = tests::empty_load_case(mesh);
-    tests::prescribe(load_case, mesh, "x_min", Vector3::Zero());
+    auto load_case = tests::held(mesh);
     load_case.acceleration = {0.0, 0.0, 1.0};
     const auto found = fem_reference::solve_static({body, load_case}, 1, SolverChoice::iterative);
     EXPECT_EQ(found.status, core::SolutionStatus::not_converged);
@@ -304,12 +361,6 @@ class FemFactorOfFewer : public testing::Test {
             load[i] = std::sin(static_cast<double>(i));
     }
 
-    static double relative_difference(const std::vector<double> &a, const std::vector<double> &b) {
-        const auto size = static_cast<Eigen::Index>(b.size());
-        const Eigen::Map<const Eigen::VectorXd> x(a.data(), size), y(b.data(), size);
-        return (x - y).norm() / y.norm();
-    }
-
     fem_reference::ElasticSystem system = fem_reference::assemble(*stretched_rod(0.3).body, 2);
     std::size_t last_constrained = stretched_rod(0.3).body->mesh.points.size() - 1;
     std::vector<double> prescribed, load, more;
@@ -320,8 +371,8 @@ TEST_F(FemFactorOfFewer, SolvesAsAFactorOfAllDoes) {
     shared.prepare(prescribed);
     const auto expected = own.solve(more, load), found = shared.solve(more, load);
     ASSERT_TRUE(expected.unique && found.unique);
-    EXPECT_LT(relative_difference(found.displacement, expected.displacement), 1e-11);
-    EXPECT_LT(relative_difference(found.residual, expected.residual), 1e-10);
+    EXPECT_LT(tests::relative_l2(found.displacement, expected.displacement), 1e-11);
+    EXPECT_LT(tests::relative_l2(found.residual, expected.residual), 1e-10);
     EXPECT_NEAR(found.energy, expected.energy, 1e-11 * expected.energy);
     EXPECT_NE(found.displacement, expected.displacement) << "it was not the shared factor";
     EXPECT_EQ(found.displacement[3 * last_constrained], 0.001);
@@ -350,136 +401,4 @@ TEST_F(FemFactorOfFewer, MayLeaveTheBodyFreeToMove) {
     EXPECT_EQ(found.displacement, own.solve(three_points, load).displacement);
 }
 
-// Rigid motions of a discretised body, and columns that are put in balance by them.
-
-namespace {
-
-using fem_reference::RigidModes;
-
-fem_reference::ElasticSystem bar() {
-    core::Body body;
-    body.name = "bar";
-    body.mesh = meshes::generate_box({0.3, 0.1, 0.1}, 0.05);
-    body.materials = {{.density = 1000.0, .young_modulus = 5000.0, .poisson_ratio = 0.4}};
-    return fem_reference::assemble(body, 2);
-}
-
-std::vector<double> multiply(const fem_reference::ElasticSystem &system, const std::vector<double> &u) {
-    std::vector<double> out(u.size());
-    system.stiffness.multiply(u, out);
-    return out;
-}
-
-double norm(const std::vector<double> &vector) {
-    return std::sqrt(fem_reference::dot(vector, vector));
-}
-
-TEST(RigidModes, TakeNoForce) {
-    const auto system = bar();
-    const RigidModes modes(system.points);
-    for (int m = 0; m < RigidModes::count; ++m) {
-        std::vector<double> u;
-        for (const auto &point : system.points)
-            for (int i = 0; i < 3; ++i)
-                u.push_back(modes.at(point)(i, m));
-        const auto rows = compressed_rows(system.stiffness);
-        const double stiffest = *std::ranges::max_element(rows.value);
-        EXPECT_LT(norm(multiply(system, u)), 1e-12 * stiffest * norm(u)) << m;
-    }
-}
-
-/// Columns that constrain one end, or three nodes in six ways, and that begin out of balance by chance.
-class Balance : public testing::Test {
-  protected:
-    Balance() {
-        std::vector<double> at_end(num_unknowns, nan), in_six_ways = at_end;
-        int first = -1, second = -1, third = -1;
-        for (int node = 0; node < system.num_nodes(); ++node) {
-            const auto &x = system.points[node];
-            if (x.x() < 1e-9)
-                for (int i = 0; i < 3; ++i)
-                    at_end[3 * node + i] = 0.0;
-            if (x.norm() < 1e-9)
-                first = node;
-            else if ((x - Vector3(0.3, 0.0, 0.0)).norm() < 1e-9)
-                second = node;
-            else if ((x - Vector3(0.0, 0.1, 0.0)).norm() < 1e-9)
-                third = node;
-        }
-        for (const int dof : {3 * first, 3 * first + 1, 3 * first + 2, 3 * second + 1, 3 * second + 2, 3 * third + 2})
-            in_six_ways[dof] = 0.0;
-        free = fem_reference::free_unknowns(
-            std::vector<std::span<const double>>{at_end, in_six_ways}); // two of four lanes
-        std::mt19937 generator(5);
-        std::normal_distribution<double> number;
-        for (std::size_t i = 0; i < num_unknowns; ++i) {
-            load.push_back(number(generator));
-            for (int c = 0; c < 2; ++c)
-                u[4 * i + c] = is_free(c, i) ? 1e-3 * number(generator) : 0.0;
-        }
-    }
-    bool is_free(int column, std::size_t i) const { return free.sets[free.set[column]][i]; }
-    std::vector<double> column(int c) const { return fem_reference::separated(u, 4, 2)[c]; }
-    /// r = f - K u where free
-    std::vector<double> residual(int c) const {
-        auto out = multiply(system, column(c));
-        for (std::size_t i = 0; i < num_unknowns; ++i)
-            out[i] = is_free(c, i) ? load[i] - out[i] : 0.0;
-        return out;
-    }
-    std::vector<double> residuals() const {
-        std::vector<double> together(4 * num_unknowns, 0.0);
-        for (int c = 0; c < 2; ++c) {
-            const auto of_column = residual(c);
-            for (std::size_t i = 0; i < num_unknowns; ++i)
-                together[4 * i + c] = of_column[i];
-        }
-        return together;
-    }
-    double energy(int c) const { // 1/2 u^T K u - f^T u
-        const auto displacement = column(c);
-        return 0.5 * fem_reference::dot(displacement, multiply(system, displacement)) -
-               fem_reference::dot(displacement, load);
-    }
-
-    fem_reference::ElasticSystem system = bar();
-    std::size_t num_unknowns = 3 * system.points.size();
-    fem_reference::FreeUnknowns free;
-    std::vector<double> load, u = std::vector<double>(4 * num_unknowns, 0.0);
-};
-
-TEST_F(Balance, LeavesNeitherResultantNorMoment) {
-    fem_reference::balance(system, free, residuals(), u);
-    for (int c = 0; c < 2; ++c) {
-        const auto left = residual(c);
-        Vector3 resultant = Vector3::Zero(), moment = resultant;
-        for (int node = 0; node < system.num_nodes(); ++node) {
-            const auto force = Vector3::Map(&left[3 * node]);
-            resultant += force;
-            moment += system.points[node].cross(force);
-        }
-        EXPECT_LT(resultant.norm(), 1e-10 * norm(left)) << c;
-        EXPECT_LT(moment.norm(), 1e-10 * norm(left)) << c;
-        for (std::size_t i = 0; i < num_unknowns; ++i) {
-            if (!is_free(c, i)) {
-                EXPECT_EQ(u[4 * i + c], 0.0);
-            }
-        }
-    }
-    for (std::size_t i = 0; i < num_unknowns; ++i)
-        EXPECT_EQ(u[4 * i + 2], 0.0); // no column needs this lane
-}
-
-TEST_F(Balance, GoesDownInTheEnergyAndThenStays) {
-    const std::array before{energy(0), energy(1)};
-    fem_reference::balance(system, free, residuals(), u);
-    const auto once = u;
-    for (int c = 0; c < 2; ++c)
-        EXPECT_LT(energy(c), before[c]);
-    fem_reference::balance(system, free, residuals(), u);
-    for (std::size_t i = 0; i < u.size(); ++i)
-        EXPECT_NEAR(u[i], once[i], 1e-9);
-}
-
-} // namespace
 } // namespace livermark
