@@ -4,9 +4,8 @@
 #include <fmt/format.h>
 #include <memory>
 
+#include "benchmarks/harness.hpp"
 #include "benchmarks/limits.hpp"
-#include "benchmarks/program.hpp"
-#include "benchmarks/scene.hpp"
 
 namespace {
 

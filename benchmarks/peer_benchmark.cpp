@@ -13,9 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "benchmarks/harness.hpp"
 #include "benchmarks/peers/bullet_counterparts.hpp"
-#include "benchmarks/program.hpp"
-#include "benchmarks/scene.hpp"
 #include "core/processor_time.hpp"
 #include "interactive/elements/corotational_tetrahedra.hpp"
 #include "interactive/elements/explicit_tetrahedra.hpp"
@@ -213,14 +212,9 @@ Sides position_based_step(const MovingScene &moving, bool is_check) {
 
 MovingScene make_moving_scene(const std::shared_ptr<const core::Body> &body) {
     const auto still = make_scene(body);
-    MovingScene moving{.scene = {.body = body, .node_mass = still.springs.node_mass, .constrained_nodes = {}},
-                       .start = Field(3, still.start.size()),
-                       .targets = {}};
-    for (std::size_t i = 0; i < still.start.size(); ++i) {
+    MovingScene moving{.scene = nodes_of(still), .start = Field(3, still.start.size()), .targets = {}};
+    for (std::size_t i = 0; i < still.start.size(); ++i)
         moving.start.col(static_cast<Eigen::Index>(i)) = still.start[i];
-        if (still.is_constrained[i])
-            moving.scene.constrained_nodes.push_back(static_cast<int>(i));
-    }
     moving.targets = moving.start(Eigen::all, moving.scene.constrained_nodes);
     return moving;
 }

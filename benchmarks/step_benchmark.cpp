@@ -11,10 +11,8 @@
 #include <thread>
 #include <vector>
 
-#include "benchmarks/competitor.hpp"
+#include "benchmarks/harness.hpp"
 #include "benchmarks/limits.hpp"
-#include "benchmarks/program.hpp"
-#include "benchmarks/scene.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"

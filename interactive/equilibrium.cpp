@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "core/support/factors/sparse_cholesky.hpp"
-#include "interactive/simulation.hpp"
+#include "interactive/method.hpp"
 
 namespace livermark::interactive {
 
@@ -23,7 +23,7 @@ class Newton {
             for (std::size_t c = 0; c < 3; ++c)
                 if (is_free[i])
                     unknown_[3 * i + c] = num_unknowns_++;
-        unit_load_ = of_unknowns(forces);
+        unit_load_ = unknowns_in(forces);
     }
 
     Minimum minimise(Field x, const NewtonSettings &settings) {
@@ -47,7 +47,7 @@ class Newton {
         }
     }
 
-    /// Where the free nodes go by the tangent at x when the forces are added and constrained nodes move.
+    /// Positions to which the free nodes go by the tangent at x when the forces are added and constrained nodes move.
     Field predict(const Field &x, const Field &moved_to) {
         Energy::Triplets all;
         energy_.add_hessian(x, true, all);
@@ -63,7 +63,7 @@ class Newton {
     }
 
   private:
-    Eigen::VectorXd of_unknowns(const Field &field) const {
+    Eigen::VectorXd unknowns_in(const Field &field) const {
         Eigen::VectorXd result(num_unknowns_);
         for (std::size_t k = 0; k < unknown_.size(); ++k)
             if (unknown_[k] >= 0)
@@ -71,7 +71,7 @@ class Newton {
         return result;
     }
 
-    /// What known forces do at positions [J].
+    /// Work of known forces at positions [J].
     double work(const Field &x) const { return presses_ ? 0.0 : forces_.cwiseProduct(x).sum(); }
 
     double value(const Field &x) const {
@@ -82,12 +82,12 @@ class Newton {
         return value;
     }
 
-    /// Of the unknowns. The size is that of the forces which are in balance: the elastic ones of all nodes.
+    /// Gradient by the unknowns. The size is that of the forces which are in balance: the elastic ones of all nodes.
     Eigen::VectorXd gradient_at(const Field &x, double &size) {
         Field f = Field::Zero(3, x.cols());
         energy_.add_forces(x, f);
         if (presses_) // as much as leaves least
-            amount_ = -of_unknowns(f).dot(unit_load_) / unit_load_.squaredNorm();
+            amount_ = -unknowns_in(f).dot(unit_load_) / unit_load_.squaredNorm();
         size = std::max(f.norm(), std::abs(amount_) * forces_.norm());
         f += amount_ * forces_;
         if (inertia_)
@@ -96,7 +96,7 @@ class Newton {
                 f.col(i) += pull;
                 size = std::max(size, pull.norm());
             }
-        return -of_unknowns(f);
+        return -unknowns_in(f);
     }
 
     Sparse hessian(const Field &x, bool is_projected) const {

@@ -5,12 +5,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "interactive/method.hpp"
 #include "interactive/scene.hpp"
-#include "interactive/simulation.hpp"
 
 namespace livermark::interactive {
 
-/// Where Newton's method came to.
+/// End of Newton's method.
 struct Minimum {
     Field positions; ///< shape (3, N) [m]
     bool converged = false;
@@ -19,13 +19,12 @@ struct Minimum {
     double press = 0.0;    ///< what f is multiplied by where Loads::press, else 1
 };
 
-/// How forces are given.
+/// Kinds of external forces.
 enum class Loads : std::uint8_t {
     known,
     press ///< f . x stays as it is, and f is multiplied by what that takes
 };
 
-/// How Newton's method goes on.
 struct NewtonSettings {
     double tolerance = 1e-10; ///< of the residual
     int max_iterations = 200;
@@ -47,7 +46,7 @@ struct NewtonSettings {
 Minimum minimise(const Energy &energy, const std::vector<bool> &is_free, const Field &forces, const Inertia *inertia,
                  const Field &start, const NewtonSettings &settings = {});
 
-/// Where the free nodes go, as far as the tangent at x knows, when constrained nodes move and forces change.
+/// Positions of the free nodes when constrained nodes move and forces change, as far as the tangent at x knows.
 /// @param x            shape (3, N), where the free nodes are in balance
 /// @param moved_to     the same, with constrained nodes elsewhere
 /// @param more_forces  shape (3, N) [N]
@@ -64,7 +63,7 @@ struct Equilibrium {
     double load = 0.0;     ///< what the external forces were multiplied by: the fraction, or newtons where they press
 };
 
-/// What a method comes to when nothing moves and nothing limits its iterations: the least of its energy less the work
+/// Static solutions, to which a method comes when nothing limits its iterations: the least of its energy less the work
 /// of the external forces, with the constrained nodes at their targets. Newton's method, along a path on which forces
 /// and displacements of constrained nodes grow together; a load step that does not converge is taken again at half its
 /// length.
@@ -76,8 +75,8 @@ struct Equilibrium {
 std::vector<Equilibrium> equilibria(const Simulation &simulation, const std::vector<double> &fractions,
                                     double tolerance = 1e-9, double press_depth = 0.0);
 
-/// What an impulse on each of K places changes velocities by in a step of backward Euler, with the stiffness of the
-/// body at rest:
+/// Changes of velocities by an impulse on each of K places in a step of backward Euler, with the stiffness of the body
+/// at rest:
 ///     (M (1 + alpha h) + h^2 K)^-1 W^T,
 /// K being the second derivatives of the energy. Rows of constrained nodes are zero.
 /// @param at_rest    of a method without nodes of its own

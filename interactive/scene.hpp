@@ -6,9 +6,26 @@
 #include <memory>
 #include <vector>
 
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/problem.hpp"
+#include "interactive/kernels/orders.hpp"
 
 namespace livermark::interactive {
+
+/// Choices among many in the layout of a body: in which order nodes, tetrahedra and edges stand, and which of them are
+/// visited at once. These choices take most of the time of a set-up. They stay good, if not best, when
+/// tetrahedra go or are parted, so that a body that is cut keeps them. What a method does not use is empty.
+struct Orders {
+    std::vector<int> rows;               ///< (N) nodes as rows come
+    kernels::FanList fans;               ///< each tetrahedron in one of them, as they stand side by side
+    std::vector<int> tetrahedron_colour; ///< (M) no two of a colour share a node; -1 where it has none
+    core::EdgeTable edges;               ///< core::edge_table(), where edges have colours
+    std::vector<int> edge_colour;        ///< (S) the same of these edges
+    std::vector<int> node_colour;        ///< (N) no two of a colour are in a tetrahedron
+    /// (N) facets opposite a node as strips, whose triangles are numbers of tetrahedra; none where it is constrained
+    std::vector<std::vector<kernels::StripNode>> strips;
+    std::vector<int> factor; ///< free nodes in the order in which they are eliminated
+};
 
 /// One vector for each node, shape (3, N): positions [m], velocities [m/s] or forces [N].
 using Field = Eigen::Matrix3Xd;
@@ -19,10 +36,8 @@ struct Follower {
     std::array<int, 2> ends; ///< places in Scene::constrained_nodes
 };
 
-struct Orders;
-
-/// What moves, and what is moved from outside. Its N nodes are those of the mesh, and behind them those that a method
-/// adds for itself: from outside there are none.
+/// A body that moves, and what moves it from outside. Its N nodes are those of the mesh, and behind them those that a
+/// method adds for itself: from outside there are none.
 struct Scene {
     std::shared_ptr<const core::Body> body; ///< linear tetrahedra, one material per region
     std::vector<double> node_mass;          ///< (N) [kg], > 0
@@ -50,7 +65,7 @@ std::vector<bool> free_nodes(const Scene &scene);
 /// @param x        shape (3, N)
 void put_constrained(const Scene &scene, const Field &targets, Field &x);
 
-/// What each constrained node has to be pushed with, so that all forces on constrained nodes are in balance. What acts
+/// Forces that hold the constrained nodes, so that all forces on them are in balance. What acts
 /// on a follower is carried by its two ends.
 /// @param forces  shape (3, N) [N]
 /// @return shape (3, C) [N]

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "interactive/colouring.hpp"
 #include "interactive/elements/energies.hpp"
-#include "interactive/elements/spring_body.hpp"
+#include "interactive/elements/prefactored.hpp"
+#include "interactive/kernels/orders.hpp"
 #include "tests/oracles/explicit_steps.hpp"
 #include "tests/oracles/implicit_steps.hpp"
 
@@ -104,7 +104,7 @@ inline interactive::Springs springs_of_mean_stiffness(const core::Body &body) {
 class UniformMassSpring : public tests::Prefactored {
   public:
     explicit UniformMassSpring(const interactive::Scene &given)
-        : Prefactored(given, tests::laplacian(springs_of_mean_stiffness(*given.body))),
+        : Prefactored(given, interactive::laplacian(springs_of_mean_stiffness(*given.body))),
           energy_(springs_of_mean_stiffness(*given.body)) {}
 
     const interactive::SpringEnergy &energy() const override { return energy_; }

@@ -17,6 +17,7 @@
 #include <span>
 #include <vector>
 
+#include "benchmarks/harness.hpp"
 #include "interactive/scene.hpp"
 
 /// Scenes of interactive methods in Bullet's worlds: the same nodes in the same order, the same masses and time steps,
@@ -192,5 +193,31 @@ struct BulletPositionBased {
     btSoftRigidDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
     std::unique_ptr<btSoftBody> body;
 };
+
+/// The nodes of a scene of springs.
+inline interactive::Scene nodes_of(const Scene &scene) {
+    interactive::Scene nodes{.body = scene.problem.body, .node_mass = scene.springs.node_mass, .constrained_nodes = {}};
+    for (std::size_t i = 0; i < scene.is_constrained.size(); ++i)
+        if (scene.is_constrained[i])
+            nodes.constrained_nodes.push_back(static_cast<int>(i));
+    return nodes;
+}
+
+/// Moves the springs of a scene in a world with its nodes, as links at rest that are then stretched.
+/// @param link_stiffness  see append_links()
+template <class World>
+Run run_springs(const std::shared_ptr<World> &world, const Scene &scene, double link_stiffness, double time_step) {
+    append_links(*world->body, scene.springs.edges, {link_stiffness});
+    interactive::Field start(3, static_cast<Eigen::Index>(scene.start.size()));
+    for (Eigen::Index i = 0; i < start.cols(); ++i)
+        start.col(i) = scene.start[static_cast<std::size_t>(i)];
+    set_state(*world->body, start, interactive::Field::Zero(3, start.cols()));
+    return {.step = [world, time_step] { world->step(time_step); },
+            .positions =
+                [world] {
+                    const auto x = positions_of(*world->body);
+                    return std::vector<core::Vector3>(x.colwise().begin(), x.colwise().end());
+                }};
+}
 
 } // namespace livermark::benchmarks

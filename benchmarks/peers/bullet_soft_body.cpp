@@ -1,9 +1,4 @@
-#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
-#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
-#include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
-#include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
-
-#include "benchmarks/peers/bullet_body.hpp"
+#include "benchmarks/peers/bullet_scene.hpp"
 
 namespace livermark::benchmarks::peers {
 
@@ -13,26 +8,6 @@ namespace {
 /// velocities that come out of the passes blow liver_refined_once up within 40 steps, however short; it takes no other
 /// time.
 constexpr double link_stiffness = 0.5;
-
-/// Parts of a world, in the order in which they are taken apart from below.
-struct World {
-    explicit World(const Scene &scene) : body(make_bullet_body(scene, world.getWorldInfo())) {
-        body->m_materials[0]->m_kLST = static_cast<btScalar>(link_stiffness);
-        body->updateLinkConstants();
-        world.setGravity({0.0F, 0.0F, 0.0F});
-        world.addSoftBody(body.get());
-    }
-    ~World() { world.removeSoftBody(body.get()); }
-    World(const World &) = delete;
-    World &operator=(const World &) = delete;
-
-    btSoftBodyRigidBodyCollisionConfiguration configuration;
-    btCollisionDispatcher dispatcher{&configuration};
-    btDbvtBroadphase broadphase;
-    btSequentialImpulseConstraintSolver solver;
-    btSoftRigidDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
-    std::unique_ptr<btSoftBody> body;
-};
 
 /// Positions after one step from rest: a pass over the links, in their order, that moves both ends of each along it by
 /// shares of their inverse masses until a part of the fault of its squared length is gone, to first order.
@@ -59,9 +34,7 @@ std::vector<core::Vector3> relaxed(const Scene &scene) {
 constexpr double tolerance = 2e-3;
 
 Run make(const Scene &scene, double time_step) {
-    auto world = std::make_shared<World>(scene);
-    return {.step = [world, h = static_cast<btScalar>(time_step)] { world->world.stepSimulation(h, 0); },
-            .positions = [world] { return positions(*world->body); }};
+    return run_springs(std::make_shared<BulletPositionBased>(nodes_of(scene), 1), scene, link_stiffness, time_step);
 }
 
 } // namespace
@@ -75,8 +48,7 @@ Competitor bullet_soft_body() {
         run.step();
         return differs_from(relaxed(scene), scene, run, tolerance);
     };
-    return {.name = {},
-            .summary = "Bullet's btSoftBody: links made as long as they should be one after the other, once per step; "
+    return {.summary = "Bullet's btSoftBody: links made as long as they should be one after the other, once per step; "
                        "stiffness comes from the step",
             .source = "Coumans and others, Bullet 3.24",
             .methods = {method}};

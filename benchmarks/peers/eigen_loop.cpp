@@ -1,7 +1,7 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "benchmarks/competitor.hpp"
+#include "benchmarks/harness.hpp"
 
 namespace livermark::benchmarks::peers {
 
@@ -74,8 +74,7 @@ constexpr double tolerance = 1e-11;
 } // namespace
 
 Competitor eigen_loop() {
-    return {.name = {},
-            .summary = "a plain loop over springs with Eigen, double precision",
+    return {.summary = "a plain loop over springs with Eigen, double precision",
             .source = "what a competent user writes first",
             .methods = {
                 spring_method("runge_kutta_4", make<&Springs::step_runge_kutta_4>, tolerance),

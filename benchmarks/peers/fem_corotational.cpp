@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <memory>
 
-#include "benchmarks/competitor.hpp"
+#include "benchmarks/harness.hpp"
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "msm/dynamics/time_step.hpp"
@@ -162,8 +162,7 @@ Competitor fem_corotational() {
     method.critical_time_step = critical_step;
     method.make = make;
     method.check = check;
-    return {.name = {},
-            .summary =
+    return {.summary =
                 "linear tetrahedra whose stiffness turns with them, explicit, masses of the springs; a plain loop",
             .source = "Mueller, Gross 2004, Interactive virtual materials, Graphics Interface",
             .methods = {method}};

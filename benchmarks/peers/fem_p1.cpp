@@ -3,8 +3,7 @@
 namespace livermark::benchmarks::peers {
 
 Competitor fem_p1() {
-    return {.name = {},
-            .summary = "linear elasticity, linear tetrahedra, a step of Newmark's with a factor that is kept (CHOLMOD)",
+    return {.summary = "linear elasticity, linear tetrahedra, a step of Newmark's with a factor that is kept (CHOLMOD)",
             .source = "fem_reference/, with deal.II and SuiteSparse",
             .methods = {newmark_method(1, 1)}};
 }

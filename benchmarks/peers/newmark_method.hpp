@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/competitor.hpp"
+#include "benchmarks/harness.hpp"
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/dynamics/release.hpp"
 #include "fem_reference/linear/conditions.hpp"

@@ -10,7 +10,6 @@
 #include "core/stopwatch.hpp"
 #include "core/support/processes/mpi_session.hpp"
 #include "fem_reference/distributed/distributed_systems.hpp"
-#include "fem_reference/distributed/part.hpp"
 #include "fem_reference/hyperelastic/equilibrium_search.hpp"
 #include "fem_reference/linear/conditions.hpp"
 
@@ -52,7 +51,7 @@ class DistributedSystem : public PathSystem {
         : PathSystem(elements, conditions, pressure), scale_(fem_reference::pressure_scale(whole)),
           volume_(volume_of(whole.mesh)),
           solver_(part, elements.system(), elements.pressure(), nodes, fem_reference::RigidModes(whole.mesh.points),
-                  scale_, free_of(conditions.prescribed)),
+                  scale_, fem_reference::free_of(conditions.prescribed)),
           energy_share_(energy_shares(part)), counted_displacements_(owned_entries(nodes, 3)),
           counted_pressures_(owned_entries(solver_.pressures(), 1)) {}
 
@@ -100,16 +99,16 @@ PathSolution solve_on_part(const core::Problem &problem, const MaterialLaw &law,
                            std::span<const double> follower_pressure) {
     const auto start = core::Clock::now();
     const auto part = fem_reference::cut(problem);
-    std::vector<double> of_part;
+    std::vector<double> pressure_on_part;
     if (!follower_pressure.empty())
         for (const int facet : part.facet)
-            of_part.push_back(follower_pressure[facet]);
+            pressure_on_part.push_back(follower_pressure[facet]);
     const Elements elements(part.problem.body, 2, fem_reference::Formulation::mixed, law,
                             TetrahedronRule::fourteen_points);
     const fem_reference::NodeExchange nodes(fem_reference::nodes_of(part, elements.system()), 3);
     auto conditions = fem_reference::dof_conditions(part.problem.load_case, elements.system());
     nodes.share(conditions.prescribed);
-    DistributedSystem system(*problem.body, part, elements, nodes, conditions, of_part);
+    DistributedSystem system(*problem.body, part, elements, nodes, conditions, pressure_on_part);
     const double assembly_seconds = core::seconds_since(start);
     const auto num_constraints = problem.load_case.num_constraints();
     const auto followed = follow(system, num_constraints, path);

@@ -1,4 +1,4 @@
-#include "fem_reference/distributed/distributed_solver.hpp"
+#include "fem_reference/linear/linear_elasticity.hpp"
 
 #include <deal.II/base/mpi.h>
 #include <deal.II/lac/solver_cg.h>
@@ -7,14 +7,12 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <functional>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
 #include "core/stopwatch.hpp"
 #include "core/support/processes/mpi_session.hpp"
 #include "fem_reference/distributed/distributed_systems.hpp"
-#include "fem_reference/distributed/part.hpp"
 #include "fem_reference/linear/chosen_solver.hpp"
 #include "fem_reference/linear/conditions.hpp"
 
@@ -29,14 +27,11 @@ constexpr double tolerance_of_displacements = 1e-12;
 constexpr double tolerance_of_mixed = 1e-10;
 
 core::Solution free_to_move(const core::Problem &problem) {
-    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     core::Solution solution;
+    leave_unsolved(solution, problem.body->mesh, problem.load_case);
     solution.status = core::SolutionStatus::not_converged;
     solution.message = "the stiffness matrix is singular: the prescribed displacements leave the body, or a part of "
                        "it, free to move as a rigid body; constrain all six rigid body motions";
-    solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Constant(nan));
-    solution.reaction.assign(problem.load_case.num_constraints(), core::Vector3::Constant(nan));
-    solution.strain_energy = nan;
     return solution;
 }
 
@@ -50,8 +45,7 @@ class RankProblem {
           conditions_(dof_conditions(part_.problem.load_case, matrices_.system)),
           nodes_(nodes_of(part_, matrices_.system), 3) {
         nodes_.share(conditions_.prescribed);
-        for (const double value : conditions_.prescribed)
-            is_free_.push_back(std::isnan(value));
+        is_free_ = free_of(conditions_.prescribed);
     }
 
     core::Solution solve(const DistributedOptions &options) {

@@ -1,27 +1,340 @@
 #include "fem_reference/distributed/distributed_systems.hpp"
 
+#include <deal.II/base/mpi.h>
 #include <deal.II/base/subscriptor.h>
 #include <deal.II/lac/dynamic_sparsity_pattern.h>
 #include <deal.II/lac/la_parallel_block_vector.h>
 #include <deal.II/lac/precondition.h>
 #include <deal.II/lac/solver_control.h>
 #include <deal.II/lac/solver_gmres.h>
+#include <deal.II/lac/sparsity_pattern.h>
+#include <deal.II/lac/sparsity_tools.h>
 
+#include <Eigen/LU>
 #include <Teuchos_ParameterList.hpp>
 #include <algorithm>
+#include <fmt/format.h>
 #include <functional>
 #include <limits>
+#include <map>
+#include <numeric>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
-#include "fem_reference/distributed/part.hpp"
+#include "core/mesh/refinement.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "core/support/processes/mpi_session.hpp"
 #include "fem_reference/solvers/algebraic_multigrid.hpp"
 #include "fem_reference/solvers/matrices.hpp"
 #include "fem_reference/solvers/two_level.hpp"
 
 namespace livermark::fem_reference {
+
+namespace {
+
+/// (N) the rank of each node
+std::vector<int> owners(const core::TetraMesh &mesh, int num_ranks) {
+    if (mesh.num_nodes() < num_ranks)
+        throw std::invalid_argument(fmt::format("{} ranks are too many for {} nodes", num_ranks, mesh.num_nodes()));
+    const auto num_nodes = static_cast<unsigned int>(mesh.num_nodes());
+    dealii::DynamicSparsityPattern edges(num_nodes, num_nodes);
+    for (const auto &corners : mesh.tetrahedra)
+        for (const int a : corners)
+            for (const int b : corners)
+                edges.add(a, b);
+    dealii::SparsityPattern graph;
+    graph.copy_from(edges);
+    std::vector<unsigned int> rank(num_nodes, 0);
+    if (num_ranks > 1)
+        dealii::SparsityTools::partition(graph, num_ranks, rank, dealii::SparsityTools::Partitioner::metis);
+    std::vector<int> count(num_ranks, 0);
+    for (const auto owner : rank)
+        ++count[owner];
+    if (std::ranges::find(count, 0) != count.end())
+        throw std::invalid_argument(fmt::format("a rank of {} has no node of {}; start fewer", num_ranks, num_nodes));
+    return {rank.begin(), rank.end()};
+}
+
+/// Which of two ends owns an edge: by turns, so that no rank has all those between two.
+int owner_of_edge(std::int64_t first, std::int64_t second, int owner_of_first, int owner_of_second) {
+    return (first + second) % 2 == 0 ? owner_of_first : owner_of_second;
+}
+
+SharedEntry edge_between(const Part &part, int a, int b) {
+    if (part.vertex_number[a] > part.vertex_number[b])
+        std::swap(a, b);
+    return {.key = {part.vertex_number[a], part.vertex_number[b]},
+            .owner = owner_of_edge(part.vertex_number[a], part.vertex_number[b], part.vertex_owner[a],
+                                   part.vertex_owner[b])};
+}
+
+/// The tetrahedra at nodes of a rank, with those nodes and facets that they have.
+Part at_nodes_of(int rank, const Part &whole) {
+    const auto &body = *whole.problem.body;
+    const auto &mesh = body.mesh;
+    const auto &load_case = whole.problem.load_case;
+    std::vector<std::size_t> kept;
+    std::vector<int> place(mesh.points.size(), -1);
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        if (std::ranges::any_of(mesh.tetrahedra[t], [&](int node) { return whole.vertex_owner[node] == rank; })) {
+            kept.push_back(t);
+            for (const int node : mesh.tetrahedra[t])
+                place[node] = 0;
+        }
+    Part part;
+    core::Body out{.name = body.name, .mesh = {}, .materials = body.materials};
+    out.mesh.region_names = mesh.region_names;
+    out.mesh.patch_names = mesh.patch_names;
+    auto &conditions = part.problem.load_case;
+    conditions.name = load_case.name;
+    conditions.regime = load_case.regime;
+    conditions.acceleration = load_case.acceleration;
+    conditions.conditions = load_case.conditions;
+    conditions.path = load_case.path;
+    conditions.press_depth = load_case.press_depth;
+    for (std::size_t node = 0; node < mesh.points.size(); ++node) {
+        if (place[node] < 0)
+            continue;
+        place[node] = out.mesh.num_nodes();
+        out.mesh.points.push_back(mesh.points[node]);
+        part.vertex_number.push_back(whole.vertex_number[node]);
+        part.vertex_owner.push_back(whole.vertex_owner[node]);
+        part.mesh_node.push_back(whole.mesh_node[node]);
+        if (!load_case.node_factor.empty())
+            conditions.node_factor.push_back(load_case.node_factor[node]);
+        if (!load_case.node_shift.empty())
+            conditions.node_shift.push_back(load_case.node_shift[node]);
+    }
+    for (const auto t : kept) {
+        auto corners = mesh.tetrahedra[t];
+        for (int &node : corners)
+            node = place[node];
+        out.mesh.tetrahedra.push_back(corners);
+        out.mesh.region.push_back(mesh.region[t]);
+    }
+    // A face may have all its corners here and its tetrahedron elsewhere.
+    std::vector<std::array<int, 3>> outer = core::outer_faces(out.mesh.tetrahedra);
+    std::ranges::transform(outer, outer.begin(), [](const auto &face) { return core::face_key(face); });
+    std::ranges::sort(outer);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        auto corners = mesh.boundary_triangles[f];
+        for (int &node : corners)
+            node = place[node];
+        if (!std::ranges::binary_search(outer, core::face_key(corners)))
+            continue;
+        out.mesh.boundary_triangles.push_back(corners);
+        out.mesh.boundary_patch.push_back(mesh.boundary_patch[f]);
+        part.facet.push_back(whole.facet[f]);
+        conditions.condition_on.push_back(load_case.condition_on[f]);
+        conditions.value.push_back(load_case.value[f]);
+    }
+    part.problem.body = std::make_shared<const core::Body>(std::move(out));
+    return part;
+}
+
+} // namespace
+
+Part cut(const core::Problem &problem) {
+    const auto &mesh = problem.body->mesh;
+    Part whole{.problem = problem, .vertex_number = {}, .vertex_owner = {}, .facet = {}, .mesh_node = {}};
+    whole.facet.resize(mesh.boundary_triangles.size());
+    std::iota(whole.facet.begin(), whole.facet.end(), 0);
+    whole.vertex_owner = owners(mesh, support::mpi_num_ranks());
+    whole.vertex_number.resize(mesh.points.size());
+    std::iota(whole.vertex_number.begin(), whole.vertex_number.end(), std::int64_t{0});
+    whole.mesh_node.assign(whole.vertex_number.begin(), whole.vertex_number.end());
+    return at_nodes_of(support::mpi_rank(), whole);
+}
+
+Part refine(const Part &part) {
+    const auto &mesh = part.problem.body->mesh;
+    // The vertices of the refined mesh are the nodes of quadratic elements on this one.
+    const auto edges = core::edge_table(mesh.tetrahedra).edges;
+    Part fine{
+        .problem = core::refine(part.problem), .vertex_number = {}, .vertex_owner = {}, .facet = {}, .mesh_node = {}};
+    for (int child = 0; child < fine.problem.body->mesh.num_boundary_triangles(); ++child)
+        fine.facet.push_back(part.facet[child / 4]);
+    std::vector<SharedEntry> vertices;
+    for (int a = 0; a < mesh.num_nodes(); ++a)
+        vertices.push_back(edge_between(part, a, a));
+    for (const auto &[a, b] : edges)
+        vertices.push_back(edge_between(part, a, b));
+    fine.vertex_number = NodeExchange(vertices, 1).numbers();
+    for (const auto &vertex : vertices)
+        fine.vertex_owner.push_back(vertex.owner);
+    fine.mesh_node = part.mesh_node;
+    fine.mesh_node.resize(vertices.size(), -1);
+    return at_nodes_of(support::mpi_rank(), fine);
+}
+
+std::vector<SharedEntry> nodes_of(const Part &part, const ElasticSystem &system) {
+    std::vector<SharedEntry> nodes(system.points.size());
+    const auto &tetrahedra = part.problem.body->mesh.tetrahedra;
+    for (std::size_t t = 0; t < tetrahedra.size(); ++t)
+        for (int k = 0; k < system.nodes_per_cell; ++k) {
+            const auto &corner = tetrahedra[t];
+            const auto ends = k < 4 ? std::array{k, k} : edges_of_quadratic[k - 4];
+            nodes[system.cell_nodes[t * system.nodes_per_cell + k]] =
+                edge_between(part, corner[ends[0]], corner[ends[1]]);
+        }
+    return nodes;
+}
+
+std::vector<SharedEntry> pressures_of(const Part &part, const PressureSystem &pressure) {
+    std::vector<SharedEntry> entries(pressure.num_pressures());
+    const auto &mesh = part.problem.body->mesh;
+    for (std::size_t t = 0; t < pressure.cell_pressures.size(); ++t)
+        for (int k = 0; k < 4; ++k)
+            if (const int number = pressure.cell_pressures[t][k]; number >= 0) {
+                const int vertex = mesh.tetrahedra[t][k];
+                entries[number] = {.key = {part.vertex_number[vertex], mesh.region[t]},
+                                   .owner = part.vertex_owner[vertex]};
+            }
+    return entries;
+}
+
+namespace {
+
+using Numbers = std::vector<std::int64_t>;
+
+/// Counts of the ranks before this one, and all together.
+std::pair<std::int64_t, std::int64_t> sums_of_ranks(std::int64_t mine) {
+    std::int64_t before = 0, all = 0;
+    MPI_Exscan(&mine, &before, 1, MPI_INT64_T, MPI_SUM, MPI_COMM_WORLD);
+    MPI_Allreduce(&mine, &all, 1, MPI_INT64_T, MPI_SUM, MPI_COMM_WORLD);
+    return {support::mpi_rank() == 0 ? 0 : before, all};
+}
+
+dealii::IndexSet with_components(dealii::IndexSet::size_type size, const Numbers &entries, int components) {
+    dealii::IndexSet set(components * size);
+    for (const auto entry : entries)
+        set.add_range(components * entry, components * (entry + 1));
+    set.compress();
+    return set;
+}
+
+} // namespace
+
+NodeExchange::NodeExchange(std::span<const SharedEntry> entries, int components) : components_(components) {
+    const int rank = support::mpi_rank();
+    is_owned_.resize(entries.size());
+    for (std::size_t i = 0; i < entries.size(); ++i)
+        if (is_owned_[i] = entries[i].owner == rank; is_owned_[i])
+            owned_.push_back(static_cast<int>(i));
+    const auto [before, all] = sums_of_ranks(static_cast<std::int64_t>(owned_.size()));
+
+    std::map<unsigned int, Numbers> questions; // keys, one behind the other
+    std::map<unsigned int, std::vector<std::size_t>> asked;
+    for (std::size_t i = 0; i < entries.size(); ++i)
+        if (!is_owned_[i]) {
+            auto &keys = questions[entries[i].owner];
+            keys.insert(keys.end(), entries[i].key.begin(), entries[i].key.end());
+            asked[entries[i].owner].push_back(i);
+        }
+    number_.resize(entries.size());
+    std::vector<std::pair<std::array<std::int64_t, 2>, std::int64_t>> known;
+    for (std::size_t k = 0; k < owned_.size(); ++k) {
+        number_[owned_[k]] = before + static_cast<std::int64_t>(k);
+        known.emplace_back(entries[owned_[k]].key, number_[owned_[k]]);
+    }
+    std::ranges::sort(known);
+    std::map<unsigned int, Numbers> answers;
+    for (const auto &[asking, keys] : dealii::Utilities::MPI::some_to_some(MPI_COMM_WORLD, questions))
+        for (std::size_t k = 0; k < keys.size(); k += 2) {
+            const std::array key{keys[k], keys[k + 1]};
+            const auto found = std::ranges::lower_bound(known, key, {}, [](const auto &entry) { return entry.first; });
+            if (found == known.end() || found->first != key)
+                throw std::logic_error("a rank was asked for a node that it does not own");
+            answers[asking].push_back(found->second);
+        }
+    Numbers others;
+    for (const auto &[owner, numbers] : dealii::Utilities::MPI::some_to_some(MPI_COMM_WORLD, answers))
+        for (std::size_t k = 0; k < numbers.size(); ++k) {
+            number_[asked.at(owner)[k]] = numbers[k];
+            others.push_back(numbers[k]);
+        }
+    std::ranges::sort(others);
+
+    if (all == 0) { // deal.II divides by it
+        partitioner_ = std::make_shared<const dealii::Utilities::MPI::Partitioner>();
+        return;
+    }
+    dealii::IndexSet mine(components * all);
+    mine.add_range(components * before, components * (before + static_cast<std::int64_t>(owned_.size())));
+    partitioner_ = std::make_shared<const dealii::Utilities::MPI::Partitioner>(
+        mine, with_components(all, others, components), MPI_COMM_WORLD);
+    for (const auto number : number_)
+        place_.push_back(static_cast<int>(partitioner_->global_to_local(components * number)));
+}
+
+std::int64_t NodeExchange::num_entries_of_all_ranks() const {
+    return static_cast<std::int64_t>(partitioner_->size()) / components_;
+}
+
+template <class T> void NodeExchange::read(const Vector &vector, std::span<T> values) const {
+    vector.update_ghost_values();
+    const double *const from = vector.begin();
+    for (std::size_t i = 0; i < place_.size(); ++i)
+        for (int c = 0; c < components_; ++c)
+            values[components_ * i + c] = static_cast<T>(from[place_[i] + c]);
+    vector.zero_out_ghost_values();
+}
+
+template <class T> void NodeExchange::write(std::span<const T> values, Vector &vector) const {
+    double *const to = vector.begin();
+    for (const int i : owned_)
+        for (int c = 0; c < components_; ++c)
+            to[place_[i] + c] = static_cast<double>(values[components_ * i + c]);
+}
+
+template void NodeExchange::read(const Vector &, std::span<double>) const;
+template void NodeExchange::read(const Vector &, std::span<float>) const;
+template void NodeExchange::write(std::span<const double>, Vector &) const;
+template void NodeExchange::write(std::span<const float>, Vector &) const;
+
+void NodeExchange::share(std::span<double> values) const {
+    auto whole = vector();
+    write<double>(values, whole);
+    read<double>(whole, values);
+}
+
+namespace {
+
+/// Over all ranks; what one alone has not zero is exact.
+void sum_over_ranks(std::vector<core::Vector3> &vectors) {
+    if (!vectors.empty())
+        MPI_Allreduce(MPI_IN_PLACE, vectors.front().data(), static_cast<int>(3 * vectors.size()), MPI_DOUBLE, MPI_SUM,
+                      MPI_COMM_WORLD);
+}
+
+} // namespace
+
+std::vector<core::Vector3> sum_of_reactions(const NodeExchange &nodes, std::span<const int> constraint,
+                                            std::span<const double> force, std::size_t num_constraints) {
+    std::vector<core::Vector3> sums(num_constraints, core::Vector3::Zero());
+    for (const int node : nodes.owned())
+        for (int i = 0; i < 3; ++i)
+            if (const int owner = constraint[3 * node + i]; owner >= 0)
+                sums[owner][i] += force[3 * node + i];
+    sum_over_ranks(sums);
+    return sums;
+}
+
+std::vector<core::Vector3> on_mesh(const Part &part, const ElasticSystem &system, const NodeExchange &nodes,
+                                   std::span<const double> displacement) {
+    int last = -1;
+    for (std::size_t vertex = 0; vertex < part.mesh_node.size(); ++vertex)
+        last = std::max(last, part.mesh_node[vertex]);
+    std::vector<core::Vector3> result(dealii::Utilities::MPI::max(last, MPI_COMM_WORLD) + 1, core::Vector3::Zero());
+    for (std::size_t vertex = 0; vertex < part.mesh_node.size(); ++vertex)
+        if (const int node = system.mesh_node[vertex]; part.mesh_node[vertex] >= 0 && nodes.owns(node))
+            result[part.mesh_node[vertex]] = core::Vector3::Map(&displacement[3 * node]);
+    sum_over_ranks(result);
+    return result;
+}
 
 namespace {
 
@@ -114,6 +427,37 @@ DistributedMultigrid::DistributedMultigrid(const SymmetricBlocks<double> &stiffn
 
 namespace {
 
+/// The inverses of the diagonal blocks, of what is free: what Chebyshev's polynomials smooth with.
+class BlockJacobi : public dealii::Subscriptor {
+  public:
+    using Vector = NodeExchange::Vector;
+
+    BlockJacobi(const SymmetricBlocks<double> &stiffness, const NodeExchange &nodes, const std::vector<bool> &is_free) {
+        for (const int node : nodes.owned()) {
+            Eigen::Matrix3d block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>::Map(stiffness.diagonal[node].data());
+            for (int i = 0; i < 3; ++i)
+                if (!is_free[3 * node + i]) {
+                    block.row(i).setZero();
+                    block.col(i).setZero();
+                    block(i, i) = 1.0;
+                }
+            Eigen::Matrix3d inverse = block.inverse();
+            for (int i = 0; i < 3; ++i)
+                if (!is_free[3 * node + i])
+                    inverse(i, i) = 0.0;
+            inverse_.push_back(inverse);
+        }
+    }
+
+    void vmult(Vector &out, const Vector &in) const {
+        for (std::size_t k = 0; k < inverse_.size(); ++k)
+            Eigen::Vector3d::Map(out.begin() + 3 * k) = inverse_[k] * Eigen::Vector3d::Map(in.begin() + 3 * k);
+    }
+
+  private:
+    std::vector<Eigen::Matrix3d> inverse_; ///< (owned nodes)
+};
+
 using Smoothed = DistributedStiffness<float>;
 using Chebyshev = dealii::PreconditionChebyshev<Smoothed, NodeExchange::Vector, BlockJacobi>;
 
@@ -123,12 +467,20 @@ constexpr unsigned int smoother_degree = 3;
 constexpr double smoothing_range = 12.0;
 constexpr unsigned int eigenvalue_iterations = 12;
 
-} // namespace
-
-struct DistributedLevels::Impl {
-    Impl(const Part &part, const ElasticSystem &of_quadratic, const NodeExchange &of_nodes, const RigidModes &of_body,
-         const std::vector<bool> &free)
-        : quadratic(of_quadratic), nodes(of_nodes), rigid(of_body), is_free(free),
+/// An approximate inverse of the stiffness of quadratic elements over all ranks: linear elements of the same
+/// tetrahedra with a smoothed aggregation multigrid of their own below, and polynomials of Chebyshev over the diagonal
+/// blocks before and behind, which are the same however the body is cut. Where the material is nearly incompressible
+/// the stiffness has to be the one without lambda, see without_pressure().
+/// (M. Adams, M. Brezina, J. Hu, R. Tuminaro 2003, Parallel multigrid smoothing, J. Comput. Phys. 188(2))
+struct DistributedLevels {
+    /// Collective. System, nodes and is_free are kept alive by the caller.
+    /// @param quadratic_system  assembled on the part
+    /// @param exchange          of its nodes, three components each
+    /// @param body_modes        of the whole body
+    /// @param free              shape (3 n)
+    DistributedLevels(const Part &part, const ElasticSystem &quadratic_system, const NodeExchange &exchange,
+                      const RigidModes &body_modes, const std::vector<bool> &free)
+        : quadratic(quadratic_system), nodes(exchange), rigid(body_modes), is_free(free),
           linear(assemble(without_pressure(*part.problem.body), 1)), vertices(nodes_of(part, linear), 3),
           from_linear(prolongation(linear, quadratic)), is_vertex_free(3 * linear.points.size()),
           residual(vertices.vector()), correction(vertices.vector()) {
@@ -136,6 +488,31 @@ struct DistributedLevels::Impl {
             is_vertex_free[dof] = is_free[3 * from_linear.fine_node[dof / 3] + dof % 3];
         fine_values.resize(3 * quadratic.points.size());
         coarse_values.resize(is_vertex_free.size());
+    }
+
+    /// Collective.
+    void set_up(const SymmetricBlocks<double> &stiffness) {
+        coarse.reset();
+        smoother.reset();
+        smoothed.reset();
+        rounded_stiffness = rounded(stiffness);
+        smoothed.emplace(rounded_stiffness, nodes, is_free);
+        Chebyshev::AdditionalData settings;
+        settings.degree = smoother_degree;
+        settings.smoothing_range = smoothing_range;
+        settings.eig_cg_n_iterations = eigenvalue_iterations;
+        settings.preconditioner = std::make_shared<BlockJacobi>(stiffness, nodes, is_free);
+        smoother.emplace();
+        smoother->initialize(*smoothed, settings);
+        linear.stiffness = galerkin(from_linear, stiffness, linear.stiffness.rows);
+        coarse.emplace(linear.stiffness, vertices, linear.points, rigid, is_vertex_free);
+    }
+
+    /// Collective, after set_up().
+    void vmult(NodeExchange::Vector &out, const NodeExchange::Vector &in) const {
+        smoother->vmult(out, in);
+        correct(out, in);
+        smoother->step(out, in);
     }
 
     /// out += the correction of linear elements for what in is without out.
@@ -171,35 +548,6 @@ struct DistributedLevels::Impl {
     mutable NodeExchange::Vector residual, correction; ///< of linear elements
     mutable std::vector<double> fine_values, coarse_values;
 };
-
-DistributedLevels::DistributedLevels(const Part &part, const ElasticSystem &quadratic, const NodeExchange &nodes,
-                                     const RigidModes &rigid, const std::vector<bool> &is_free)
-    : impl_(std::make_unique<Impl>(part, quadratic, nodes, rigid, is_free)) {}
-DistributedLevels::~DistributedLevels() = default;
-
-void DistributedLevels::set_up(const SymmetricBlocks<double> &stiffness) {
-    auto &impl = *impl_;
-    impl.coarse.reset();
-    impl.smoother.reset();
-    impl.smoothed.reset();
-    impl.rounded_stiffness = rounded(stiffness);
-    impl.smoothed.emplace(impl.rounded_stiffness, impl.nodes, impl.is_free);
-    Chebyshev::AdditionalData settings;
-    settings.degree = smoother_degree;
-    settings.smoothing_range = smoothing_range;
-    settings.eig_cg_n_iterations = eigenvalue_iterations;
-    settings.preconditioner = std::make_shared<BlockJacobi>(stiffness, impl.nodes, impl.is_free);
-    impl.smoother.emplace();
-    impl.smoother->initialize(*impl.smoothed, settings);
-    impl.linear.stiffness = galerkin(impl.from_linear, stiffness, impl.linear.stiffness.rows);
-    impl.coarse.emplace(impl.linear.stiffness, impl.vertices, impl.linear.points, impl.rigid, impl.is_vertex_free);
-}
-
-void DistributedLevels::vmult(Vector &out, const Vector &in) const {
-    impl_->smoother->vmult(out, in);
-    impl_->correct(out, in);
-    impl_->smoother->step(out, in);
-}
 
 /// The mass of the pressure that each rank has on its part.
 class DistributedMass : public dealii::Subscriptor {
@@ -244,8 +592,6 @@ class InverseDiagonal : public dealii::Subscriptor {
     std::vector<double> inverse_; ///< (owned pressures)
 };
 
-namespace {
-
 using BlockVector = dealii::LinearAlgebra::distributed::BlockVector<double>;
 
 /// Vectors of a Krylov space: more than ever were needed, so that it need not begin anew.
@@ -258,16 +604,10 @@ constexpr double reserve_on_ranks = 0.5;
 
 using ChebyshevOfMass = dealii::PreconditionChebyshev<DistributedMass, NodeExchange::Vector, InverseDiagonal>;
 
-/// Of the mass of linear functions on a tetrahedron over its diagonal.
+/// The mass of linear functions on a tetrahedron has these over its diagonal.
 constexpr double largest_eigenvalue = 2.5, smallest_eigenvalue = 0.5;
 /// Leaves less than a thousandth: more would not save iterations.
 constexpr unsigned int mass_degree = 8;
-
-template <class Action> struct Operator {
-    Action action;
-    void vmult(BlockVector &out, const BlockVector &in) const { action(out, in); }
-};
-template <class Action> Operator(Action) -> Operator<Action>;
 
 } // namespace
 
@@ -283,9 +623,9 @@ void MatricesOfPart::apply(std::span<const double> u, std::span<const double> p,
 }
 
 struct DistributedSaddlePoint::Impl {
-    Impl(const Part &part, const ElasticSystem &system, const PressureSystem &pressure, const NodeExchange &of_nodes,
+    Impl(const Part &part, const ElasticSystem &system, const PressureSystem &pressure, const NodeExchange &exchange,
          const RigidModes &rigid, double scale_of_pressure, std::vector<bool> free)
-        : nodes(of_nodes), pressures(pressures_of(part, pressure), 1), is_free(std::move(free)),
+        : nodes(exchange), pressures(pressures_of(part, pressure), 1), is_free(std::move(free)),
           levels(part, system, nodes, rigid, is_free), mass(pressure.norm, pressures), scale(scale_of_pressure),
           num_pressures(pressure.num_pressures()) {
         ChebyshevOfMass::AdditionalData settings;
@@ -315,12 +655,12 @@ struct DistributedSaddlePoint::Impl {
         write(force, volume, out);
     }
 
-    void write(std::vector<double> &of_u, std::vector<double> &of_p, BlockVector &out) const {
-        clear_constrained(std::span(of_u), is_free);
-        for (double &value : of_p)
+    void write(std::vector<double> &force_on_part, std::vector<double> &volume_on_part, BlockVector &out) const {
+        clear_constrained(std::span(force_on_part), is_free);
+        for (double &value : volume_on_part)
             value *= scale;
-        nodes.write(std::span<const double>(of_u), out.block(0));
-        pressures.write(std::span<const double>(of_p), out.block(1));
+        nodes.write(std::span<const double>(force_on_part), out.block(0));
+        pressures.write(std::span<const double>(volume_on_part), out.block(1));
     }
 
     /// u = K^-1 f, p = S^-1 (D u - g)

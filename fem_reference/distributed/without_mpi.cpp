@@ -1,7 +1,7 @@
 #include <stdexcept>
 
-#include "fem_reference/distributed/distributed_solver.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
+#include "fem_reference/linear/linear_elasticity.hpp"
 
 /// A build without MPI has one rank, on which nobody asks for these.
 namespace livermark {

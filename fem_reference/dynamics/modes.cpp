@@ -3,11 +3,11 @@
 #include <Spectra/SymGEigsShiftSolver.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
+#include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "fem_reference/linear/conditions.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
@@ -60,12 +60,17 @@ double dot(std::span<const double> a, std::span<const double> b) {
     return sum;
 }
 
+void add_scaled(double factor, std::span<const double> x, std::span<double> out) {
+    for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] += factor * x[i];
+}
+
 namespace {
 
 /// Lanczos's method finds the copies of a repeated frequency one after the other, by rounding; a few more than are
 /// asked for keep the last copy of the last one from being left out.
 constexpr int num_spare = 5;
-/// Of 1 / omega^2.
+/// Tolerance of 1 / omega^2.
 constexpr double relative_tolerance = 1e-13;
 constexpr int most_restarts = 1000;
 
@@ -184,7 +189,7 @@ EigenPairs lowest_eigenpairs(const SymmetricMatrix &stiffness, const SymmetricMa
 }
 
 core::Modes lowest_modes(const core::Problem &problem, int degree, int count) {
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = core::Clock::now();
     const auto &mesh = problem.body->mesh;
     check_facets(problem.load_case, mesh);
     const auto system = assemble(*problem.body, degree);
@@ -199,7 +204,7 @@ core::Modes lowest_modes(const core::Problem &problem, int degree, int count) {
         for (int node = 0; node < mesh.num_nodes(); ++node)
             modes.shape.emplace_back(core::Vector3::Map(&shape[3 * node]));
     modes.degrees_of_freedom = static_cast<std::int64_t>(conditions.prescribed.size());
-    modes.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    modes.seconds = core::seconds_since(start);
     return modes;
 }
 

@@ -28,6 +28,9 @@ SymmetricMatrix combine(double k, SymmetricMatrix stiffness, double m, const Sym
 /// a . b
 double dot(std::span<const double> a, std::span<const double> b);
 
+/// out += factor x
+void add_scaled(double factor, std::span<const double> x, std::span<double> out);
+
 /// The lowest solutions of K phi = omega^2 M phi.
 struct EigenPairs {
     std::vector<double> angular_frequency;  ///< (C) omega [rad/s], ascending

@@ -6,17 +6,148 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "core/events.hpp"
+#include "core/relaxation.hpp"
 #include "core/stopwatch.hpp"
-#include "fem_reference/dynamics/relaxed_motion.hpp"
+#include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/linear/conditions.hpp"
+#include "fem_reference/solvers/constrained_solver.hpp"
 
 namespace livermark::fem_reference {
+
+namespace {
+
+using Unknowns = std::vector<double>;
+
+/// A body on its way: see release_relaxed().
+class RelaxingMotion {
+  public:
+    RelaxingMotion(const core::Body &body, const ElasticSystem &system, const SplitStiffness &stiffness,
+                   const core::LoadCase &load_case, RelaxedState start, double time_step)
+        : stiffness_(stiffness), mass_(consistent_mass(body, system)),
+          conditions_(dof_conditions(core::without_tractions(load_case), system)), time_step_(time_step),
+          remaining_(load_case.slow_history->relaxation.remaining()),
+          steps_(core::branch_steps(load_case.slow_history->relaxation, time_step)),
+          at_rest_(core::branch_steps(load_case.slow_history->relaxation, 0.0)),
+          solver_(matrix(load_case.release->damping, core::instant_part(load_case.slow_history->relaxation, steps_))),
+          at_(std::move(start)), velocity_(conditions_.load.size(), 0.0), momentum_(velocity_),
+          mean_velocity_(velocity_) {
+        solver_.factorise(conditions_.prescribed); // the mass makes it positive definite, whatever is constrained
+    }
+
+    void advance() {
+        Unknowns relaxed = scaled(remaining_, at_.displacement);
+        for (std::size_t k = 0; k < steps_.size(); ++k)
+            add_scaled(0.5 * (1.0 + steps_[k].fade), at_.branches[k], relaxed);
+        auto force = stiffness_.product(at_.displacement, relaxed);
+        multiply_mass(mass_, velocity_, momentum_);
+        for (std::size_t i = 0; i < force.size(); ++i)
+            force[i] = 2.0 / time_step_ * momentum_[i] + conditions_.load[i] - force[i];
+        solver_.solve_constrained(force, mean_velocity_);
+        for (std::size_t i = 0; i < force.size(); ++i) {
+            const double change = time_step_ * mean_velocity_[i];
+            at_.displacement[i] += change;
+            velocity_[i] = 2.0 * mean_velocity_[i] - velocity_[i];
+            for (std::size_t k = 0; k < steps_.size(); ++k)
+                at_.branches[k][i] = steps_[k].fade * at_.branches[k][i] + steps_[k].gain * change;
+        }
+    }
+
+    const Unknowns &displacement() const { return at_.displacement; }
+
+    double kinetic_energy() {
+        multiply_mass(mass_, velocity_, momentum_);
+        return 0.5 * dot(velocity_, momentum_);
+    }
+
+    double stored_energy() const {
+        double energy =
+            0.5 * dot(at_.displacement, stiffness_.product(at_.displacement, scaled(remaining_, at_.displacement)));
+        const Unknowns zero(at_.displacement.size(), 0.0);
+        for (std::size_t k = 0; k < at_rest_.size(); ++k)
+            energy += at_rest_[k].stored(dot(at_.branches[k], stiffness_.product(zero, at_.branches[k])));
+        return energy;
+    }
+
+  private:
+    static Unknowns scaled(double factor, Unknowns x) {
+        for (double &value : x)
+            value *= factor;
+        return x;
+    }
+
+    /// @param instant  of the deviatoric stiffness in a step
+    SymmetricMatrix matrix(const core::RayleighDamping &damping, double instant) const {
+        const double half = 0.5 * time_step_;
+        return combine(1.0, stiffness_.combined(damping.beta + half, damping.beta + half * instant),
+                       damping.alpha + 2.0 / time_step_, mass_);
+    }
+
+    SplitStiffness stiffness_;
+    SymmetricMatrix mass_;
+    DofConditions conditions_;
+    double time_step_, remaining_;
+    std::vector<core::BranchStep> steps_, at_rest_;
+    ConstrainedSolver solver_;
+    RelaxedState at_;
+    Unknowns velocity_, momentum_, mean_velocity_;
+};
+
+} // namespace
+
+std::vector<double> SplitStiffness::product(std::span<const double> a, std::span<const double> b) const {
+    Unknowns whole_part(a.size()), other_part(a.size()), result(a.size()), more(a.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        other_part[i] = weight_ * (a[i] - b[i]);
+        whole_part[i] = b[i] - other_part[i];
+    }
+    whole_->multiply(whole_part, result);
+    other_->multiply(other_part, more);
+    add_scaled(1.0, more, result);
+    return result;
+}
+
+SymmetricMatrix SplitStiffness::combined(double v, double d) const {
+    auto matrix = compressed_rows(*whole_);
+    const auto other = compressed_rows(*other_);
+    const double other_part = weight_ * (v - d), whole_part = d - other_part;
+    for (std::size_t entry = 0; entry < matrix.value.size(); ++entry)
+        matrix.value[entry] = whole_part * matrix.value[entry] + other_part * other.value[entry];
+    return matrix;
+}
+
+core::History release_relaxed(const core::Body &body, const ElasticSystem &system, const SplitStiffness &stiffness,
+                              const core::LoadCase &load_case, RelaxedState start, int steps_per_record) {
+    const auto begin = core::Clock::now();
+    const auto &plan = load_case.release.value();
+    core::History history;
+    history.integrator = "newmark";
+    history.time_step = plan.output_interval / steps_per_record;
+    RelaxingMotion motion(body, system, stiffness, load_case, std::move(start), history.time_step);
+    history.setup_seconds = core::seconds_since(begin);
+    const auto ready = core::Clock::now();
+    const auto at_node = [&](int node) {
+        return core::Vector3(core::Vector3::Map(&motion.displacement()[3 * static_cast<std::size_t>(node)]));
+    };
+    for (int record = 0; record <= plan.num_steps; ++record) {
+        for (int step = 0; record > 0 && step < steps_per_record; ++step)
+            motion.advance();
+        history.time.push_back(record * plan.output_interval);
+        for (const auto &probe : plan.probes)
+            history.displacement.push_back(at_node(system.mesh_node[probe.node]));
+        if (plan.is_frame(record))
+            for (const int node : system.mesh_node)
+                history.frames.emplace_back(at_node(node).cast<float>());
+        history.kinetic_energy.push_back(motion.kinetic_energy());
+        history.strain_energy.push_back(motion.stored_energy());
+    }
+    history.solve_seconds = core::seconds_since(ready);
+    return history;
+}
 
 namespace {
 
@@ -46,8 +177,8 @@ core::Body body_of_displacements(const core::Body &body, const PressureSystem &p
 /// The pressures of a body with other bulk moduli: each belongs to one region.
 PressureSystem with_scaled_bulk(PressureSystem pressure, const core::Body &body, double part) {
     std::vector<int> region(static_cast<std::size_t>(pressure.num_pressures()), 0);
-    for (std::size_t t = 0; t < pressure.of_cell.size(); ++t)
-        for (const int number : pressure.of_cell[t])
+    for (std::size_t t = 0; t < pressure.cell_pressures.size(); ++t)
+        for (const int number : pressure.cell_pressures[t])
             if (number >= 0)
                 region[number] = body.mesh.region[t];
     for (std::size_t row = 0; row < region.size(); ++row) {
@@ -221,20 +352,11 @@ std::vector<ReducedRecord> follow(const ReducedBody &body, const core::SlowHisto
 
 namespace {
 
-double work_of(const std::vector<double> &a, const std::vector<double> &b) {
-    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-}
-
-void add_multiple(double factor, const std::vector<double> &x, std::vector<double> &out) {
-    for (std::size_t i = 0; i < out.size(); ++i)
-        out[i] += factor * x[i];
-}
-
 /// A displacement that the motion is made of, and what holds the body in it.
 struct Shape {
     std::vector<double> displacement;           ///< (3 n) [m]
     std::vector<double> deviatoric, volumetric; ///< (3 n) D b and V b [N]
-    double energy() const { return work_of(displacement, deviatoric) + work_of(displacement, volumetric); }
+    double energy() const { return dot(displacement, deviatoric) + dot(displacement, volumetric); }
 };
 
 /// Sums of forces at the unknowns of each constraint.
@@ -252,7 +374,7 @@ std::vector<core::Vector3> sums(const std::vector<int> &constraint, const std::v
 std::vector<double> combined(const std::vector<Shape> &shapes, const Eigen::VectorXd &coordinates) {
     std::vector<double> sum(shapes.front().displacement.size(), 0.0);
     for (std::size_t j = 0; j < shapes.size(); ++j)
-        add_multiple(coordinates[static_cast<Eigen::Index>(j)], shapes[j].displacement, sum);
+        add_scaled(coordinates[static_cast<Eigen::Index>(j)], shapes[j].displacement, sum);
     return sum;
 }
 
@@ -326,7 +448,7 @@ std::optional<ConstrainedSolution> RelaxingSolver::Impl::elastic(const DofCondit
     if (!found.unique)
         return std::nullopt;
     if (conditions.press_depth != 0.0) {
-        const double factor = conditions.press_depth / work_of(found.displacement, conditions.load);
+        const double factor = conditions.press_depth / dot(found.displacement, conditions.load);
         for (double &value : found.displacement)
             value *= factor;
     }
@@ -338,10 +460,10 @@ void RelaxingSolver::Impl::split_forces(Shape &shape, double remaining) {
     const double other = other_part(remaining);
     shape.deviatoric = at(1.0).force(shape.displacement);
     shape.volumetric = at(other).force(shape.displacement);
-    add_multiple(-1.0, shape.deviatoric, shape.volumetric);
+    add_scaled(-1.0, shape.deviatoric, shape.volumetric);
     for (double &force : shape.volumetric)
         force /= 1.0 / other - 1.0;
-    add_multiple(-1.0, shape.volumetric, shape.deviatoric);
+    add_scaled(-1.0, shape.volumetric, shape.deviatoric);
 }
 
 /// Follows the history in the space of the shapes.
@@ -358,22 +480,22 @@ RelaxedState RelaxingSolver::Impl::fill(core::Solution &solution, const core::Lo
     reduced.is_moved = is_moved;
     for (Eigen::Index i = 0; i < num_shapes; ++i) {
         for (Eigen::Index j = 0; j < num_shapes; ++j) {
-            reduced.volumetric(i, j) = work_of(shapes[i].displacement, shapes[j].volumetric);
-            reduced.deviatoric(i, j) = work_of(shapes[i].displacement, shapes[j].deviatoric);
+            reduced.volumetric(i, j) = dot(shapes[i].displacement, shapes[j].volumetric);
+            reduced.deviatoric(i, j) = dot(shapes[i].displacement, shapes[j].deviatoric);
         }
         if (!is_pressed) // what presses is a reaction to its depth
-            reduced.load[i] = work_of(shapes[i].displacement, conditions.load);
+            reduced.load[i] = dot(shapes[i].displacement, conditions.load);
     }
     const auto &history = *load_case.slow_history;
     const auto records = follow(reduced, history, steps_per_record);
 
     const auto num_constraints = static_cast<std::size_t>(load_case.num_constraints());
-    std::vector<std::vector<core::Vector3>> of_deviatoric, of_volumetric;
+    std::vector<std::vector<core::Vector3>> deviatoric, volumetric;
     for (const auto &shape : shapes) {
-        of_deviatoric.push_back(sums(conditions.constraint, shape.deviatoric, num_constraints));
-        of_volumetric.push_back(sums(conditions.constraint, shape.volumetric, num_constraints));
+        deviatoric.push_back(sums(conditions.constraint, shape.deviatoric, num_constraints));
+        volumetric.push_back(sums(conditions.constraint, shape.volumetric, num_constraints));
     }
-    const auto of_load = sums(conditions.constraint, conditions.load, num_constraints);
+    const auto loads = sums(conditions.constraint, conditions.load, num_constraints);
     const auto resultants = core::press_resultants(load_case, body->mesh);
     const auto &mesh_node = elements.matrices().system.mesh_node;
     for (std::size_t k = 0; k < records.size(); ++k) {
@@ -385,10 +507,9 @@ RelaxedState RelaxingSolver::Impl::fill(core::Solution &solution, const core::Lo
         point.reaction = resultants;
         for (std::size_t p = 0; p < num_constraints; ++p) {
             point.reaction[p] *= press;
-            point.reaction[p] -= (is_pressed ? press : history.factors[k]) * of_load[p];
+            point.reaction[p] -= (is_pressed ? press : history.factors[k]) * loads[p];
             for (Eigen::Index j = 0; j < num_shapes; ++j)
-                point.reaction[p] +=
-                    record.coordinates[j] * of_volumetric[j][p] + record.relaxed[j] * of_deviatoric[j][p];
+                point.reaction[p] += record.coordinates[j] * volumetric[j][p] + record.relaxed[j] * deviatoric[j][p];
         }
         std::vector<core::Vector3> displacement(mesh_node.size(), core::Vector3::Zero());
         for (std::size_t node = 0; node < mesh_node.size(); ++node)
@@ -443,26 +564,23 @@ core::Solution RelaxingSolver::solve(const core::LoadCase &load_case, int steps_
             break; // nothing relaxes
         auto found = impl.elastic(conditions, part);
         if (!found || !found->converged) {
-            constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+            leave_unsolved(solution, impl.body->mesh, load_case);
             solution.status = core::SolutionStatus::not_converged;
             solution.message = found ? "the iterations stopped before they came to their tolerance; use the direct "
                                        "solver"
                                      : "the prescribed displacements leave the body, or a part of it, free to move as "
                                        "a rigid body; constrain all six rigid body motions";
-            solution.displacement.assign(impl.body->mesh.points.size(), core::Vector3::Constant(nan));
-            solution.reaction.assign(load_case.num_constraints(), core::Vector3::Constant(nan));
-            solution.strain_energy = nan;
             return solution;
         }
         impl.at(part).forget_factor();
         Shape shape{.displacement = std::move(found->displacement), .deviatoric = {}, .volumetric = {}};
         if (!shapes.empty() && is_moved)
-            add_multiple(-1.0, shapes.front().displacement, shape.displacement); // zero where it is moved
-        for (int pass = 0; pass < 2; ++pass)                                     // once more, against rounding
+            add_scaled(-1.0, shapes.front().displacement, shape.displacement); // zero where it is moved
+        for (int pass = 0; pass < 2; ++pass)                                   // once more, against rounding
             for (std::size_t i = is_moved ? 1 : 0; i < shapes.size(); ++i) {
-                const double part_of = work_of(shape.displacement, shapes[i].deviatoric) +
-                                       work_of(shape.displacement, shapes[i].volumetric);
-                add_multiple(-part_of / shapes[i].energy(), shapes[i].displacement, shape.displacement);
+                const double part_of =
+                    dot(shape.displacement, shapes[i].deviatoric) + dot(shape.displacement, shapes[i].volumetric);
+                add_scaled(-part_of / shapes[i].energy(), shapes[i].displacement, shape.displacement);
             }
         impl.split_forces(shape, remaining);
         const double energy = shape.energy();

@@ -17,58 +17,32 @@
 
 namespace livermark::fem_reference {
 
-struct Newmark::Impl {
-    Impl(const SymmetricBlocks<double> &stiffness_, const SymmetricMatrix &mass_, const core::RayleighDamping &damping,
-         double time_step_)
-        : stiffness(stiffness_), mass(mass_), time_step(time_step_),
-          solver(combine(damping.beta + 0.5 * time_step, compressed_rows(stiffness), damping.alpha + 2.0 / time_step,
-                         mass)),
-          force(3 * static_cast<std::size_t>(mass.num_rows())), momentum(force.size()), mean_velocity(force.size()) {}
-
-    Energy multiply_by_matrices(const Motion &motion);
-    Energy advance(Motion &motion, std::span<const double> load);
-
-    const SymmetricBlocks<double> &stiffness;
-    const SymmetricMatrix &mass;
-    double time_step;
-    ConstrainedSolver solver;
-    std::vector<double> force, momentum, mean_velocity;
-};
-
-/// force = K u, momentum = M v
-Energy Newmark::Impl::multiply_by_matrices(const Motion &motion) {
-    stiffness.multiply(motion.displacement, force);
-    multiply_mass(mass, motion.velocity, momentum);
-    return {.kinetic = 0.5 * dot(motion.velocity, momentum), .strain = 0.5 * dot(motion.displacement, force)};
-}
-
-Energy Newmark::Impl::advance(Motion &motion, std::span<const double> load) {
-    const auto before = multiply_by_matrices(motion);
-    for (std::size_t i = 0; i < force.size(); ++i)
-        force[i] = 2.0 / time_step * momentum[i] + load[i] - force[i];
-    solver.solve_constrained(force, mean_velocity);
-    for (std::size_t i = 0; i < force.size(); ++i) {
-        motion.displacement[i] += time_step * mean_velocity[i];
-        motion.velocity[i] = 2.0 * mean_velocity[i] - motion.velocity[i];
-    }
-    return before;
-}
-
 Newmark::Newmark(const SymmetricBlocks<double> &stiffness, const SymmetricMatrix &mass,
                  const core::RayleighDamping &damping, double time_step, std::span<const double> prescribed)
-    : impl_(std::make_unique<Impl>(stiffness, mass, damping, time_step)) {
-    impl_->solver.factorise(prescribed); // the mass makes it positive definite, whatever is constrained
+    : stiffness_(&stiffness), mass_(&mass), time_step_(time_step),
+      solver_(
+          combine(damping.beta + 0.5 * time_step, compressed_rows(stiffness), damping.alpha + 2.0 / time_step, mass)),
+      force_(3 * static_cast<std::size_t>(mass.num_rows())), momentum_(force_.size()), mean_velocity_(force_.size()) {
+    solver_.factorise(prescribed); // the mass makes it positive definite, whatever is constrained
 }
-Newmark::~Newmark() = default;
-Newmark::Newmark(Newmark &&) noexcept = default;
-Newmark &Newmark::operator=(Newmark &&) noexcept = default;
+
+/// force = K u, momentum = M v
+Energy Newmark::energy(const Motion &motion) {
+    stiffness_->multiply(motion.displacement, force_);
+    multiply_mass(*mass_, motion.velocity, momentum_);
+    return {.kinetic = 0.5 * dot(motion.velocity, momentum_), .strain = 0.5 * dot(motion.displacement, force_)};
+}
 
 Energy Newmark::advance(Motion &motion, std::span<const double> load) {
-    return impl_->advance(motion, load);
-}
-
-Energy Newmark::energy(const Motion &motion) const {
-    return impl_->multiply_by_matrices(motion);
+    const auto before = energy(motion);
+    for (std::size_t i = 0; i < force_.size(); ++i)
+        force_[i] = 2.0 / time_step_ * momentum_[i] + load[i] - force_[i];
+    solver_.solve_constrained(force_, mean_velocity_);
+    for (std::size_t i = 0; i < force_.size(); ++i) {
+        motion.displacement[i] += time_step_ * mean_velocity_[i];
+        motion.velocity[i] = 2.0 * mean_velocity_[i] - motion.velocity[i];
+    }
+    return before;
 }
 
 namespace {
@@ -162,19 +136,25 @@ namespace {
 constexpr double motion_tolerance = 5e-5;
 constexpr int vectors_per_check = 5;
 constexpr int vectors_left_out = 10; ///< of the motion that a check compares with
-/// Where what the vectors change begins to go down at the pace that it keeps.
+/// Size from which what the vectors change goes down at the pace that it keeps.
 constexpr int fewest_to_extrapolate = 40;
 /// A probe that moves less than this part of the one that moves most counts as if it moved that much.
 constexpr double least_part = 1e-3;
 
+/// Rows of the probes in the vectors of a space.
+Eigen::MatrixXd rows_of_probes(const core::Release &plan, const RitzSpace &space) {
+    const auto num_probes = static_cast<Eigen::Index>(plan.probes.size());
+    Eigen::MatrixXd rows(3 * num_probes, space.size());
+    for (Eigen::Index q = 0; q < num_probes; ++q)
+        rows.middleRows<3>(3 * q) =
+            space.vectors().middleRows<3>(3 * static_cast<Eigen::Index>(plan.probes[static_cast<std::size_t>(q)].node));
+    return rows;
+}
+
 /// Changes by the last vectors in the motion of the whole body and of each probe, the largest of these parts.
 double largest_change(const RitzSpace &space, const core::Release &release) {
     const auto num_probes = static_cast<Eigen::Index>(release.probes.size());
-    Eigen::MatrixXd of_probes(3 * num_probes, space.size());
-    for (Eigen::Index q = 0; q < num_probes; ++q)
-        of_probes.middleRows<3>(3 * q) =
-            space.vectors().middleRows<3>(3 * static_cast<Eigen::Index>(release.probes[q].node));
-
+    const auto rows = rows_of_probes(release, space);
     const Eigen::Index num_before = space.size() - vectors_left_out;
     auto motion = motion_in(space, space.size(), release);
     auto motion_before = motion_in(space, num_before, release);
@@ -188,7 +168,7 @@ double largest_change(const RitzSpace &space, const core::Release &release) {
         change.head(num_before) -= motion_before.displacement();
         moved += z.squaredNorm();
         changed += change.squaredNorm();
-        const Eigen::VectorXd probes = of_probes * z, change_of_probes = of_probes * change;
+        const Eigen::VectorXd probes = rows * z, change_of_probes = rows * change;
         probe_moved += probes.reshaped(3, num_probes).colwise().squaredNorm().transpose().array();
         probe_changed += change_of_probes.reshaped(3, num_probes).colwise().squaredNorm().transpose().array();
     }
@@ -274,16 +254,6 @@ core::Release in_system(core::Release plan, const ElasticSystem &system) {
 /// Newmark's method is of second order: what is left in steps an eighth as long is a part of 64.
 constexpr int finer_steps = 8;
 
-/// Rows of the probes in the vectors of a space.
-Eigen::MatrixXd rows_of_probes(const core::Release &plan, const RitzSpace &space) {
-    const auto num_probes = static_cast<Eigen::Index>(plan.probes.size());
-    Eigen::MatrixXd rows(3 * num_probes, space.size());
-    for (Eigen::Index q = 0; q < num_probes; ++q)
-        rows.middleRows<3>(3 * q) =
-            space.vectors().middleRows<3>(3 * static_cast<Eigen::Index>(plan.probes[static_cast<std::size_t>(q)].node));
-    return rows;
-}
-
 /// The motion of the probes from u_0 in steps that are so many times shorter than records, at the records.
 /// @param start  shape (3 Q) [m]
 core::History probes_in_steps(const core::Release &plan, const RitzSpace &space, const Eigen::MatrixXd &rows,
@@ -338,11 +308,27 @@ void record(core::History &history, const ElasticSystem &system, const core::Rel
         history.strain_energy.push_back(energy_0 + force_on_space.dot(q) + 0.5 * q.dot(space.stiffness() * q));
         motion.advance();
     }
-    Eigen::VectorXd of_probes(3 * static_cast<Eigen::Index>(plan.probes.size()));
+    Eigen::VectorXd at_probes(3 * static_cast<Eigen::Index>(plan.probes.size()));
     for (std::size_t q = 0; q < plan.probes.size(); ++q)
-        of_probes.segment<3>(3 * static_cast<Eigen::Index>(q)) =
+        at_probes.segment<3>(3 * static_cast<Eigen::Index>(q)) =
             u_0.segment<3>(3 * static_cast<Eigen::Index>(plan.probes[q].node));
-    history.observed_error = error_of_steps(plan, space, of_probes);
+    history.observed_error = error_of_steps(plan, space, at_probes);
+}
+
+/// Motion from a displacement in a space that is extended until it holds it.
+/// @param force       shape (3 n) [N] of the displacement
+/// @param start, ready  of the set-up
+/// @return nothing if the motion does not lie in a space of few vectors
+std::optional<core::History> motion_from(const std::vector<double> &displacement, const std::vector<double> &force,
+                                         const ElasticSystem &system, const core::Release &plan, RitzSpace &space,
+                                         Clock::time_point start, Clock::time_point ready) {
+    if (!extend_until_converged(space, plan))
+        return std::nullopt;
+    auto history = empty_history(plan);
+    record(history, system, plan, space, motion_in(space, space.size(), plan), displacement, force);
+    history.setup_seconds = seconds_between(start, ready);
+    history.solve_seconds = seconds_between(ready, Clock::now());
+    return history;
 }
 
 /// Nothing if the motion does not lie in a space of few vectors, or if nothing holds the body.
@@ -362,13 +348,7 @@ std::optional<core::History> release_in_ritz_space(const core::Body &body, const
     for (std::size_t i = 0; i < force.size(); ++i)
         imbalance[i] -= force[i];
     RitzSpace space(system.stiffness, mass, solver, std::move(imbalance));
-    if (!extend_until_converged(space, plan))
-        return std::nullopt;
-    auto history = empty_history(plan);
-    record(history, system, plan, space, motion_in(space, space.size(), plan), displacement, force);
-    history.setup_seconds = seconds_between(start, ready);
-    history.solve_seconds = seconds_between(ready, Clock::now());
-    return history;
+    return motion_from(displacement, force, system, plan, space, start, ready);
 }
 
 } // namespace
@@ -385,13 +365,7 @@ std::optional<core::History> release_by_statics(const core::Body &body, const El
         imbalance[i] -= force[i];
     const auto ready = Clock::now();
     RitzSpace space(mass, std::move(solve), std::move(imbalance));
-    if (!extend_until_converged(space, plan))
-        return std::nullopt;
-    auto history = empty_history(plan);
-    record(history, system, plan, space, motion_in(space, space.size(), plan), displacement, force);
-    history.setup_seconds = seconds_between(start, ready);
-    history.solve_seconds = seconds_between(ready, Clock::now());
-    return history;
+    return motion_from(displacement, force, system, plan, space, start, ready);
 }
 
 core::History release(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,

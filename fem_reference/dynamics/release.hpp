@@ -47,9 +47,6 @@ class Newmark {
     /// @throws std::runtime_error if the memory does not hold the factor
     Newmark(const SymmetricBlocks<double> &stiffness, const SymmetricMatrix &mass, const core::RayleighDamping &damping,
             double time_step, std::span<const double> prescribed);
-    ~Newmark();
-    Newmark(Newmark &&) noexcept;
-    Newmark &operator=(Newmark &&) noexcept;
 
     /// Moves on by one step.
     /// @param motion  velocity zero where prescribed
@@ -57,11 +54,14 @@ class Newmark {
     /// @return the energies before the step, which are a by-product of it
     Energy advance(Motion &motion, std::span<const double> load);
 
-    Energy energy(const Motion &motion) const;
+    Energy energy(const Motion &motion);
 
   private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    const SymmetricBlocks<double> *stiffness_;
+    const SymmetricMatrix *mass_;
+    double time_step_;
+    ConstrainedSolver solver_;
+    std::vector<double> force_, momentum_, mean_velocity_;
 };
 
 /// Load-dependent Ritz vectors: a space for the motion of a body on which a force r begins to act and stays,
@@ -120,7 +120,7 @@ class RitzSpace {
     Eigen::VectorXd force_on_space_;
 };
 
-/// What Newmark's average acceleration, as in Newmark, makes of M z'' + D z' + K z = r in a space of m vectors, from
+/// The motion M z'' + D z' + K z = r by Newmark's average acceleration, as in Newmark, in a space of m vectors, from
 /// z = 0 and rest: M is the identity there, and D is Rayleigh damping, so that the modes of the space move each for
 /// itself.
 class RitzMotion {

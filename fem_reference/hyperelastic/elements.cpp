@@ -110,23 +110,23 @@ double IsochoricPart::energy(const Matrix3 &f) const {
 
 Matrix3 IsochoricPart::stress(const Matrix3 &f) const {
     const Matrix3 shape = without_dilation(f);
-    const Matrix3 of_shape = stress_of_shape(*this, shape);
-    const double along = of_shape.cwiseProduct(f).sum();
-    return (of_shape - along / 3.0 * Matrix3(f.inverse().transpose())) / std::cbrt(f.determinant());
+    const Matrix3 shape_part = stress_of_shape(*this, shape);
+    const double along = shape_part.cwiseProduct(f).sum();
+    return (shape_part - along / 3.0 * Matrix3(f.inverse().transpose())) / std::cbrt(f.determinant());
 }
 
 Tangent IsochoricPart::tangent(const Matrix3 &f) const {
     const Matrix3 shape = without_dilation(f), inverse = f.inverse();
     const double scale = 1.0 / std::cbrt(f.determinant());
-    Tangent of_shape = -faded * law.tangent(material, shape);
+    Tangent shape_part = -faded * law.tangent(material, shape);
     for (int i = 0; i < 3; ++i)
-        of_shape.block<3, 3>(3 * i, 3 * i) += remembered;
+        shape_part.block<3, 3>(3 * i, 3 * i) += remembered;
     const Matrix3 stress = stress_of_shape(*this, shape);
     const double along = stress.cwiseProduct(f).sum();
     const Vector9 normal = as_vector(inverse.transpose()), stresses = as_vector(stress);
     // dF' = scale (I - F (x) F^-T / 3) dF
     const Tangent map = scale * (Tangent::Identity() - as_vector(f) * normal.transpose() / 3.0);
-    Tangent result = map.transpose() * of_shape * map;
+    Tangent result = map.transpose() * shape_part * map;
     result -= scale / 3.0 * (stresses * normal.transpose() + normal * stresses.transpose());
     result += scale * along / 9.0 * normal * normal.transpose();
     for (int i = 0; i < 3; ++i)
@@ -202,7 +202,8 @@ template <class Action> void Elements::for_each_cell(const Action &action) const
     for (std::size_t t = 0; t < body_->mesh.tetrahedra.size(); ++t) {
         Cell cell{static_cast<int>(t),
                   std::span(system_.cell_nodes).subspan(t * num_local, num_local),
-                  pressure_.num_pressures() > 0 && pressure_.of_cell[t][0] >= 0 ? &pressure_.of_cell[t] : nullptr,
+                  pressure_.num_pressures() > 0 && pressure_.cell_pressures[t][0] >= 0 ? &pressure_.cell_pressures[t]
+                                                                                       : nullptr,
                   &body_->materials[body_->mesh.region[t]],
                   {},
                   0.0};
@@ -342,23 +343,24 @@ void Elements::assemble_tangent(const State &state, TangentMatrices &tangent) co
             const double jacobian = f.determinant();
             const double weight = reference_.weight[q] * cell.volume;
             const auto volume = law_->volume(jacobian);
-            Tangent of_point = law_->tangent(*cell.material, f);
+            Tangent point_tangent = law_->tangent(*cell.material, f);
             if (cell.pressures) {
                 const double pressure = cell.pressure(reference_.linear_shape[q], state.pressure);
-                add_volume_tangent(pressure * volume.slope, pressure * volume.curvature, jacobian, inverse, of_point);
+                add_volume_tangent(pressure * volume.slope, pressure * volume.curvature, jacobian, inverse,
+                                   point_tangent);
             } else {
                 add_volume_tangent(modulus * volume.value * volume.slope,
                                    modulus * (volume.slope * volume.slope + volume.value * volume.curvature), jacobian,
-                                   inverse, of_point);
+                                   inverse, point_tangent);
             }
             if (memory_)
-                of_point += isochoric_part(cell, q).tangent(f);
-            of_point *= weight;
+                point_tangent += isochoric_part(cell, q).tangent(f);
+            point_tangent *= weight;
             std::size_t at = 0;
             for (std::size_t a = 0; a < num_local; ++a) {
                 Eigen::Matrix<double, 3, 9> row; // g_aJ A_(iJ)(jL)
                 for (int i = 0; i < 3; ++i)
-                    row.row(i) = gradients.col(a).transpose() * of_point.middleRows<3>(3 * i);
+                    row.row(i) = gradients.col(a).transpose() * point_tangent.middleRows<3>(3 * i);
                 for (std::size_t b = 0; b <= a; ++b, ++at)
                     for (int j = 0; j < 3; ++j)
                         local[at].col(j) += row.middleCols<3>(3 * j) * gradients.col(b);

@@ -7,7 +7,6 @@
 
 #include "core/problem.hpp"
 #include "fem_reference/hyperelastic/material_law.hpp"
-#include "fem_reference/linear/choices.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 
 namespace livermark::hyperelastic {

@@ -1,20 +1,164 @@
 #include "fem_reference/hyperelastic/equilibrium_search.hpp"
 
+#include <deal.II/lac/precondition.h>
+#include <deal.II/lac/solver_control.h>
+#include <deal.II/lac/solver_gmres.h>
+#include <deal.II/lac/vector.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "fem_reference/linear/chosen_solver.hpp"
+#include "fem_reference/solvers/constrained_solver.hpp"
+#include "fem_reference/solvers/matrices.hpp"
+#include "fem_reference/solvers/two_level.hpp"
+
 namespace livermark::hyperelastic {
 
-std::vector<bool> free_of(const std::vector<double> &prescribed) {
+namespace {
+
+using Vector = dealii::Vector<double>; // displacements, then pressures over their scale
+
+} // namespace
+
+struct TangentSolver::Impl {
+    /// Linear elements on the same tetrahedra below the quadratic ones.
+    struct Levels {
+        explicit Levels(const Elements &elements)
+            : linear(fem_reference::assemble(fem_reference::without_pressure(elements.body()), 1)),
+              from_linear(fem_reference::prolongation(linear, elements.system())) {}
+
+        bool set_up(const fem_reference::SymmetricBlocks<double> &stiffness, const std::vector<bool> &is_free) {
+            inverse.reset();
+            rounded = fem_reference::rounded(stiffness);
+            linear.stiffness = fem_reference::galerkin(from_linear, stiffness, linear.stiffness.rows);
+            coarse.emplace(linear, fem_reference::SolverChoice::automatic);
+            inverse = fem_reference::two_level(from_linear, rounded, coarse->inverse());
+            return inverse->set_up({.sets = {is_free}, .set = {0}});
+        }
+
+        fem_reference::ElasticSystem linear; ///< its stiffness is P^T K P
+        fem_reference::Prolongation from_linear;
+        fem_reference::SymmetricBlocks<float> rounded;
+        std::optional<fem_reference::ChosenSolver> coarse;
+        std::unique_ptr<fem_reference::Preconditioner> inverse;
+    };
+
+    Impl(const Elements &of, std::vector<bool> free)
+        : elements(of), is_free(std::move(free)), scale(fem_reference::pressure_scale(of.body())) {
+        if (elements.num_pressures() > 0) {
+            norm.emplace(elements.pressure().norm);
+            const std::vector<double> nothing_prescribed(elements.num_pressures(),
+                                                         std::numeric_limits<double>::quiet_NaN());
+            norm->factorise(nothing_prescribed);
+            levels.emplace(elements);
+        } else {
+            factor.emplace(elements.system().stiffness.rows, is_free);
+        }
+    }
+
+    std::span<double> displacements(Vector &x) const { return std::span(x.begin(), is_free.size()); }
+    std::span<const double> displacements(const Vector &x) const { return std::span(x.begin(), is_free.size()); }
+    std::span<double> pressures(Vector &x) const { return std::span(x.begin(), x.size()).subspan(is_free.size()); }
+    std::span<const double> pressures(const Vector &x) const {
+        return std::span(x.begin(), x.size()).subspan(is_free.size());
+    }
+    /// out = an approximate K^-1 times a force
+    void apply_inverse(std::span<const double> force, std::span<double> out) const {
+        if (levels) {
+            std::vector<float> residual(force.begin(), force.end()), correction(force.size());
+            fem_reference::clear_constrained(std::span(residual), is_free);
+            levels->inverse->apply(residual, correction);
+            std::ranges::copy(correction, out.begin());
+            return;
+        }
+        factor->solve(force, out);
+    }
+
+    const Elements &elements;
     std::vector<bool> is_free;
-    for (const double value : prescribed)
-        is_free.push_back(std::isnan(value));
-    return is_free;
+    double scale;
+    std::optional<fem_reference::BlockFactor> factor; ///< in displacements alone
+    mutable std::optional<fem_reference::ConstrainedSolver> norm;
+    mutable std::optional<Levels> levels; ///< with a pressure
+};
+
+TangentSolver::TangentSolver(const Elements &elements, std::vector<bool> is_free)
+    : impl_(std::make_unique<Impl>(elements, std::move(is_free))) {}
+TangentSolver::~TangentSolver() = default;
+
+double TangentSolver::pressure_scale() const {
+    return impl_->scale;
+}
+
+bool TangentSolver::is_direct() const {
+    return !impl_->levels;
+}
+
+bool TangentSolver::factorise(const fem_reference::SymmetricBlocks<double> &stiffness) {
+    return impl_->levels ? impl_->levels->set_up(stiffness, impl_->is_free) : impl_->factor->factorise(stiffness);
+}
+
+TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent, const SurfaceStiffness &surface,
+                                               const State &right, double tolerance) const {
+    const auto &impl = *impl_;
+    const auto num_displacements = impl.is_free.size();
+    const auto num_pressures = static_cast<std::size_t>(impl.elements.num_pressures());
+    std::vector<double> scaled(num_pressures), volumes(num_pressures);
+    const fem_reference::Operator matrix{[&](Vector &out, const Vector &x) {
+        const auto u = impl.displacements(x);
+        const auto force = impl.displacements(out);
+        tangent.stiffness.multiply(u, force);
+        surface.add_product(u, force);
+        if (num_pressures > 0) {
+            for (std::size_t k = 0; k < num_pressures; ++k)
+                scaled[k] = impl.scale * impl.pressures(x)[k];
+            fem_reference::multiply(impl.elements.compliance(), scaled, volumes);
+            tangent.divergence.add_products(u, scaled, force, volumes, 1);
+            for (std::size_t k = 0; k < num_pressures; ++k)
+                impl.pressures(out)[k] = impl.scale * volumes[k];
+        }
+        fem_reference::clear_constrained(force, impl.is_free);
+    }};
+    const fem_reference::Operator preconditioner{[&](Vector &out, const Vector &x) {
+        impl.apply_inverse(impl.displacements(x), impl.displacements(out));
+        if (num_pressures > 0) {
+            for (std::size_t k = 0; k < num_pressures; ++k)
+                scaled[k] = impl.pressures(x)[k] / impl.scale;
+            tangent.divergence.subtract_product(impl.displacements(std::as_const(out)), scaled, volumes, 1);
+            impl.norm->solve_constrained(volumes, impl.pressures(out));
+            for (double &pressure : impl.pressures(out))
+                pressure /= impl.scale;
+        }
+    }};
+
+    Vector load(num_displacements + num_pressures), x(num_displacements + num_pressures);
+    std::ranges::copy(right.displacement, load.begin());
+    fem_reference::clear_constrained(impl.displacements(load), impl.is_free);
+    for (std::size_t k = 0; k < num_pressures; ++k)
+        impl.pressures(load)[k] = impl.scale * right.pressure[k];
+
+    Correction result;
+    dealii::ReductionControl control(max_iterations, std::numeric_limits<double>::min(), tolerance);
+    constexpr unsigned int most_vectors = 70;
+    dealii::SolverGMRES<Vector> gmres(control, dealii::SolverGMRES<Vector>::AdditionalData(most_vectors));
+    try {
+        gmres.solve(matrix, x, load, preconditioner);
+        result.converged = true;
+    } catch (const dealii::SolverControl::NoConvergence &) {
+        result.converged = false;
+    }
+    result.iterations = static_cast<int>(control.last_step());
+    result.change.displacement.assign(x.begin(), x.begin() + num_displacements);
+    for (const double pressure : impl.pressures(std::as_const(x)))
+        result.change.pressure.push_back(impl.scale * pressure);
+    return result;
 }
 
 double volume_of(const core::TetraMesh &mesh) {
@@ -82,7 +226,8 @@ State PathSystem::product(const std::vector<double> &u) const {
 
 OneProcessSystem::OneProcessSystem(const Elements &elements, const fem_reference::DofConditions &conditions,
                                    std::span<const double> pressure, TouchingBall *ball)
-    : PathSystem(elements, conditions, pressure, ball), solver_(elements, free_of(conditions.prescribed)),
+    : PathSystem(elements, conditions, pressure, ball),
+      solver_(elements, fem_reference::free_of(conditions.prescribed)),
       counted_displacements_(elements.num_displacements(), true), counted_pressures_(elements.num_pressures(), true) {}
 
 namespace {
@@ -115,7 +260,7 @@ void add(const State &change, double part, State &state) {
 EquilibriumSearch::EquilibriumSearch(PathSystem &system, int num_constraints, const LoadPath &path,
                                      FollowedPath &result)
     : system_(system), conditions_(system.conditions()), path_(path), result_(result),
-      num_constraints_(num_constraints), is_free_(free_of(conditions_.prescribed)),
+      num_constraints_(num_constraints), is_free_(fem_reference::free_of(conditions_.prescribed)),
       rounding_force_(100.0 * std::numeric_limits<double>::epsilon() * system.pressure_scale() * system.volume()) {
     const auto named = [&](int constraint) { return constraint < num_constraints_; };
     const auto *ball = system.ball();

@@ -21,14 +21,14 @@ const MaterialLaw &material_law(const std::string &name) {
 
 void add_volume_tangent(double factor, double outer, double jacobian, const Matrix3 &inverse, Tangent &tangent) {
     // d J / d F_iJ = J G_Ji
-    const double of_products = factor * jacobian + outer * jacobian * jacobian;
-    const double of_swapped = -factor * jacobian;
+    const double for_products = factor * jacobian + outer * jacobian * jacobian;
+    const double for_swapped = -factor * jacobian;
     for (int i = 0; i < 3; ++i)
         for (int big_j = 0; big_j < 3; ++big_j)
             for (int j = 0; j < 3; ++j)
                 for (int big_l = 0; big_l < 3; ++big_l)
-                    tangent(3 * i + big_j, 3 * j + big_l) += of_products * inverse(big_j, i) * inverse(big_l, j) +
-                                                             of_swapped * inverse(big_l, i) * inverse(big_j, j);
+                    tangent(3 * i + big_j, 3 * j + big_l) += for_products * inverse(big_j, i) * inverse(big_l, j) +
+                                                             for_swapped * inverse(big_l, i) * inverse(big_j, j);
 }
 
 namespace {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <span>
 #include <string>
 
@@ -47,6 +48,16 @@ std::span<const MaterialLaw> all_materials();
 /// @throws std::invalid_argument if there is no law of this name
 const MaterialLaw &material_law(const std::string &name);
 
+/// ln J
+inline VolumeMeasure logarithm(double jacobian) {
+    return {std::log(jacobian), 1.0 / jacobian, -1.0 / (jacobian * jacobian)};
+}
+
+/// lambda [Pa]
+inline double lame_lambda(const core::Material &material) {
+    return material.lame_lambda();
+}
+
 /// Adds factor * d2 J / dF2 and outer * (dJ/dF)(dJ/dF)^T to a tangent, in the indices of Tangent:
 /// d2 J / d F_iJ d F_jL = J (G_Ji G_Lj - G_Li G_Jj) with G the inverse of F.
 /// @param inverse  G
@@ -58,8 +69,6 @@ void add_volume_tangent(double factor, double outer, double jacobian, const Matr
 /// Mooney and Rivlin. Nothing here becomes singular where stretches coincide.
 /// (R. W. Ogden 1972, Large deformation isotropic elasticity: on the correlation of theory and experiment for
 /// compressible rubberlike solids, Proc. R. Soc. Lond. A 328, 567-583)
-
-/// One term of Ogden's energy.
 struct OgdenTerm {
     double shear_modulus; ///< mu [Pa]
     double exponent;      ///< a, not 0

@@ -1,6 +1,8 @@
 #include "fem_reference/hyperelastic/motion.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,11 +15,178 @@
 #include <utility>
 
 #include "core/stopwatch.hpp"
+#include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/hyperelastic/elements.hpp"
-#include "fem_reference/hyperelastic/motion_forces.hpp"
 #include "fem_reference/linear/conditions.hpp"
 
 namespace livermark::hyperelastic {
+
+EffectiveMass::EffectiveMass(const Elements &elements, std::vector<bool> is_free)
+    : elements_(&elements), mass_(fem_reference::consistent_mass(elements.body(), elements.system())),
+      tangent_(elements.zero_tangent()), factor_(tangent_.stiffness.rows, std::move(is_free)) {}
+
+void EffectiveMass::multiply_mass(std::span<const double> x, std::span<double> out) const {
+    fem_reference::multiply_mass(mass_, x, out);
+}
+
+void EffectiveMass::factorise(double m, double k, const std::vector<double> &displacement,
+                              const SurfaceStiffness &surface) {
+    elements_->assemble_tangent({displacement, {}}, tangent_);
+    surface.add_to(tangent_.stiffness);
+    if (factorise(m, k))
+        return;
+    elements_->assemble_tangent(elements_->rest(), tangent_);
+    surface.add_to(tangent_.stiffness);
+    if (!factorise(m, k))
+        throw std::logic_error("a body with mass has a stiffness at rest that is not positive semidefinite");
+}
+
+bool EffectiveMass::factorise(double m, double k) {
+    auto matrix = tangent_.stiffness;
+    const auto combine = [&](fem_reference::Block<double> &block, int mass_entry) {
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                block[3 * i + j] = k * block[3 * i + j] + (i == j ? m * mass_.value[mass_entry] : 0.0);
+    };
+    for (std::size_t a = 0; a < matrix.rows.num_nodes(); ++a) {
+        int entry = mass_.row_start[a]; // columns up to that of the diagonal come in the order of the blocks
+        for (int block = matrix.rows.row_start[a]; block < matrix.rows.row_start[a + 1]; ++block)
+            combine(matrix.below[block], entry++);
+        combine(matrix.diagonal[a], entry);
+    }
+    return factor_.factorise(matrix);
+}
+
+void EffectiveMass::solve(std::span<const double> b, std::span<double> x) const {
+    factor_.solve(b, x);
+}
+
+namespace {
+
+/// Stress and energy at a point.
+struct Response {
+    Matrix3 stress; ///< second Piola-Kirchhoff [Pa]
+    double energy;  ///< [Pa]
+};
+
+/// @param jacobian  det F > 0
+Response response(const MaterialLaw &law, const core::Material &material, const Matrix3 &f, double jacobian) {
+    const Matrix3 inverse = f.inverse();
+    const auto volume = law.volume(jacobian);
+    const double modulus = law.volume_modulus(material);
+    const Matrix3 first =
+        law.stress(material, f) + modulus * volume.value * volume.slope * jacobian * inverse.transpose();
+    return {inverse * first, law.energy(material, f) + 0.5 * modulus * volume.value * volume.value};
+}
+
+/// S(C) of an objective law: any F with F^T F = C has it.
+Matrix3 stress_of(const MaterialLaw &law, const core::Material &material, const Matrix3 &c) {
+    const Matrix3 f = c.llt().matrixU();
+    return response(law, material, f, f.diagonal().prod()).stress;
+}
+
+/// Displacements of the nodes of a tetrahedron, one per column.
+template <int nodes>
+Eigen::Matrix<double, 3, nodes> gather(std::span<const int> numbers, std::span<const double> displacement) {
+    Eigen::Matrix<double, 3, nodes> result;
+    for (int a = 0; a < nodes; ++a)
+        result.col(a) = core::Vector3::Map(&displacement[3 * numbers[a]]);
+    return result;
+}
+
+/// Change of C by a step below which S(C_m) is the derivative of W along it to rounding, and the differences of W are
+/// nothing else.
+constexpr double small_change = 1e-4;
+
+} // namespace
+
+MotionForces::MotionForces(const Elements &elements, TetrahedronRule rule, double viscosity)
+    : elements_(&elements), reference_(reference_tetrahedron(elements.degree(), rule)), viscosity_(viscosity) {
+    if (elements.num_pressures() > 0)
+        throw std::invalid_argument("elements with a pressure do not move in time; take displacements alone");
+    const auto &mesh = elements.body().mesh;
+    for (const auto &corners : mesh.tetrahedra) {
+        Matrix3 edges;
+        for (int k = 0; k < 3; ++k)
+            edges.col(k) = mesh.points[corners[k + 1]] - mesh.points[corners[0]];
+        volume_.push_back(edges.determinant() / 6.0);
+        inverse_edges_.emplace_back(edges.inverse());
+    }
+    start_.resize(volume_.size() * reference_.weight.size());
+}
+
+double MotionForces::begin_at(std::span<const double> displacement) {
+    return elements_->degree() == 1 ? begin<4>(displacement) : begin<10>(displacement);
+}
+
+void MotionForces::end_at(std::span<const double> displacement, double time_step, AtEnd &result) const {
+    if (elements_->degree() == 1)
+        end<4>(displacement, time_step, result);
+    else
+        end<10>(displacement, time_step, result);
+}
+
+template <int nodes> double MotionForces::begin(std::span<const double> displacement) {
+    const auto &body = elements_->body();
+    const auto &law = elements_->law();
+    double energy = 0.0;
+    auto point = start_.begin();
+    for (std::size_t t = 0; t < volume_.size(); ++t) {
+        const auto numbers = std::span(elements_->system().cell_nodes).subspan(t * nodes, nodes);
+        const auto u = gather<nodes>(numbers, displacement);
+        for (std::size_t q = 0; q < reference_.weight.size(); ++q, ++point) {
+            const Eigen::Map<const Eigen::Matrix<double, 3, nodes>> gradient(reference_.gradient[q].data());
+            const Matrix3 slope = u * gradient.transpose();
+            point->deformation = Matrix3::Identity() + slope * inverse_edges_[t];
+            const auto here = response(law, body.materials[body.mesh.region[t]], point->deformation,
+                                       point->deformation.determinant());
+            point->stress = here.stress;
+            point->energy = here.energy;
+            energy += reference_.weight[q] * volume_[t] * here.energy;
+        }
+    }
+    return energy;
+}
+
+template <int nodes>
+void MotionForces::end(std::span<const double> displacement, double time_step, AtEnd &result) const {
+    const auto &body = elements_->body();
+    const auto &law = elements_->law();
+    result.is_possible = false;
+    result.energy = 0.0;
+    result.force.assign(displacement.size(), 0.0);
+    auto point = start_.begin();
+    for (std::size_t t = 0; t < volume_.size(); ++t) {
+        const auto numbers = std::span(elements_->system().cell_nodes).subspan(t * nodes, nodes);
+        const auto &material = body.materials[body.mesh.region[t]];
+        const auto u = gather<nodes>(numbers, displacement);
+        Eigen::Matrix<double, 3, nodes> force = Eigen::Matrix<double, 3, nodes>::Zero();
+        for (std::size_t q = 0; q < reference_.weight.size(); ++q, ++point) {
+            const Eigen::Map<const Eigen::Matrix<double, 3, nodes>> gradient(reference_.gradient[q].data());
+            const Matrix3 slope = u * gradient.transpose();
+            const Matrix3 f = Matrix3::Identity() + slope * inverse_edges_[t];
+            const double jacobian = f.determinant();
+            if (!(jacobian > 0.0)) // nor NaN
+                return;
+            const auto here = response(law, material, f, jacobian);
+            const Matrix3 before = point->deformation.transpose() * point->deformation;
+            const Matrix3 after = f.transpose() * f;
+            const Matrix3 change = after - before;
+            Matrix3 stress = stress_of(law, material, 0.5 * (before + after));
+            const double missing = here.energy - point->energy - 0.5 * stress.cwiseProduct(change).sum();
+            stress += 2.0 * missing / (change.squaredNorm() + small_change * small_change) * change;
+            stress += viscosity_ / time_step * (here.stress - point->stress);
+            const Matrix3 middle = 0.5 * (point->deformation + f);
+            const double weight = reference_.weight[q] * volume_[t];
+            const Matrix3 on_reference = weight * (middle * stress) * inverse_edges_[t].transpose();
+            force.noalias() += on_reference * gradient;
+            result.energy += weight * here.energy;
+        }
+        for (int a = 0; a < nodes; ++a)
+            core::Vector3::Map(&result.force[3 * numbers[a]]) += force.col(a);
+    }
+    result.is_possible = true;
+}
 
 namespace {
 
@@ -47,99 +216,71 @@ class Anderson {
   public:
     Unknowns next(const Unknowns &x, const Unknowns &correction) {
         if (last_) {
-            of_x_.push_back(x - last_->first);
-            of_correction_.push_back(correction - last_->second);
-            if (of_x_.size() > most_differences) {
-                of_x_.pop_front();
-                of_correction_.pop_front();
+            positions_.push_back(x - last_->first);
+            corrections_.push_back(correction - last_->second);
+            if (positions_.size() > most_differences) {
+                positions_.pop_front();
+                corrections_.pop_front();
             }
         }
         last_.emplace(x, correction);
         Unknowns result = x + correction;
-        if (of_x_.empty())
+        if (positions_.empty())
             return result;
-        const auto num = static_cast<Eigen::Index>(of_x_.size());
+        const auto num = static_cast<Eigen::Index>(positions_.size());
         Eigen::MatrixXd differences(x.size(), num);
         for (Eigen::Index k = 0; k < num; ++k)
-            differences.col(k) = of_correction_[k];
+            differences.col(k) = corrections_[k];
         const Unknowns weight = differences.colPivHouseholderQr().solve(correction);
         for (Eigen::Index k = 0; k < num; ++k)
-            result -= weight[k] * (of_x_[k] + of_correction_[k]);
+            result -= weight[k] * (positions_[k] + corrections_[k]);
         return result;
     }
 
   private:
     std::optional<std::pair<Unknowns, Unknowns>> last_;
-    std::deque<Unknowns> of_x_, of_correction_;
+    std::deque<Unknowns> positions_, corrections_;
 };
 
 } // namespace
 
-struct EnergyMomentum::Impl {
-    Impl(const Elements &elements, TetrahedronRule rule, const std::vector<bool> &free,
-         const core::RayleighDamping &rayleigh, double force_, double tolerance)
-        : is_free(free), damping(rayleigh), largest_residual(tolerance * force_), forces(elements, rule, rayleigh.beta),
-          mass(elements, free) {}
-
-    double begin_at(const std::vector<double> &displacement);
-    bool step(Motion &motion, std::span<const double> load, double time_step, std::span<const double> target,
-              const BallStep &way);
-    bool advance(Motion &motion, std::span<const double> load, double time_step, std::span<const double> target,
-                 const BallStep &way, int halvings);
-    Unknowns first_guess(const Motion &motion, double time_step) const;
-    void factorise(const Motion &motion, double time_step, const Vector3 &ball_centre);
-
-    std::vector<bool> is_free;
-    core::RayleighDamping damping;
-    double largest_residual; ///< [N]
-    MotionForces forces;
-    EffectiveMass mass;
-    MotionForces::AtEnd at_end;
-    TouchingBall *ball = nullptr;
-    std::array<Vector3, 2> ball_force{Vector3::Zero(), Vector3::Zero()}; ///< half way through the last two steps [N]
-    std::vector<double> begun_at;                                        ///< where the forces have begun a step last
-    double strain_energy = 0.0;                                          ///< there [J]
-    double factored_step = 0.0; ///< that the factor is for [s]; zero if there is none
-    int fewest_iterations = -1; ///< of the first step with the factor, negative before
-    int excess_iterations = 0;  ///< beyond these, of all steps with it
-    /// The last displacements, the newest behind, all a step of the same length apart.
-    std::deque<Unknowns> before;
-    double step_before = 0.0;
-    Work work;
-};
+EnergyMomentum::EnergyMomentum(const Elements &elements, TetrahedronRule rule, const std::vector<bool> &is_free,
+                               const core::RayleighDamping &damping, double force, double tolerance)
+    : is_free_(is_free), damping_(damping), largest_residual_(tolerance * force), forces_(elements, rule, damping.beta),
+      mass_(elements, is_free) {}
 
 /// @return strain energy there [J]
-double EnergyMomentum::Impl::begin_at(const std::vector<double> &displacement) {
-    if (begun_at != displacement) {
-        begun_at = displacement;
-        strain_energy = forces.begin_at(displacement);
+double EnergyMomentum::begin_at(const std::vector<double> &displacement) {
+    if (begun_at_ != displacement) {
+        begun_at_ = displacement;
+        strain_energy_ = forces_.begin_at(displacement);
     }
-    return strain_energy;
+    return strain_energy_;
 }
 
 /// A parabola through the last three displacements, because velocities of stiff modes change sign from step to step.
-Unknowns EnergyMomentum::Impl::first_guess(const Motion &motion, double time_step) const {
+EnergyMomentum::Unknowns EnergyMomentum::first_guess(const Motion &motion, double time_step) const {
     Unknowns now = Unknowns::Map(motion.displacement.data(), std::ssize(motion.displacement));
-    if (before.size() < 3 || step_before != time_step || before.back() != now)
+    if (before_.size() < 3 || step_before_ != time_step || before_.back() != now)
         return now;
-    return 3.0 * before[2] - 3.0 * before[1] + before[0];
+    return 3.0 * before_[2] - 3.0 * before_[1] + before_[0];
 }
 
-void EnergyMomentum::Impl::factorise(const Motion &motion, double time_step, const Vector3 &ball_centre) {
+void EnergyMomentum::factorise(const Motion &motion, double time_step, const Vector3 &ball_centre) {
     SurfaceStiffness surface;
-    if (ball)
-        ball->add_stiffness(ball_centre, motion.displacement, surface);
-    mass.factorise(2.0 / (time_step * time_step) + damping.alpha / time_step, 0.5 + damping.beta / time_step,
-                   motion.displacement, surface);
-    factored_step = time_step;
-    fewest_iterations = -1;
-    excess_iterations = 0;
-    ++work.factors;
+    if (ball_)
+        ball_->add_stiffness(ball_centre, motion.displacement, surface);
+    mass_.factorise(2.0 / (time_step * time_step) + damping_.alpha / time_step, 0.5 + damping_.beta / time_step,
+                    motion.displacement, surface);
+    factored_step_ = time_step;
+    fewest_iterations_ = -1;
+    excess_iterations_ = 0;
+    ++work_.factors;
 }
 
 /// @return false, and the motion as it was, if it does not converge
-bool EnergyMomentum::Impl::step(Motion &motion, std::span<const double> load, double time_step,
-                                std::span<const double> target, const BallStep &way) {
+bool EnergyMomentum::step(Motion &motion, std::span<const double> load, double time_step,
+                          std::span<const double> target, const BallStep &way) {
     const Vector3 half_way = 0.5 * (way.from + way.to);
     std::vector<double> touched(motion.displacement.size());
     const auto size = std::ssize(motion.displacement);
@@ -149,27 +290,27 @@ bool EnergyMomentum::Impl::step(Motion &motion, std::span<const double> load, do
     Unknowns residual(size), product(size), correction(size);
     const auto put_on_target = [&](Unknowns &u) {
         for (std::size_t dof = 0; dof < target.size(); ++dof)
-            if (!is_free[dof])
+            if (!is_free_[dof])
                 u[static_cast<Eigen::Index>(dof)] = target[dof];
     };
     const auto residual_at = [&](const Unknowns &u) {
         const Unknowns mean_velocity = (u - start) / time_step;
-        forces.end_at(span_of(u), time_step, at_end);
-        if (!at_end.is_possible)
+        forces_.end_at(span_of(u), time_step, at_end_);
+        if (!at_end_.is_possible)
             return std::numeric_limits<double>::infinity();
-        mass.multiply_mass(
-            span_of(Unknowns(2.0 / time_step * (mean_velocity - velocity) + damping.alpha * mean_velocity)),
+        mass_.multiply_mass(
+            span_of(Unknowns(2.0 / time_step * (mean_velocity - velocity) + damping_.alpha * mean_velocity)),
             span_of(product));
-        if (ball) {
+        if (ball_) {
             std::ranges::fill(touched, 0.0);
-            ball->add_forces(half_way, span_of(Unknowns(0.5 * (start + u))), touched);
+            ball_->add_forces(half_way, span_of(Unknowns(0.5 * (start + u))), touched);
         }
         for (Eigen::Index dof = 0; dof < size; ++dof)
-            residual[dof] = is_free[dof] ? load[dof] + touched[dof] - product[dof] - at_end.force[dof] : 0.0;
+            residual[dof] = is_free_[dof] ? load[dof] + touched[dof] - product[dof] - at_end_.force[dof] : 0.0;
         return residual.norm();
     };
     for (const bool has_new_factor : {false, true}) {
-        if (has_new_factor || factored_step != time_step)
+        if (has_new_factor || factored_step_ != time_step)
             factorise(motion, time_step, half_way);
         Anderson anderson;
         Unknowns u = first_guess(motion, time_step);
@@ -182,44 +323,44 @@ bool EnergyMomentum::Impl::step(Motion &motion, std::span<const double> load, do
         }
         const double first_residual = size_of_residual;
         int iterations = 0;
-        while (size_of_residual > largest_residual && iterations < most_iterations &&
+        while (size_of_residual > largest_residual_ && iterations < most_iterations &&
                size_of_residual < 1e3 * first_residual) {
-            mass.solve(span_of(residual), span_of(correction));
+            mass_.solve(span_of(residual), span_of(correction));
             u = anderson.next(u, correction);
             size_of_residual = residual_at(u);
             ++iterations;
         }
-        work.iterations += iterations;
-        if (!(size_of_residual <= largest_residual))
+        work_.iterations += iterations;
+        if (!(size_of_residual <= largest_residual_))
             continue;
-        if (fewest_iterations < 0)
-            fewest_iterations = iterations;
-        excess_iterations += iterations - fewest_iterations;
-        if (excess_iterations > iterations_of_a_factor)
-            factored_step = 0.0;
-        if (ball) {
+        if (fewest_iterations_ < 0)
+            fewest_iterations_ = iterations;
+        excess_iterations_ += iterations - fewest_iterations_;
+        if (excess_iterations_ > iterations_of_a_factor)
+            factored_step_ = 0.0;
+        if (ball_) {
             const Unknowns middle = 0.5 * (start + u);
-            ball_force = {ball_force[1], ball->sums(half_way, span_of(middle)).force};
-            ball->end_step(half_way, span_of(middle));
-            ball->augment(half_way, span_of(middle));
+            ball_force_ = {ball_force_[1], ball_->sums(half_way, span_of(middle)).force};
+            ball_->end_step(half_way, span_of(middle));
+            ball_->augment(half_way, span_of(middle));
         }
         const Unknowns mean_velocity = (u - start) / time_step;
         Unknowns::Map(motion.displacement.data(), size) = u;
         Unknowns::Map(motion.velocity.data(), size) = 2.0 * mean_velocity - velocity;
-        if (step_before != time_step || before.empty() || before.back() != start)
-            before.assign({start});
-        before.push_back(u);
-        if (before.size() > 3)
-            before.pop_front();
-        step_before = time_step;
-        ++work.steps;
+        if (step_before_ != time_step || before_.empty() || before_.back() != start)
+            before_.assign({start});
+        before_.push_back(u);
+        if (before_.size() > 3)
+            before_.pop_front();
+        step_before_ = time_step;
+        ++work_.steps;
         return true;
     }
     return false;
 }
 
-bool EnergyMomentum::Impl::advance(Motion &motion, std::span<const double> load, double time_step,
-                                   std::span<const double> target, const BallStep &way, int halvings) {
+bool EnergyMomentum::advance(Motion &motion, std::span<const double> load, double time_step,
+                             std::span<const double> target, const BallStep &way, int halvings) {
     if (step(motion, load, time_step, target, way))
         return true;
     if (halvings == most_halvings)
@@ -232,38 +373,23 @@ bool EnergyMomentum::Impl::advance(Motion &motion, std::span<const double> load,
            advance(motion, load, 0.5 * time_step, target, {middle, way.to}, halvings + 1);
 }
 
-EnergyMomentum::EnergyMomentum(const Elements &elements, TetrahedronRule rule, const std::vector<bool> &is_free,
-                               const core::RayleighDamping &damping, double force, double tolerance)
-    : impl_(std::make_unique<Impl>(elements, rule, is_free, damping, force, tolerance)) {}
-EnergyMomentum::~EnergyMomentum() = default;
-EnergyMomentum::EnergyMomentum(EnergyMomentum &&) noexcept = default;
-EnergyMomentum &EnergyMomentum::operator=(EnergyMomentum &&) noexcept = default;
-
 void EnergyMomentum::touch_with(TouchingBall *ball) {
-    impl_->ball = ball;
-    impl_->factored_step = 0.0;
-}
-
-Vector3 EnergyMomentum::force_of_ball() const {
-    return 1.5 * impl_->ball_force[1] - 0.5 * impl_->ball_force[0];
+    ball_ = ball;
+    factored_step_ = 0.0;
 }
 
 bool EnergyMomentum::advance(Motion &motion, std::span<const double> load, double time_step,
                              std::span<const double> target, const BallStep &ball) {
-    return impl_->advance(motion, load, time_step, target, ball, 0);
+    return advance(motion, load, time_step, target, ball, 0);
 }
 
 Energy EnergyMomentum::energy(const Motion &motion) {
     std::vector<double> momentum(motion.velocity.size());
-    impl_->mass.multiply_mass(motion.velocity, momentum);
+    mass_.multiply_mass(motion.velocity, momentum);
     double kinetic = 0.0;
     for (std::size_t dof = 0; dof < momentum.size(); ++dof)
         kinetic += 0.5 * motion.velocity[dof] * momentum[dof];
-    return {.kinetic = kinetic, .strain = impl_->begin_at(motion.displacement)};
-}
-
-EnergyMomentum::Work EnergyMomentum::work() const {
-    return impl_->work;
+    return {.kinetic = kinetic, .strain = begin_at(motion.displacement)};
 }
 
 namespace {
@@ -284,9 +410,7 @@ ReleasedBody release(const Elements &elements, TetrahedronRule rule, const core:
     const auto start = core::Clock::now();
     const auto &plan = load_case.release.value();
     const auto conditions = fem_reference::dof_conditions(core::without_tractions(load_case), elements.system());
-    std::vector<bool> is_free;
-    for (const double value : conditions.prescribed)
-        is_free.push_back(std::isnan(value));
+    const auto is_free = fem_reference::free_of(conditions.prescribed);
     EnergyMomentum steps(elements, rule, is_free, plan.damping, force_at(elements, displacement));
     fem_reference::Motion motion{std::move(displacement), std::vector<double>(is_free.size(), 0.0)};
 
@@ -363,10 +487,7 @@ class Way {
 };
 
 std::vector<bool> free_dofs(const core::LoadCase &load_case, const ElasticSystem &system) {
-    std::vector<bool> is_free;
-    for (const double value : fem_reference::dof_conditions(load_case, system).prescribed)
-        is_free.push_back(std::isnan(value));
-    return is_free;
+    return fem_reference::free_of(fem_reference::dof_conditions(load_case, system).prescribed);
 }
 
 /// About what a tool presses with: Young's modulus times its size and its depth.

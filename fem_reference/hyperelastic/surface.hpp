@@ -5,10 +5,12 @@
 #include <span>
 #include <vector>
 
+#include "core/load_case.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/problem.hpp"
 #include "core/tool/touching_tool.hpp"
 #include "fem_reference/hyperelastic/elements.hpp"
+#include "fem_reference/hyperelastic/material_law.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 
 namespace livermark::hyperelastic {
@@ -25,7 +27,7 @@ class SurfaceStiffness {
         std::vector<int> nodes;
         Eigen::MatrixXd symmetric, rest; ///< shape (3 k, 3 k) [N/m], unknown 3 a + i of its k nodes
     };
-    void add(OfFacet facet) { of_facet_.push_back(std::move(facet)); }
+    void add(OfFacet facet) { facets_.push_back(std::move(facet)); }
 
     /// Adds the symmetric parts.
     void add_to(fem_reference::SymmetricBlocks<double> &stiffness) const;
@@ -34,7 +36,7 @@ class SurfaceStiffness {
     void add_product(std::span<const double> x, std::span<double> out) const;
 
   private:
-    std::vector<OfFacet> of_facet_;
+    std::vector<OfFacet> facets_;
 };
 
 /// A pressure that stays perpendicular to the surface as it moves, and acts on its deformed area:
@@ -50,8 +52,6 @@ class FollowerPressure {
     /// @throws std::invalid_argument if it has another size
     FollowerPressure(const fem_reference::ElasticSystem &system, const core::TetraMesh &mesh,
                      std::span<const double> pressure);
-
-    bool is_empty() const { return facets_.empty(); }
 
     /// @param factor        that pressures are multiplied by
     /// @param displacement  shape (3 n) [m]
@@ -113,10 +113,10 @@ class TouchingBall {
     /// @param force         shape (3 n) [N], added to
     void add_forces(const core::Vector3 &centre, std::span<const double> displacement,
                     std::vector<double> &force) const;
-    /// The derivatives of minus the forces. Curvature and slip take no more than largest_pressure(), so that Newton's
+    /// The derivatives of minus the forces. Curvature and slip take no more than the largest pressure, so that Newton's
     /// method has a direction where the ball has moved and the body not yet.
     /// @param expected  shape (num_points()) [Pa], of expected_pressure(): what the curvature of the ball takes where
-    ///   the pressure is more; or empty, and the derivatives are exact up to largest_pressure()
+    ///   the pressure is more; or empty, and the derivatives are exact up to the largest pressure
     void add_stiffness(const core::Vector3 &centre, std::span<const double> displacement, SurfaceStiffness &stiffness,
                        std::span<const double> expected = {}) const;
     /// The pressure that the tangent expects after a change of the displacement, max(0, p - eps n . du), at points that
@@ -137,8 +137,7 @@ class TouchingBall {
     /// Stick and slip are kept for the steps to come.
     void end_step(const core::Vector3 &centre, std::span<const double> displacement);
 
-    double largest_pressure() const { return largest_pressure_; } ///< [Pa]
-    std::size_t num_points() const { return memory_.size(); }     ///< of all facets that may touch
+    std::size_t num_points() const { return memory_.size(); } ///< of all facets that may touch
 
   private:
     struct Facet {
@@ -152,10 +151,61 @@ class TouchingBall {
     core::TouchingTool tool_;
     ContactSettings settings_;
     core::ContactLaw law_;
-    double largest_pressure_ = 0.0;
+    double largest_pressure_ = 0.0; ///< below a ball that has not gone through the body [Pa]
     std::vector<Facet> facets_;
     ReferenceTriangle reference_;
     std::vector<core::ContactMemory> memory_; ///< (facets, points)
 };
+
+/// dW / dF of the whole energy, including the volume term: first Piola-Kirchhoff stress [Pa].
+/// @param f  det F > 0
+Matrix3 whole_stress(const MaterialLaw &law, const core::Material &material, const Matrix3 &f);
+
+/// d2 W / dF2 of the whole energy, including the volume term.
+/// @param f  det F > 0
+/// @return [Pa]
+Tangent whole_tangent(const MaterialLaw &law, const core::Material &material, const Matrix3 &f);
+
+/// Resistance of an evenly deformed half space to short waves of its surface, when the tractions on the surface keep
+/// their direction and size per area at rest. A wave a exp(i k t . x) of the surface, and below it what has the least
+/// energy, takes the energy k / 2 a* Z a per area, with the surface impedance Z of the direction t. Where Z is not
+/// positive definite, waves grow by themselves, however short they are: no mesh resolves them, and finer meshes find
+/// equilibria of lower energy, or none (the complementing condition fails; H. C. Simpson, S. J. Spector 1987, On the
+/// positivity of the second variation in finite elasticity, Arch. Ration. Mech. Anal. 98). Without a traction that is
+/// M. A. Biot's limit (1963, Surface instability of rubber in compression, Appl. Sci. Res. A 12). Z is
+/// H^-1 + i H^-1 S, with the matrices S and H of D. M. Barnett and J. Lothe (1973, Synthesis of the sextic and the
+/// integral formalism for dislocations, Greens functions, and surface waves in anisotropic elastic solids, Phys. Norv.
+/// 7).
+/// @param tangent  d2 W / dF2 [Pa], also of other moduli
+/// @param normal   of the surface at rest, outwards, of length 1
+/// @return least eigenvalue of Z, over 12 directions t [Pa]; NaN where the material itself is not elliptic
+double least_surface_impedance(const Tangent &tangent, const Eigen::Vector3d &normal);
+
+/// The body at the centroid of a boundary triangle.
+struct SurfacePoint {
+    core::Vector3 at_rest; ///< [m]
+    core::Vector3 normal;  ///< at rest, outwards, of length 1
+    double area = 0.0;     ///< of the triangle at rest [m^2]
+    Matrix3 deformation;   ///< F
+    core::Material material;
+};
+
+/// @param displacement  shape (3 n) [m], of quadratic elements
+/// @return shape (T)
+std::vector<SurfacePoint> surface_points(const Elements &elements, std::span<const double> displacement);
+
+/// F of a surface whose stretches and shears along itself are these, and on which a traction acts: what is across the
+/// surface follows from P N = t. It has none of the error of a pressure that is not that of F, as in mixed elements.
+/// @param traction  t, per area at rest [Pa]
+/// @return not finite where no such F is found
+Matrix3 under_traction(const MaterialLaw &law, const SurfacePoint &point, const core::Vector3 &traction);
+
+/// Part of the area under tractions that keep their direction, where the surface cannot resist short waves (see
+/// least_surface_impedance()): the problem itself has no stable solution there, whatever the mesh.
+/// @param load_case  on the mesh of the elements, which are quadratic
+/// @param factor     that its tractions are multiplied by: a fraction of the load, or newtons where places press
+/// @return 0 where there are no such tractions
+double unstable_part(const Elements &elements, const core::LoadCase &load_case, std::span<const double> displacement,
+                     double factor);
 
 } // namespace livermark::hyperelastic

@@ -7,6 +7,7 @@
 #include "core/load_case.hpp"
 #include "core/mesh/places.hpp"
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/solution.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 
 namespace livermark::fem_reference {
@@ -46,5 +47,8 @@ Eigen::SparseMatrix<double, Eigen::RowMajor> place_weights(std::span<const core:
 /// One newton along an axis on a place.
 /// @return shape (3 n) [N]
 std::vector<double> load_of(const Eigen::SparseMatrix<double, Eigen::RowMajor> &weights, Eigen::Index place, int axis);
+
+/// Puts NaN into all fields of a solution on a mesh.
+void leave_unsolved(core::Solution &solution, const core::TetraMesh &mesh, const core::LoadCase &load_case);
 
 } // namespace livermark::fem_reference

@@ -6,6 +6,7 @@
 #include <deal.II/fe/fe_simplex_p.h>
 #include <deal.II/fe/fe_values.h>
 #include <deal.II/fe/mapping_fe.h>
+#include <deal.II/grid/tria.h>
 
 #include <algorithm>
 #include <array>
@@ -20,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-#include "fem_reference/linear/deal_ii_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "fem_reference/solvers/matrices.hpp"
 
 namespace livermark::fem_reference {
@@ -73,20 +74,26 @@ std::vector<int> order_by_distance(std::span<const int> cell_nodes, int nodes_pe
     return order;
 }
 
-void fill(dealii::Triangulation<3> &triangulation, const core::TetraMesh &mesh) {
-    // The rest is deal.II's, too short for threads, and they would take the core of the load case beside it.
-    dealii::MultithreadInfo::set_thread_limit(1);
-    std::vector<dealii::Point<3>> vertices;
-    vertices.reserve(mesh.points.size());
-    for (const auto &point : mesh.points)
-        vertices.emplace_back(point.x(), point.y(), point.z());
-    std::vector<dealii::CellData<3>> cells(mesh.tetrahedra.size(), dealii::CellData<3>(4));
-    for (std::size_t t = 0; t < cells.size(); ++t)
-        std::ranges::copy(mesh.tetrahedra[t], cells[t].vertices.begin());
-    triangulation.create_triangulation(vertices, cells, {});
-}
-
 namespace {
+
+/// A mesh as deal.II has it, in the same order of nodes, tetrahedra and local vertices: matrices of one mesh share what
+/// deal.II works out of it.
+struct DealIiMesh {
+    explicit DealIiMesh(const core::TetraMesh &mesh) {
+        // The rest is deal.II's, too short for threads, and they would take the core of the load case beside it.
+        dealii::MultithreadInfo::set_thread_limit(1);
+        std::vector<dealii::Point<3>> vertices;
+        vertices.reserve(mesh.points.size());
+        for (const auto &point : mesh.points)
+            vertices.emplace_back(point.x(), point.y(), point.z());
+        std::vector<dealii::CellData<3>> cells(mesh.tetrahedra.size(), dealii::CellData<3>(4));
+        for (std::size_t t = 0; t < cells.size(); ++t)
+            std::ranges::copy(mesh.tetrahedra[t], cells[t].vertices.begin());
+        triangulation.create_triangulation(vertices, cells, {});
+    }
+
+    dealii::Triangulation<3> triangulation;
+};
 
 using Tensor2 = std::array<std::array<double, 3>, 3>;
 
@@ -249,13 +256,8 @@ void integrate_facets(ElasticSystem &system, const core::TetraMesh &mesh, const 
                                     " is not an outer face of the tetrahedra or is given twice");
 }
 
-} // namespace
-
-ElasticSystem assemble(const core::Body &body, int degree, NodeOrder order) {
-    return assemble(body, DealIiMesh(body.mesh), degree, order);
-}
-
-ElasticSystem assemble(const core::Body &body, const DealIiMesh &mesh, int degree, NodeOrder order) {
+/// @param mesh  of this body
+ElasticSystem assemble_on(const DealIiMesh &mesh, const core::Body &body, int degree, NodeOrder order) {
     if (degree != 1 && degree != 2)
         throw std::invalid_argument("finite elements of degree " + std::to_string(degree) +
                                     " are not there; use 1 or 2");
@@ -298,15 +300,13 @@ ElasticSystem assemble(const core::Body &body, const DealIiMesh &mesh, int degre
     return system;
 }
 
-namespace {
-
 bool has_pressure(const core::Material &material) {
     return material.poisson_ratio > pressure_above_poisson_ratio;
 }
 
 /// The pressures at the corners of each tetrahedron, -1 in regions that have none.
 struct PressureNumbers {
-    std::vector<std::array<int, 4>> of_cell; ///< (M)
+    std::vector<std::array<int, 4>> cell_pressures; ///< (M)
     int count = 0;
 };
 
@@ -316,18 +316,88 @@ PressureNumbers number_pressures(const core::Body &body, const ElasticSystem &sy
     std::vector<int> number(num_regions * system.points.size(), -1); // of each node and region
     PressureNumbers numbers{std::vector(body.mesh.tetrahedra.size(), std::array{-1, -1, -1, -1})};
     const auto for_each_corner = [&](const auto &action) {
-        for (std::size_t t = 0; t < numbers.of_cell.size(); ++t)
+        for (std::size_t t = 0; t < numbers.cell_pressures.size(); ++t)
             if (const auto region = static_cast<std::size_t>(body.mesh.region[t]); has_pressure(body.materials[region]))
                 for (int k = 0; k < 4; ++k)
                     action(number[num_regions * system.cell_nodes[t * system.nodes_per_cell + k] + region],
-                           numbers.of_cell[t][k]);
+                           numbers.cell_pressures[t][k]);
     };
-    for_each_corner([](int &of_node, int /*of_corner*/) { of_node = 0; });
-    for (int &of_node : number)
-        if (of_node == 0)
-            of_node = numbers.count++;
-    for_each_corner([](int of_node, int &of_corner) { of_corner = of_node; });
+    for_each_corner([](int &number_of_node, int /*corner*/) { number_of_node = 0; });
+    for (int &number_of_node : number)
+        if (number_of_node == 0)
+            number_of_node = numbers.count++;
+    for_each_corner([](int number_of_node, int &corner) { corner = number_of_node; });
     return numbers;
+}
+
+/// @param mesh  of this body
+PressureSystem assemble_pressure_on(const DealIiMesh &mesh, const core::Body &body, const ElasticSystem &system) {
+    const dealii::FE_SimplexP<3> displacement(2);
+    const dealii::FE_SimplexP<3> pressure(1);
+    const dealii::MappingFE<3> mapping(pressure);
+    const dealii::QGaussSimplex<3> quadrature(2); // exact for the products, which are of degree 2
+    dealii::FEValues<3> gradients(mapping, displacement, quadrature,
+                                  dealii::update_gradients | dealii::update_JxW_values);
+
+    std::vector<std::array<double, 4>> psi(quadrature.size());
+    for (unsigned int q = 0; q < quadrature.size(); ++q)
+        for (unsigned int k = 0; k < 4; ++k)
+            psi[q][k] = pressure.shape_value(k, quadrature.point(q));
+
+    auto numbers = number_pressures(body, system);
+    PressureSystem result{
+        .cell_pressures = std::move(numbers.cell_pressures), .divergence = {}, .compliance = {}, .norm = {}};
+    const auto pressures = std::span(result.cell_pressures.data()->data(), 4 * result.cell_pressures.size());
+    auto nodes_of =
+        cell_rows(pressures, 4, numbers.count, system.cell_nodes, system.nodes_per_cell, system.num_nodes());
+    auto neighbours_of = cell_rows(pressures, 4, numbers.count, pressures, 4, numbers.count);
+    result.divergence = {std::move(nodes_of.row_start), std::move(nodes_of.column), {}};
+    result.divergence.value.assign(result.divergence.column.size(), {});
+    result.compliance = {std::move(neighbours_of.row_start), std::move(neighbours_of.column), {}};
+    result.compliance.value.assign(result.compliance.column.size(), 0.0);
+    result.norm = result.compliance;
+    for (const auto &cell : mesh.triangulation.active_cell_iterators()) {
+        const auto t = cell->active_cell_index();
+        const auto &corners = result.cell_pressures[t];
+        if (corners[0] < 0)
+            continue;
+        gradients.reinit(cell);
+        const auto &material = body.materials[body.mesh.region[t]];
+        const double compliance_here = 1.0 / material.lame_lambda();
+        const double norm_here = compliance_here + 0.5 / material.shear_modulus();
+        const int *const places = nodes_of.place.data() + 4 * t * system.nodes_per_cell;
+        const int *const neighbours = neighbours_of.place.data() + 16 * t;
+        // Summed over the points before they go to the rows.
+        std::array<std::array<double, 30>, 4> divergence_here{};
+        std::array<std::array<double, 4>, 4> mass{};
+        for (unsigned int q = 0; q < quadrature.size(); ++q) {
+            std::array<double, 30> gradient;
+            for (int a = 0; a < system.nodes_per_cell; ++a) {
+                const auto &slope = gradients.shape_grad(a, q);
+                for (int i = 0; i < 3; ++i)
+                    gradient[3 * a + i] = slope[i];
+            }
+            for (int k = 0; k < 4; ++k) {
+                const double weight = gradients.JxW(q) * psi[q][k];
+                for (std::size_t n = 0; n < gradient.size(); ++n)
+                    divergence_here[k][n] += weight * gradient[n];
+                for (int l = 0; l < 4; ++l)
+                    mass[k][l] += weight * psi[q][l];
+            }
+        }
+        for (int k = 0; k < 4; ++k) {
+            for (int a = 0; a < system.nodes_per_cell; ++a) {
+                auto &entry = result.divergence.value[places[k * system.nodes_per_cell + a]];
+                for (int i = 0; i < 3; ++i)
+                    entry[i] += divergence_here[k][3 * a + i];
+            }
+            for (int l = 0; l < 4; ++l) {
+                result.compliance.value[neighbours[4 * k + l]] += compliance_here * mass[k][l];
+                result.norm.value[neighbours[4 * k + l]] += norm_here * mass[k][l];
+            }
+        }
+    }
+    return result;
 }
 
 } // namespace
@@ -356,76 +426,26 @@ core::Body without_pressure(const core::Body &body) {
     return rest;
 }
 
-PressureSystem assemble_pressure(const core::Body &body, const ElasticSystem &system) {
-    return assemble_pressure(body, DealIiMesh(body.mesh), system);
+ElasticSystem assemble(const core::Body &body, int degree, NodeOrder order) {
+    return assemble_on(DealIiMesh(body.mesh), body, degree, order);
 }
 
-PressureSystem assemble_pressure(const core::Body &body, const DealIiMesh &mesh, const ElasticSystem &system) {
-    const dealii::FE_SimplexP<3> displacement(2);
-    const dealii::FE_SimplexP<3> pressure(1);
-    const dealii::MappingFE<3> mapping(pressure);
-    const dealii::QGaussSimplex<3> quadrature(2); // exact for the products, which are of degree 2
-    dealii::FEValues<3> gradients(mapping, displacement, quadrature,
-                                  dealii::update_gradients | dealii::update_JxW_values);
+PressureSystem assemble_pressure(const core::Body &body, const ElasticSystem &system) {
+    return assemble_pressure_on(DealIiMesh(body.mesh), body, system);
+}
 
-    std::vector<std::array<double, 4>> psi(quadrature.size());
-    for (unsigned int q = 0; q < quadrature.size(); ++q)
-        for (unsigned int k = 0; k < 4; ++k)
-            psi[q][k] = pressure.shape_value(k, quadrature.point(q));
-
-    auto numbers = number_pressures(body, system);
-    PressureSystem result{.of_cell = std::move(numbers.of_cell), .divergence = {}, .compliance = {}, .norm = {}};
-    const auto pressures = std::span(result.of_cell.data()->data(), 4 * result.of_cell.size());
-    auto nodes_of =
-        cell_rows(pressures, 4, numbers.count, system.cell_nodes, system.nodes_per_cell, system.num_nodes());
-    auto neighbours_of = cell_rows(pressures, 4, numbers.count, pressures, 4, numbers.count);
-    result.divergence = {std::move(nodes_of.row_start), std::move(nodes_of.column), {}};
-    result.divergence.value.assign(result.divergence.column.size(), {});
-    result.compliance = {std::move(neighbours_of.row_start), std::move(neighbours_of.column), {}};
-    result.compliance.value.assign(result.compliance.column.size(), 0.0);
-    result.norm = result.compliance;
-    for (const auto &cell : mesh.triangulation.active_cell_iterators()) {
-        const auto t = cell->active_cell_index();
-        const auto &corners = result.of_cell[t];
-        if (corners[0] < 0)
-            continue;
-        gradients.reinit(cell);
-        const auto &material = body.materials[body.mesh.region[t]];
-        const double compliance_here = 1.0 / material.lame_lambda();
-        const double norm_here = compliance_here + 0.5 / material.shear_modulus();
-        const int *const places = nodes_of.place.data() + 4 * t * system.nodes_per_cell;
-        const int *const neighbours = neighbours_of.place.data() + 16 * t;
-        // Summed over the points before they go to the rows.
-        std::array<std::array<double, 30>, 4> divergence_here{};
-        std::array<std::array<double, 4>, 4> mass{};
-        for (unsigned int q = 0; q < quadrature.size(); ++q) {
-            std::array<double, 30> gradient;
-            for (int a = 0; a < system.nodes_per_cell; ++a) {
-                const auto &of_node = gradients.shape_grad(a, q);
-                for (int i = 0; i < 3; ++i)
-                    gradient[3 * a + i] = of_node[i];
-            }
-            for (int k = 0; k < 4; ++k) {
-                const double weight = gradients.JxW(q) * psi[q][k];
-                for (std::size_t n = 0; n < gradient.size(); ++n)
-                    divergence_here[k][n] += weight * gradient[n];
-                for (int l = 0; l < 4; ++l)
-                    mass[k][l] += weight * psi[q][l];
-            }
-        }
-        for (int k = 0; k < 4; ++k) {
-            for (int a = 0; a < system.nodes_per_cell; ++a) {
-                auto &of_node = result.divergence.value[places[k * system.nodes_per_cell + a]];
-                for (int i = 0; i < 3; ++i)
-                    of_node[i] += divergence_here[k][3 * a + i];
-            }
-            for (int l = 0; l < 4; ++l) {
-                result.compliance.value[neighbours[4 * k + l]] += compliance_here * mass[k][l];
-                result.norm.value[neighbours[4 * k + l]] += norm_here * mass[k][l];
-            }
-        }
+Discretisation::Discretisation(const core::Body &body, int degree, Formulation formulation) {
+    if (formulation == Formulation::displacement) {
+        system = assemble(body, degree);
+        return;
     }
-    return result;
+    if (degree != 2)
+        throw std::invalid_argument("the mixed formulation takes quadratic elements, not those of degree " +
+                                    std::to_string(degree));
+    const auto order = has_pressure(body) ? NodeOrder::by_distance : NodeOrder::of_mesh;
+    const DealIiMesh mesh(body.mesh);
+    system = assemble_on(mesh, without_pressure(body), degree, order);
+    pressure = assemble_pressure_on(mesh, body, system);
 }
 
 } // namespace livermark::fem_reference

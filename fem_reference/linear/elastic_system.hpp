@@ -9,6 +9,25 @@
 
 namespace livermark::fem_reference {
 
+/// Unknowns.
+enum class Formulation {
+    displacement, ///< u alone
+    mixed         ///< and the pressure p = lambda div u of what is nearly incompressible, see PressureSystem
+};
+
+/// Solver of linear systems: sparse Cholesky (CHOLMOD), or conjugate gradients with algebraic multigrid (Trilinos
+/// ML). Automatic means sparse Cholesky up to largest_direct_system unknowns; of quadratic elements up to
+/// largest_direct_quadratic_system, and two levels beyond it: see Corners.
+enum class SolverChoice { automatic, direct, iterative };
+
+/// Beyond it the factor of a quadratic system of tetrahedra takes more memory and time than it is worth.
+inline constexpr int largest_direct_system = 250'000;
+/// On 220,000 unknowns the factor takes 52 s of a core, two levels and a solution by them a few.
+inline constexpr int largest_direct_quadratic_system = 100'000;
+/// Solver of the linear elements that are the coarse level of quadratic ones, see Corners: an approximate inverse is
+/// enough there. Beyond it multigrid, whose memory and time grow with the unknowns.
+inline constexpr int largest_direct_coarse_system = 100'000;
+
 /// Numbering of the nodes of a system.
 enum class NodeOrder {
     of_mesh,    ///< the first N are those of the mesh, in its numbering; with quadratic elements edge midpoints follow
@@ -41,6 +60,16 @@ struct ElasticSystem {
     SymmetricBlocks<double> stiffness; ///< (3 n, 3 n) [N/m]
 
     int num_nodes() const { return static_cast<int>(points.size()); }
+
+    /// @param u  shape (3 n)
+    /// @return shape (N) at the nodes of the mesh
+    std::vector<core::Vector3> at_mesh_nodes(std::span<const double> u) const {
+        std::vector<core::Vector3> result;
+        result.reserve(mesh_node.size());
+        for (const int node : mesh_node)
+            result.emplace_back(core::Vector3::Map(&u[3 * static_cast<std::size_t>(node)]));
+        return result;
+    }
 };
 
 /// Assembles a body.
@@ -50,10 +79,6 @@ struct ElasticSystem {
 /// @param degree  1 or 2
 /// @throws std::invalid_argument for another degree, or if a boundary triangle is not an outer face of the tetrahedra
 ElasticSystem assemble(const core::Body &body, int degree, NodeOrder order = NodeOrder::of_mesh);
-
-struct DealIiMesh;
-/// @param mesh  of this body
-ElasticSystem assemble(const core::Body &body, const DealIiMesh &mesh, int degree, NodeOrder order);
 
 /// A region with a larger Poisson's ratio gets a pressure of its own.
 inline constexpr double pressure_above_poisson_ratio = 0.3;
@@ -66,10 +91,10 @@ inline constexpr double pressure_above_poisson_ratio = 0.3;
 ///
 /// One pressure for each node of each region that has one: m of them, none if no region has.
 struct PressureSystem {
-    std::vector<std::array<int, 4>> of_cell; ///< (M) the pressures at the corners, -1 in regions that have none
-    DivergenceRows<double> divergence;       ///< (m, 3 n) D_q(ai) = integral of psi_q d phi_a / d x_i [m^2]
-    SymmetricMatrix compliance;              ///< (m, m) C_qr = integral of psi_q psi_r / lambda [m^3/Pa]
-    SymmetricMatrix norm;                    ///< (m, m) integral of (1 / (2 mu) + 1 / lambda) psi_q psi_r [m^3/Pa]
+    std::vector<std::array<int, 4>> cell_pressures; ///< (M) the pressures at the corners, -1 in regions that have none
+    DivergenceRows<double> divergence;              ///< (m, 3 n) D_q(ai) = integral of psi_q d phi_a / d x_i [m^2]
+    SymmetricMatrix compliance;                     ///< (m, m) C_qr = integral of psi_q psi_r / lambda [m^3/Pa]
+    SymmetricMatrix norm; ///< (m, m) integral of (1 / (2 mu) + 1 / lambda) psi_q psi_r [m^3/Pa]
 
     int num_pressures() const { return compliance.row_start.empty() ? 0 : compliance.num_rows(); }
 };
@@ -87,7 +112,14 @@ core::Body without_pressure(const core::Body &body);
 /// @param body    the whole one
 /// @param system  of degree 2, assembled on without_pressure(body) or on the body: only its numbering is used
 PressureSystem assemble_pressure(const core::Body &body, const ElasticSystem &system);
-/// @param mesh  of this body
-PressureSystem assemble_pressure(const core::Body &body, const DealIiMesh &mesh, const ElasticSystem &system);
+
+/// The matrices of one body.
+struct Discretisation {
+    /// @throws std::invalid_argument for the mixed formulation of linear elements, or as assemble() does
+    Discretisation(const core::Body &body, int degree, Formulation formulation);
+
+    ElasticSystem system;
+    PressureSystem pressure; ///< empty where nothing is nearly incompressible
+};
 
 } // namespace livermark::fem_reference

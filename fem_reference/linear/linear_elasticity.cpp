@@ -18,8 +18,7 @@
 #include "fem_reference/linear/chosen_solver.hpp"
 #include "fem_reference/linear/conditions.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
-#include "fem_reference/linear/mixed_solver.hpp"
-#include "fem_reference/solvers/iterative_solver.hpp"
+#include "fem_reference/solvers/constrained_solver.hpp"
 #include "fem_reference/solvers/two_level.hpp"
 
 namespace livermark::fem_reference {
@@ -93,7 +92,7 @@ struct StaticSolver::Impl {
     Corners corners;
     ChosenSolver solver;
     std::optional<MixedSolver> mixed;
-    std::optional<ConstrainedSolver> of_motion; ///< where the solver has no factor, when the first motion comes
+    std::optional<ConstrainedSolver> motion_factor; ///< where the solver has no factor, when the first motion comes
     double assembly_seconds = 0.0;
 };
 
@@ -115,11 +114,9 @@ core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, Dof
     const auto &mesh = body->mesh;
     core::Solution solution;
     solution.degrees_of_freedom = static_cast<std::int64_t>(conditions.load.size()) + matrices.pressure.num_pressures();
-    solution.displacement.assign(mesh.points.size(), core::Vector3::Constant(nan));
+    leave_unsolved(solution, mesh, load_case);
     if (found.unique) {
-        for (int node = 0; node < mesh.num_nodes(); ++node)
-            for (int i = 0; i < 3; ++i)
-                solution.displacement[node][i] = found.displacement[3 * matrices.system.mesh_node[node] + i];
+        solution.displacement = matrices.system.at_mesh_nodes(found.displacement);
         solution.reaction = core::press_resultants(load_case, mesh);
         for (auto &reaction : solution.reaction)
             reaction *= press;
@@ -141,8 +138,6 @@ core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, Dof
         solution.status = core::SolutionStatus::not_converged;
         solution.message = "the stiffness matrix is singular: the prescribed displacements leave the body, or a part "
                            "of it, free to move as a rigid body; constrain all six rigid body motions";
-        solution.reaction.assign(load_case.num_constraints(), core::Vector3::Constant(nan));
-        solution.strain_energy = nan;
     }
     solution.solver = mixed ? mixed->description(found) : solver.description(found);
     solution.setup_seconds = assembly_seconds + solver.setup_seconds();
@@ -152,9 +147,9 @@ core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, Dof
 core::History StaticSolver::Impl::motion(const core::LoadCase &load_case, const std::vector<double> &displacement) {
     if (auto *const kept = solver.direct())
         return release(*body, matrices.system, load_case, displacement, *kept);
-    if (!of_motion)
-        of_motion.emplace(compressed_rows(matrices.system.stiffness));
-    return release(*body, matrices.system, load_case, displacement, *of_motion);
+    if (!motion_factor)
+        motion_factor.emplace(compressed_rows(matrices.system.stiffness));
+    return release(*body, matrices.system, load_case, displacement, *motion_factor);
 }
 
 /// @param force  the loads of the static solution
@@ -217,8 +212,8 @@ std::vector<core::Solution> StaticSolver::Impl::solve_together(std::span<const c
         all.push_back(dof_conditions(load_case, matrices.system));
     }
     std::vector<Conditions> conditions;
-    for (const auto &of_one : all)
-        conditions.push_back({of_one.prescribed, of_one.load});
+    for (const auto &one : all)
+        conditions.push_back({one.prescribed, one.load});
     auto found = mixed->solve(conditions);
     std::vector<core::Solution> solutions;
     for (std::size_t c = 0; c < found.size(); ++c) {
@@ -388,10 +383,7 @@ RepeatedLoads::Solution RepeatedLoads::solve(const core::LoadCase &load_case, st
                       .at_places = {}};
     if (!found.unique)
         return solution;
-    solution.displacement.resize(mesh.points.size());
-    for (int node = 0; node < mesh.num_nodes(); ++node)
-        for (int i = 0; i < 3; ++i)
-            solution.displacement[node][i] = found.displacement[3 * system.mesh_node[node] + i];
+    solution.displacement = system.at_mesh_nodes(found.displacement);
     solution.work = std::inner_product(conditions.load.begin(), conditions.load.end(), found.displacement.begin(), 0.0);
     const Nodes means = weights * Eigen::Map<const Nodes>(found.displacement.data(), weights.cols(), 3);
     for (const auto &mean : means.rowwise())

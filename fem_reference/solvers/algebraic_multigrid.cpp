@@ -31,7 +31,7 @@ using Gram = Eigen::Matrix<double, RigidModes::count, RigidModes::count>;
 Gram stiffness_of_constrained(const ElasticSystem &system, const RigidModes &modes, const std::vector<bool> &is_free) {
     const auto &[rows, below, diagonal] = system.stiffness;
     /// R_a^T K_ab R_b of what is constrained of two nodes
-    const auto of_block = [&](int a, int b, const Block<double> &block) -> Gram {
+    const auto gram_of_block = [&](int a, int b, const Block<double> &block) -> Gram {
         const auto constrained = [&](int node) {
             auto at_node = modes.at(system.points[node]);
             for (int i = 0; i < 3; ++i)
@@ -49,10 +49,10 @@ Gram stiffness_of_constrained(const ElasticSystem &system, const RigidModes &mod
     for (int node = 0; node < system.num_nodes(); ++node) {
         if (!is_constrained(node))
             continue;
-        gram += of_block(node, node, diagonal[node]);
+        gram += gram_of_block(node, node, diagonal[node]);
         for (int k = rows.row_start[node]; k < rows.row_start[node + 1]; ++k)
             if (is_constrained(rows.column[k])) {
-                const Gram part = of_block(node, rows.column[k], below[k]);
+                const Gram part = gram_of_block(node, rows.column[k], below[k]);
                 gram += part + part.transpose();
             }
     }

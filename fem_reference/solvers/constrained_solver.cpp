@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
+#include <numeric>
 
 #include "core/stopwatch.hpp"
 #include "core/support/factors/sparse_cholesky.hpp"
@@ -22,13 +22,6 @@ using core::Clock;
 using core::seconds_since;
 using Solve = support::SparseCholesky::Solve;
 constexpr std::array single_column{0};
-
-std::vector<bool> free_of(std::span<const double> prescribed) {
-    std::vector<bool> is_free(prescribed.size());
-    for (std::size_t i = 0; i < prescribed.size(); ++i)
-        is_free[i] = std::isnan(prescribed[i]);
-    return is_free;
-}
 
 /// out = K u - f
 std::vector<double> residual_of(const SymmetricMatrix &matrix, std::span<const double> u, std::span<const double> f) {
@@ -135,6 +128,61 @@ void ConstrainedSolver::Impl::solve(std::span<const T> load, std::span<T> u, int
             u[static_cast<std::size_t>(lanes) * rows[r] + columns[c]] = static_cast<T>(values(r, c));
 }
 
+BlockFactor::BlockFactor(const LowerRows &rows, std::vector<bool> is_free)
+    : is_free_(std::move(is_free)), number_(is_free_.size(), -1) {
+    for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
+        if (is_free_[dof])
+            number_[dof] = num_free_++;
+    for (std::size_t a = 0; a < rows.num_nodes(); ++a)
+        for (int i = 0; i < 3; ++i) {
+            if (!is_free_[3 * a + i])
+                continue;
+            start_.push_back(static_cast<int>(entry_.size()));
+            for (int k = rows.row_start[a]; k < rows.row_start[a + 1]; ++k)
+                for (int j = 0; j < 3; ++j)
+                    if (const int column = number_[3 * rows.column[k] + j]; column >= 0)
+                        entry_.push_back(column);
+            for (int j = 0; j <= i; ++j)
+                if (const int column = number_[3 * a + j]; column >= 0)
+                    entry_.push_back(column);
+        }
+    start_.push_back(static_cast<int>(entry_.size()));
+}
+
+bool BlockFactor::factorise(const SymmetricBlocks<double> &matrix) {
+    const auto &rows = matrix.rows;
+    std::vector<double> value;
+    value.reserve(entry_.size());
+    for (std::size_t a = 0; a < rows.num_nodes(); ++a)
+        for (int i = 0; i < 3; ++i) {
+            if (!is_free_[3 * a + i])
+                continue;
+            for (int k = rows.row_start[a]; k < rows.row_start[a + 1]; ++k)
+                for (int j = 0; j < 3; ++j)
+                    if (is_free_[3 * rows.column[k] + j])
+                        value.push_back(matrix.below[k][3 * i + j]);
+            for (int j = 0; j <= i; ++j)
+                if (is_free_[3 * a + j])
+                    value.push_back(matrix.diagonal[a][3 * i + j]);
+        }
+    const Eigen::Map<const Eigen::SparseMatrix<double>> upper(
+        num_free_, num_free_, static_cast<Eigen::Index>(value.size()), start_.data(), entry_.data(), value.data());
+    if (!is_ordered_)
+        cholesky_.order(upper);
+    is_ordered_ = true;
+    return cholesky_.factorise(upper);
+}
+
+void BlockFactor::solve(std::span<const double> b, std::span<double> x) const {
+    Eigen::VectorXd free_values(num_free_);
+    for (std::size_t dof = 0; dof < b.size(); ++dof)
+        if (number_[dof] >= 0)
+            free_values[number_[dof]] = b[dof];
+    free_values = cholesky_.solve_single_precision(free_values);
+    for (std::size_t dof = 0; dof < b.size(); ++dof)
+        x[dof] = number_[dof] >= 0 ? free_values[number_[dof]] : 0.0;
+}
+
 ConstrainedSolver::ConstrainedSolver(SymmetricMatrix stiffness) : impl_(std::make_unique<Impl>(std::move(stiffness))) {}
 ConstrainedSolver::~ConstrainedSolver() = default;
 ConstrainedSolver::ConstrainedSolver(ConstrainedSolver &&) noexcept = default;
@@ -185,6 +233,96 @@ ConstrainedSolution ConstrainedSolver::solve(std::span<const double> prescribed,
 
 double ConstrainedSolver::factor_seconds() const {
     return impl_->factor_seconds + impl_->constrain_seconds;
+}
+
+IterativeSolver::IterativeSolver(const SymmetricBlocks<double> &stiffness,
+                                 std::unique_ptr<Preconditioner> preconditioner, int max_iterations)
+    : stiffness_(stiffness), preconditioner_(std::move(preconditioner)), max_iterations_(max_iterations) {}
+
+bool IterativeSolver::set_up(std::span<const double> prescribed) {
+    const auto start = Clock::now();
+    auto wanted = free_unknowns(std::array{prescribed});
+    const bool is_new = wanted != free_;
+    free_ = {}; // what follows may throw
+    // The preconditioner knows best whether it is still what it was: it may share parts with another one.
+    const bool unique = preconditioner_->set_up(wanted);
+    free_ = std::move(wanted);
+    if (is_new)
+        setup_seconds_ = seconds_since(start);
+    return unique;
+}
+
+/// Conjugate gradients (Hestenes and Stiefel 1952). Each direction is made conjugate to the last one outright, which
+/// forgives a preconditioner that is symmetric only to single precision.
+IterativeSolver::Ending IterativeSolver::add_solution(std::span<double> residual, std::span<double> u,
+                                                      std::span<const std::size_t> constrained, double size,
+                                                      double goal) {
+    Ending ending{.relative_residual = size > 0.0 ? std::sqrt(dot(residual, residual)) / size : 0.0};
+    std::vector<double> direction(u.size(), 0.0), image(u.size(), 0.0);
+    std::vector<float> unit_residual(u.size()), correction(u.size()); // the residual over its size
+    double curvature = 1.0;                                           // p^T K p
+    while (ending.relative_residual > goal && ending.iterations < max_iterations_) {
+        const double left = ending.relative_residual * size;
+        for (std::size_t i = 0; i < u.size(); ++i)
+            unit_residual[i] = static_cast<float>(residual[i] / left);
+        preconditioner_->apply(unit_residual, correction);
+        // The image still holds K times the last direction, to which the new one has to be conjugate.
+        const double beta = -std::inner_product(image.begin(), image.end(), correction.begin(), 0.0) / curvature;
+        for (std::size_t i = 0; i < u.size(); ++i)
+            direction[i] = correction[i] + beta * direction[i];
+        stiffness_.multiply(direction, image);
+        zero(constrained, image);
+        curvature = dot(direction, image);
+        const double alpha = dot(residual, direction) / curvature;
+        if (!(curvature > 0.0) || !std::isfinite(alpha))
+            break; // not positive definite: what there is so far is the solution, and it has not converged
+        for (std::size_t i = 0; i < u.size(); ++i) {
+            u[i] += alpha * direction[i];
+            residual[i] -= alpha * image[i];
+        }
+        ending.relative_residual = std::sqrt(dot(residual, residual)) / size;
+        ++ending.iterations;
+    }
+    return ending;
+}
+
+ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, std::span<const double> load,
+                                           const Aim &aim) {
+    ConstrainedSolution solution;
+    solution.unique = set_up(prescribed);
+    if (!solution.unique)
+        return solution;
+    auto &u = solution.displacement;
+    u.resize(prescribed.size());
+    for (std::size_t i = 0; i < u.size(); ++i)
+        u[i] = std::isnan(prescribed[i]) ? 0.0 : prescribed[i];
+    const auto imbalance = [&] { // f - K u
+        std::vector<double> out(u.size());
+        stiffness_.multiply(u, out);
+        for (std::size_t i = 0; i < out.size(); ++i)
+            out[i] = load[i] - out[i];
+        return out;
+    };
+    const auto constrained = constrained_entries(free_);
+    auto right_hand_side = imbalance();
+    zero(constrained, right_hand_side);
+    const double size = std::sqrt(dot(right_hand_side, right_hand_side));
+    if (!aim.guess.empty() && size > 0.0) { // without a load the solution is what is prescribed
+        for (std::size_t i = 0; i < u.size(); ++i)
+            if (std::isnan(prescribed[i]))
+                u[i] = aim.guess[i];
+        right_hand_side = imbalance();
+        zero(constrained, right_hand_side);
+    }
+    const auto ending = add_solution(right_hand_side, u, constrained, size, aim.relative_residual);
+    solution.iterations = ending.iterations;
+    solution.relative_residual = ending.relative_residual;
+    solution.converged = ending.relative_residual <= aim.relative_residual;
+    solution.residual = imbalance();
+    for (double &entry : solution.residual)
+        entry = -entry;
+    solution.energy = 0.5 * (dot(u, solution.residual) + dot(u, load));
+    return solution;
 }
 
 } // namespace livermark::fem_reference

@@ -4,7 +4,9 @@
 #include <span>
 #include <vector>
 
+#include "core/support/factors/sparse_cholesky.hpp"
 #include "fem_reference/solvers/matrices.hpp"
+#include "fem_reference/solvers/two_level.hpp"
 
 namespace livermark::fem_reference {
 
@@ -75,6 +77,87 @@ class ConstrainedSolver {
   private:
     struct Impl;
     std::unique_ptr<Impl> impl_;
+};
+
+/// K u = f with some unknowns prescribed, by preconditioned conjugate gradients.
+class IterativeSolver {
+  public:
+    /// Norm of the residual over that of the right-hand side of the free rows at which the iteration stops.
+    static constexpr double tolerance = 1e-11;
+
+    /// @param stiffness       symmetric positive semidefinite; kept alive and unchanged by the caller
+    /// @param preconditioner  of this matrix
+    /// @param max_iterations  after how many steps it gives up
+    IterativeSolver(const SymmetricBlocks<double> &stiffness, std::unique_ptr<Preconditioner> preconditioner,
+                    int max_iterations = 2000);
+
+    /// Prepares the preconditioner, unless the same unknowns were prescribed last time.
+    /// @param prescribed  shape (n), NaN where an unknown is free
+    /// @return whether the conditions fix the solution
+    bool set_up(std::span<const double> prescribed);
+
+    /// Begin and end of iterations.
+    struct Aim {
+        std::span<const double> guess{}; ///< (n) of the solution; empty for zero
+        double relative_residual = tolerance;
+    };
+
+    /// Sets up if need be, and solves. A solution that has not converged says so and is the last iterate.
+    /// @param prescribed  shape (n), NaN where an unknown is free
+    /// @param load        shape (n), loads on prescribed unknowns count in the residual
+    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load, const Aim &aim);
+    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load) {
+        return solve(prescribed, load, Aim{});
+    }
+
+    Preconditioner &preconditioner() const { return *preconditioner_; }
+
+    /// Seconds that the preconditioner in use took, also when it was made for an earlier solve.
+    double setup_seconds() const { return setup_seconds_; }
+
+  private:
+    struct Ending {
+        int iterations = 0;
+        double relative_residual = 0.0;
+    };
+    /// u += K^-1 residual on the free unknowns that the preconditioner is set up for.
+    /// @param residual  shape (n), zero where not free, used up
+    /// @param constrained      entries that are not free, see constrained_entries()
+    /// @param size      norm of the right-hand side
+    /// @param goal      norm of the residual over that at which it stops
+    Ending add_solution(std::span<double> residual, std::span<double> u, std::span<const std::size_t> constrained,
+                        double size, double goal);
+
+    const SymmetricBlocks<double> &stiffness_;
+    std::unique_ptr<Preconditioner> preconditioner_;
+    int max_iterations_;
+    FreeUnknowns free_;
+    double setup_seconds_ = 0.0;
+};
+
+/// A sparse Cholesky factor (CHOLMOD) of what is free of a matrix of 3 x 3 blocks whose places stay. n is the number of
+/// nodes.
+class BlockFactor {
+  public:
+    /// @param is_free  shape (3 n)
+    BlockFactor(const LowerRows &rows, std::vector<bool> is_free);
+
+    /// @param matrix  with these rows
+    /// @return false if it is not positive definite; there is no factor then
+    /// @throws std::runtime_error if CHOLMOD runs out of memory
+    bool factorise(const SymmetricBlocks<double> &matrix);
+
+    /// Solves with the last factor, in single precision: for iterations that correct it.
+    /// @param b, x  shape (3 n); what is not free does not count, and is zero
+    void solve(std::span<const double> b, std::span<double> x) const;
+
+  private:
+    std::vector<bool> is_free_;
+    std::vector<int> number_; ///< (3 n) of each free unknown among these, -1 where not free
+    int num_free_ = 0;
+    std::vector<int> start_, entry_; ///< rows of the lower triangle on what is free, and so columns of the upper one
+    support::SparseCholesky cholesky_;
+    bool is_ordered_ = false;
 };
 
 } // namespace livermark::fem_reference

@@ -42,12 +42,17 @@ int lanes_for(std::size_t num_columns) {
     return num_columns == 1 ? 1 : num_columns <= 4 ? 4 : most_lanes;
 }
 
+std::vector<bool> free_of(std::span<const double> prescribed) {
+    std::vector<bool> is_free(prescribed.size());
+    for (std::size_t i = 0; i < prescribed.size(); ++i)
+        is_free[i] = std::isnan(prescribed[i]);
+    return is_free;
+}
+
 FreeUnknowns free_unknowns(std::span<const std::span<const double>> prescribed) {
     FreeUnknowns free;
     for (const auto &column : prescribed) {
-        std::vector<bool> is_free(column.size());
-        for (std::size_t i = 0; i < column.size(); ++i)
-            is_free[i] = std::isnan(column[i]);
+        auto is_free = free_of(column);
         const auto same = std::ranges::find(free.sets, is_free);
         free.set.push_back(static_cast<int>(same - free.sets.begin()));
         if (same == free.sets.end())
@@ -276,15 +281,15 @@ template <int lanes, int first, int some, class T>
 [[gnu::always_inline]] inline void products_of_row(const DivergenceRows<T> &d, std::size_t q, const T *u, const T *p,
                                                    T *force, T *imbalance) {
     Single<T, some> sum;
-    const Single<T, some> of_row(p + lanes * q + first);
+    const Single<T, some> in_row(p + lanes * q + first);
     for (int k = d.row_start[q]; k < d.row_start[q + 1]; ++k) {
         const auto place = std::size_t{3} * lanes * d.column[k] + first;
         const auto &value = d.value[k];
         add_dot(value, Triple<T, some, lanes>(u + place), sum);
         Triple<T, some, lanes> there(force + place);
-        there.x += value[0] * of_row.value;
-        there.y += value[1] * of_row.value;
-        there.z += value[2] * of_row.value;
+        there.x += value[0] * in_row.value;
+        there.y += value[1] * in_row.value;
+        there.z += value[2] * in_row.value;
         there.put(force + place);
     }
     sum.value -= Single<T, some>(imbalance + lanes * q + first).value;

@@ -36,7 +36,11 @@ template <class Action> [[gnu::always_inline]] inline void with_lanes(int lanes,
     }
 }
 
-/// Which unknowns are free, in each column.
+/// Whether each unknown is free.
+/// @param prescribed  shape (n), NaN where an unknown is free
+std::vector<bool> free_of(std::span<const double> prescribed);
+
+/// Free unknowns of each column.
 struct FreeUnknowns {
     std::vector<std::vector<bool>> sets; ///< different ones, each (n)
     std::vector<int> set;                ///< (lanes) that of each column; of lanes that no column needs, the first
@@ -210,6 +214,13 @@ void DivergenceRows<double>::add_products(std::span<const double> u, std::span<c
 
 DivergenceRows<float> rounded(const DivergenceRows<double> &matrix);
 
+/// A matrix as deal.II's solvers take it: out = A in.
+template <class Action> struct Operator {
+    Action action; ///< (out, in)
+    template <class Vector> void vmult(Vector &out, const Vector &in) const { action(out, in); }
+};
+template <class Action> Operator(Action) -> Operator<Action>;
+
 /// Zeros where nothing is free: so a solver takes the rows and columns of what is free alone.
 /// @param values   shape (3 n)
 /// @param is_free  shape (3 n)
@@ -219,7 +230,7 @@ template <class T> void clear_constrained(std::span<T> values, const std::vector
             values[dof] = T(0);
 }
 
-/// Which entries of a sparse matrix have numbers of the same cell as their row and column, and where those of each cell
+/// Entries of a sparse matrix that have numbers of the same cell as their row and column, and where those of each cell
 /// stand, so that an assembly looks for none.
 struct CellRows {
     std::vector<int> row_start; ///< (rows + 1)
@@ -227,7 +238,6 @@ struct CellRows {
     std::vector<int> place;     ///< (M, a cell's rows, its columns) index into column; -1 of what has no entry
 };
 
-/// Which entries are wanted.
 enum class CellEntries { all, below_diagonal };
 
 /// @param rows     (M, rows_per_cell) numbers of the rows that a cell adds to, different ones; -1 of none

@@ -18,20 +18,6 @@ constexpr int nodes_of_quadratic = 10;
 constexpr const char *no_pair =
     "the fine system is not the quadratic one of the same body or of parts of its tetrahedra";
 
-/// Shape functions in the order of ElasticSystem::cell_nodes; those of linear elements are zero from the fifth on.
-std::array<double, nodes_of_quadratic> shape_functions(const Eigen::Vector4d &bary, int nodes_per_cell) {
-    std::array<double, nodes_of_quadratic> shape{};
-    if (nodes_per_cell == nodes_of_linear) {
-        std::copy_n(bary.data(), nodes_of_linear, shape.data());
-        return shape;
-    }
-    for (int v = 0; v < 4; ++v)
-        shape[v] = bary[v] * (2.0 * bary[v] - 1.0);
-    for (std::size_t e = 0; e < edges_of_quadratic.size(); ++e)
-        shape[4 + e] = 4.0 * bary[edges_of_quadratic[e][0]] * bary[edges_of_quadratic[e][1]];
-    return shape;
-}
-
 /// Nodes of the fine system lie at quarters of the edges: rounding makes the coordinates exact.
 /// @param inverse  of the matrix of the edge vectors from the first corner
 Eigen::Vector4d barycentric(const Eigen::Matrix3d &inverse, const core::Vector3 &from_first_corner) {
@@ -69,6 +55,23 @@ template <class T> void gather(const Prolongation &p, std::span<const T> fine, s
 
 } // namespace
 
+std::array<double, 10> shape_functions(const Eigen::Vector4d &bary, int nodes_per_cell) {
+    std::array<double, nodes_of_quadratic> shape{};
+    if (nodes_per_cell == nodes_of_linear) {
+        std::copy_n(bary.data(), nodes_of_linear, shape.data());
+        return shape;
+    }
+    for (int v = 0; v < nodes_of_linear; ++v)
+        shape[v] = bary[v] * (2.0 * bary[v] - 1.0);
+    for (std::size_t e = 0; e < edges_of_quadratic.size(); ++e)
+        shape[nodes_of_linear + e] = 4.0 * bary[edges_of_quadratic[e][0]] * bary[edges_of_quadratic[e][1]];
+    return shape;
+}
+
+namespace {
+
+/// The parents of prolongation() where they are not given.
+/// @throws std::invalid_argument if the fine system has neither as many tetrahedra nor eight times as many
 std::vector<int> parents_by_number(const ElasticSystem &coarse, const ElasticSystem &fine) {
     const int children = coarse.nodes_per_cell == nodes_of_linear ? 1 : num_children;
     const auto num_coarse = coarse.cell_nodes.size() / coarse.nodes_per_cell;
@@ -79,6 +82,8 @@ std::vector<int> parents_by_number(const ElasticSystem &coarse, const ElasticSys
         parent[child] = static_cast<int>(child) / children;
     return parent;
 }
+
+} // namespace
 
 Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine, std::span<const int> parent) {
     const int nodes_per_cell = coarse.nodes_per_cell;
@@ -155,8 +160,8 @@ Block<float> rounded(const Eigen::Matrix3d &block) {
 /// Values of the free rows and columns, otherwise zero.
 Eigen::Matrix3d inverse_of_free(const Block<float> &block, const Eigen::Array3d &is_free) {
     const Eigen::Matrix3d chosen = is_free.matrix() * is_free.matrix().transpose();
-    const Eigen::Matrix3d of_free = FloatBlock::Map(block.data()).cast<double>().cwiseProduct(chosen);
-    return (of_free + (1.0 - is_free).matrix().asDiagonal().toDenseMatrix()).inverse().cwiseProduct(chosen);
+    const Eigen::Matrix3d free_part = FloatBlock::Map(block.data()).cast<double>().cwiseProduct(chosen);
+    return (free_part + (1.0 - is_free).matrix().asDiagonal().toDenseMatrix()).inverse().cwiseProduct(chosen);
 }
 
 } // namespace
@@ -174,24 +179,24 @@ void BlockGaussSeidel::set_up(const FreeUnknowns &free) {
     constrained_inverse_.clear();
     is_free_.clear();
     for (std::size_t at = 0; at < matrix_.rows.num_nodes(); ++at) {
-        std::vector<Eigen::Array3d> of_set;
+        std::vector<Eigen::Array3d> by_set;
         for (const auto &set : free.sets) {
-            auto &is_free = of_set.emplace_back();
+            auto &is_free = by_set.emplace_back();
             for (int i = 0; i < 3; ++i)
                 is_free[i] = set[3 * at + i] ? 1.0 : 0.0;
         }
-        if (std::ranges::all_of(of_set, [](const auto &is_free) { return is_free.minCoeff() > 0.0; }))
+        if (std::ranges::all_of(by_set, [](const auto &is_free) { return is_free.minCoeff() > 0.0; }))
             continue;
         constrained_[at] = static_cast<int>(is_free_.size()) / (3 * lanes_);
         std::vector<Eigen::Matrix3d> inverse;
-        for (const auto &is_free : of_set)
+        for (const auto &is_free : by_set)
             inverse.push_back(inverse_of_free(matrix_.diagonal[at], is_free));
         for (int entry = 0; entry < 9; ++entry)
             for (const int set : free.set)
                 constrained_inverse_.push_back(static_cast<float>(inverse[set](entry / 3, entry % 3)));
         for (int i = 0; i < 3; ++i)
             for (const int set : free.set)
-                is_free_.push_back(static_cast<float>(of_set[set][i]));
+                is_free_.push_back(static_cast<float>(by_set[set][i]));
     }
 }
 
@@ -407,6 +412,72 @@ SymmetricBlocks<double> galerkin(const Prolongation &prolongation, const Symmetr
             });
     }
     return coarse;
+}
+
+namespace {
+
+/// The corners of the fine mesh are the corners of the coarse one, where pressures are the same, and the midpoints of
+/// its edges, where they are the mean of both ends.
+SparseRows pressure_prolongation(const ElasticSystem &coarse, const PressureSystem &coarse_pressure,
+                                 const ElasticSystem &fine, const PressureSystem &fine_pressure,
+                                 const Prolongation &displacement, std::span<const int> parent) {
+    std::vector<int> coarse_node(fine.points.size(), -1);
+    for (std::size_t node = 0; node < displacement.fine_node.size(); ++node)
+        coarse_node[displacement.fine_node[node]] = static_cast<int>(node);
+    std::vector<std::vector<int>> ends(fine_pressure.num_pressures()); // one or two pressures
+    for (std::size_t child = 0; child < fine_pressure.cell_pressures.size(); ++child) {
+        const auto t = static_cast<std::size_t>(parent[child]);
+        const auto &pressures = coarse_pressure.cell_pressures[t];
+        if (pressures.front() < 0)
+            continue;
+        const auto nodes = std::span(coarse.cell_nodes).subspan(t * coarse.nodes_per_cell, coarse.nodes_per_cell);
+        for (int corner = 0; corner < nodes_of_linear; ++corner) {
+            auto &ends_of_corner = ends[fine_pressure.cell_pressures[child][corner]];
+            if (!ends_of_corner.empty())
+                continue;
+            const int node = coarse_node[fine.cell_nodes[child * fine.nodes_per_cell + corner]];
+            const auto local = static_cast<int>(std::ranges::find(nodes, node) - nodes.begin());
+            if (local < nodes_of_linear) {
+                ends_of_corner = {pressures[local]};
+            } else {
+                const auto [a, b] = edges_of_quadratic[local - nodes_of_linear];
+                ends_of_corner = {pressures[a], pressures[b]};
+            }
+        }
+    }
+    SparseRows result;
+    result.row_start.push_back(0);
+    for (const auto &ends_of_corner : ends) {
+        for (const int pressure : ends_of_corner) {
+            result.column.push_back(pressure);
+            result.value.push_back(1.0 / static_cast<double>(ends_of_corner.size()));
+        }
+        result.row_start.push_back(static_cast<int>(result.column.size()));
+    }
+    return result;
+}
+
+} // namespace
+
+std::vector<double> NestedIteration::prolonged_pressure(std::span<const double> coarse, int lanes) const {
+    const std::size_t num_rows = pressure.row_start.size() - 1;
+    std::vector<double> fine(lanes * num_rows, 0.0);
+    for (std::size_t row = 0; row < num_rows; ++row)
+        for (int k = pressure.row_start[row]; k < pressure.row_start[row + 1]; ++k)
+            for (int c = 0; c < lanes; ++c)
+                fine[lanes * row + c] +=
+                    pressure.value[k] * coarse[static_cast<std::size_t>(lanes) * pressure.column[k] + c];
+    return fine;
+}
+
+NestedIteration nested_iteration(const ElasticSystem &coarse, const PressureSystem &coarse_pressure,
+                                 const ElasticSystem &fine, const PressureSystem &fine_pressure,
+                                 std::span<const int> parent) {
+    auto displacement = prolongation(coarse, fine, parent);
+    const auto by_number = parent.empty() ? parents_by_number(coarse, fine) : std::vector<int>{};
+    auto pressure = pressure_prolongation(coarse, coarse_pressure, fine, fine_pressure, displacement,
+                                          parent.empty() ? by_number : parent);
+    return {std::move(displacement), std::move(pressure)};
 }
 
 } // namespace livermark::fem_reference

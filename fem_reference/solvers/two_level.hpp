@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <memory>
 #include <span>
@@ -34,8 +35,13 @@ class Preconditioner {
     virtual std::string name() const = 0;
 };
 
-/// Between which corners the nodes of a quadratic tetrahedron behind its corners lie.
+/// Corners between which the nodes of a quadratic tetrahedron behind its corners lie.
 inline constexpr std::array<std::array<int, 2>, 6> edges_of_quadratic{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+
+/// Lagrange's shape functions in the order of ElasticSystem::cell_nodes; those of linear elements are zero from the
+/// fifth on.
+/// @param bary  barycentric coordinates of a point
+std::array<double, 10> shape_functions(const Eigen::Vector4d &bary, int nodes_per_cell);
 
 /// The functions of a coarse space as functions of a finer one that contains it: the value at fine node i is the sum
 /// of weight times the value at a coarse node, the same for each component.
@@ -62,10 +68,6 @@ struct Prolongation {
 ///                (core::bisect()); empty for all of the same body in order, or for core::refine(body)
 /// @throws std::invalid_argument if the fine system is not of such parts
 Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine, std::span<const int> parent = {});
-
-/// The parents of prolongation() where they are not given.
-/// @throws std::invalid_argument if the fine system has neither as many tetrahedra nor eight times as many
-std::vector<int> parents_by_number(const ElasticSystem &coarse, const ElasticSystem &fine);
 
 /// Gauss-Seidel sweeps over the nodes of a system, three components at a time. A smoother lives from the memory that it
 /// does not move: it is in single precision, and of the blocks only those below the diagonal are kept. What a row of
@@ -117,5 +119,32 @@ std::unique_ptr<Preconditioner> two_level(Prolongation prolongation, const Symme
 /// @param coarse_rows  which nodes of the coarse space share a cell, see CellEntries::below_diagonal
 SymmetricBlocks<double> galerkin(const Prolongation &prolongation, const SymmetricBlocks<double> &stiffness,
                                  const LowerRows &coarse_rows);
+
+/// A sparse matrix in compressed rows that need not be square.
+struct SparseRows {
+    std::vector<int> row_start; ///< (m + 1) index into column and value
+    std::vector<int> column;    ///< (nonzeros)
+    std::vector<double> value;  ///< (nonzeros)
+};
+
+/// Displacements and pressures of a body as those of the refined one: iterations there begin at the solution on
+/// the mesh before refinement, which is wrong by percents where zero is wrong by all.
+struct NestedIteration {
+    Prolongation displacement;
+    SparseRows pressure; ///< (m_fine, m_coarse)
+
+    /// p_c = P p_coarse,c
+    /// @param coarse  shape (m_coarse, lanes), see matrices.hpp
+    /// @return shape (m_fine, lanes)
+    std::vector<double> prolonged_pressure(std::span<const double> coarse, int lanes) const;
+};
+
+/// @param coarse, fine                    systems of degree 2 of a body and of one that is refined
+/// @param coarse_pressure, fine_pressure  assembled on them
+/// @param parent                          see prolongation()
+/// @throws std::invalid_argument if the fine system is not that of the refined body
+NestedIteration nested_iteration(const ElasticSystem &coarse, const PressureSystem &coarse_pressure,
+                                 const ElasticSystem &fine, const PressureSystem &fine_pressure,
+                                 std::span<const int> parent = {});
 
 } // namespace livermark::fem_reference

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "interactive/elements/tetrahedra.hpp"
-#include "interactive/kernels/corotational/corotational_rows.hpp"
+#include "interactive/elements/energies.hpp"
+#include "interactive/kernels/corotational_steps.hpp"
 
 namespace livermark::interactive {
 
@@ -21,23 +21,22 @@ core::Vector3 ImplicitContact::linearise_at(Point &point, const core::Vector3 &x
     if (step_.friction == 0.0)
         return size * normal;
     const auto across = [&](const core::Vector3 &v) { return core::Vector3(v - normal.dot(v) * normal); };
-    const core::Vector3 of_ball = step_.to - step_.from;
-    const core::Vector3 sticking = across(point.before) - across(x - point.start - of_ball) / point.compliance;
+    const core::Vector3 ball_way = step_.to - step_.from;
+    const core::Vector3 sticking = across(point.before) - across(x - point.start - ball_way) / point.compliance;
     const double length = sticking.norm(), limit = step_.friction * size;
     const double share = length > limit ? limit / length : 1.0;
     point.stiffness += share / point.compliance * (Matrix3::Identity() - normal * normal.transpose());
-    point.force += share * (across(point.before) + across(of_ball) / point.compliance);
+    point.force += share * (across(point.before) + across(ball_way) / point.compliance);
     return size * normal + share * sticking;
 }
 
 CorotationalTetrahedra::CorotationalTetrahedra(Scene given)
-    : Simulation(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)), rest_(positions()),
+    : SimulationInRows(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)),
       rows_(kernels::corotational_rows(scene())) {}
 
 bool CorotationalTetrahedra::touch(const std::shared_ptr<core::BallContact> &ball) {
-    ball_ = ball;
     rows_.touched.clear();
-    return true;
+    return SimulationInRows::touch(ball);
 }
 
 /// Solves until what touches and slips is what was solved for.
@@ -47,9 +46,8 @@ void CorotationalTetrahedra::step_touched(double time_step, int iterations) {
     bool is_solved = false;
     // Nodes are where their velocities lead, and once solved, where they are.
     const auto now = [&](int node) -> core::Vector3 {
-        const int row = rows_.body.row_of_node[node];
-        const core::Vector3 there = rest_.col(node) + in_row(rows_.body.displacement, row).cast<double>();
-        return is_solved ? there : core::Vector3(there + time_step * in_row(velocity, row).cast<double>());
+        const core::Vector3 there = row_position(node);
+        return is_solved ? there : core::Vector3(there + time_step * in_row(velocity, row_of(node)).cast<double>());
     };
     contact_.begin(*ball_, [&](int node) { return positions().col(node); });
     contact_.linearise(now);
@@ -85,33 +83,12 @@ void CorotationalTetrahedra::put_touched_into_rows() {
 }
 
 void CorotationalTetrahedra::step(double time_step, int iterations) {
-    auto &x = mutable_positions();
-    rows_.body.aim_constrained(scene(), rest_, x, targets(), time_step);
+    rows_.body.aim_constrained(scene(), rest_, positions(), targets(), time_step);
     if (ball_)
         step_touched(time_step, iterations);
     else
         kernels::take_corotational_step(rows_, time_step, scene().mass_damping, iterations);
-    take_from_rows(rows_.body.displacement, rows_.body.row_of_node, x);
-    x += rest_;
-    take_from_rows(rows_.body.velocity, rows_.body.row_of_node, mutable_velocities());
-    move_to_targets(); // to the last bit
-}
-
-void CorotationalTetrahedra::set_state(const Field &positions, const Field &velocities) {
-    Simulation::set_state(positions, velocities);
-    put_into_rows(positions - rest_, rows_.body.row_of_node, rows_.body.displacement);
-    put_into_rows(velocities, rows_.body.row_of_node, rows_.body.velocity);
-}
-
-void CorotationalTetrahedra::set_external_forces(const Field &forces) {
-    Simulation::set_external_forces(forces);
-    put_into_rows(external_forces(), rows_.body.row_of_node, rows_.body.external);
-}
-
-Cost CorotationalTetrahedra::cost(int iterations) const {
-    const auto num_tetrahedra = static_cast<double>(energy_.tetrahedra().size());
-    return {.element_passes = 1.0 + iterations,
-            .bytes_per_element = static_cast<double>(rows_.bytes()) / num_tetrahedra};
+    take_state_from_rows();
 }
 
 } // namespace livermark::interactive

@@ -6,9 +6,8 @@
 
 #include "core/tool/ball_contact.hpp"
 #include "interactive/elements/energies.hpp"
-#include "interactive/elements/tetrahedra.hpp"
-#include "interactive/kernels/corotational/corotational_rows.hpp"
-#include "interactive/simulation.hpp"
+#include "interactive/kernels/corotational_steps.hpp"
+#include "interactive/method.hpp"
 
 namespace livermark::interactive {
 
@@ -97,25 +96,22 @@ class ImplicitContact {
 /// preconditioner (block Jacobi). The state is what corotational_rows.hpp moves, and positions and velocities are that
 /// state after each step. A ball that touches takes part as ImplicitContact, in up to five solutions of a step with so
 /// many iterations each: nothing is factorised.
-class CorotationalTetrahedra : public Simulation {
+class CorotationalTetrahedra : public SimulationInRows {
   public:
     explicit CorotationalTetrahedra(Scene given);
 
     void step(double time_step, int iterations) override;
     bool touch(const std::shared_ptr<core::BallContact> &ball) override;
-    void set_state(const Field &positions, const Field &velocities) override;
-    void set_external_forces(const Field &forces) override;
     const Energy &energy() const override { return energy_; }
-    Cost cost(int iterations) const override;
+    Cost cost(int iterations) const override { return cost_of(1.0 + iterations, rows_.bytes()); }
     Orders orders() const override { return rows_.body.orders(); }
 
   private:
+    kernels::NodeRows &rows() override { return rows_.body; }
     void step_touched(double time_step, int iterations);
     void put_touched_into_rows();
 
     ElementEnergy<densities::Corotational> energy_;
-    Field rest_;
-    std::shared_ptr<core::BallContact> ball_;
     ImplicitContact contact_; ///< of the ball
     kernels::CorotationalRows rows_;
 };

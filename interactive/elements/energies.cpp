@@ -6,8 +6,31 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 
 #include "core/semi_definite_part.hpp"
+
+namespace livermark::interactive {
+
+std::vector<Tetrahedron> tetrahedra_at_rest(const core::Body &body) {
+    std::vector<Tetrahedron> result;
+    result.reserve(body.mesh.tetrahedra.size());
+    for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t) {
+        const auto &nodes = body.mesh.tetrahedra[t];
+        const auto &material = body.materials[body.mesh.region[t]];
+        Matrix3 edges;
+        for (int c = 0; c < 3; ++c)
+            edges.col(c) = body.mesh.points[nodes[c + 1]] - body.mesh.points[nodes[0]];
+        result.push_back({.nodes = nodes,
+                          .inverse_edges = edges.inverse(),
+                          .volume = edges.determinant() / 6.0,
+                          .mu = material.shear_modulus(),
+                          .lambda = material.lame_lambda()});
+    }
+    return result;
+}
+
+} // namespace livermark::interactive
 
 // What Newton's method alone calls: it takes seconds to compile, and each method includes the header.
 namespace livermark::interactive::densities {
@@ -93,7 +116,7 @@ void add_tangent(const Tetrahedron &tetrahedron, const densities::Tangent &tange
 
 namespace {
 
-/// What of the law stays in the tetrahedra.
+/// The part of the law that stays in the tetrahedra.
 densities::NeoHookean local_density(const Tetrahedron &tetrahedron) {
     return {tetrahedron.mu, 0.0};
 }
@@ -165,19 +188,19 @@ void NodalPressureEnergy::add_hessian(const Field &x, bool is_projected, Triplet
         std::map<int, core::Vector3> slope; // V_a dJ_a/dx
         for (const int t : around_[a])
             for (int c = 0; c < 4; ++c) {
-                auto &of_node = slope.try_emplace(tetrahedra_[t].nodes[c], core::Vector3::Zero()).first->second;
-                of_node += 0.25 * slopes[t].col(c);
+                auto &node_slope = slope.try_emplace(tetrahedra_[t].nodes[c], core::Vector3::Zero()).first->second;
+                node_slope += 0.25 * slopes[t].col(c);
             }
         const auto node = static_cast<Eigen::Index>(a);
         double curvature = node_lambda_[node] * (1.0 - std::log(jacobians[node])) /
                            (jacobians[node] * jacobians[node] * node_volume_[node]);
         if (is_projected)
             curvature = std::max(curvature, 0.0);
-        for (const auto &[i, of_i] : slope)
-            for (const auto &[j, of_j] : slope)
+        for (const auto &[i, slope_i] : slope)
+            for (const auto &[j, slope_j] : slope)
                 for (int k = 0; k < 3; ++k)
                     for (int l = 0; l < 3; ++l)
-                        triplets.emplace_back(3 * i + k, 3 * j + l, curvature * of_i[k] * of_j[l]);
+                        triplets.emplace_back(3 * i + k, 3 * j + l, curvature * slope_i[k] * slope_j[l]);
     }
 }
 
@@ -280,3 +303,69 @@ Tangent Projective::tangent(const Matrix3 &f) const {
 }
 
 } // namespace livermark::interactive::densities
+
+namespace livermark::interactive {
+
+Springs springs_with_shear_modulus(const core::Body &body) {
+    return springs_with_shear_modulus(body, core::edge_table(body.mesh.tetrahedra));
+}
+
+Springs springs_with_shear_modulus(const core::Body &body, const core::EdgeTable &table) {
+    constexpr double factor = 2.0 * std::numbers::sqrt2 / 25.0, young_over_shear = 2.5;
+    const auto volumes = core::tetrahedron_volumes(body.mesh);
+    Springs springs{table.edges, std::vector<double>(table.edges.size(), 0.0), {}};
+    for (std::size_t t = 0; t < volumes.size(); ++t) {
+        const double length = std::cbrt(6.0 * std::numbers::sqrt2 * volumes[t]);
+        const double young_modulus = young_over_shear * body.materials[body.mesh.region[t]].shear_modulus();
+        for (const int edge : table.tetrahedron_edge[t])
+            springs.stiffness[edge] += factor * length * young_modulus;
+    }
+    for (const auto &[a, b] : springs.edges)
+        springs.rest_length.push_back((body.mesh.points[a] - body.mesh.points[b]).norm());
+    return springs;
+}
+
+SpringEnergy::SpringEnergy(Springs springs) : springs_(std::move(springs)) {}
+
+double SpringEnergy::value(const Field &x) const {
+    double value = 0.0;
+    for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
+        const auto &[a, b] = springs_.edges[s];
+        const double stretch = (x.col(a) - x.col(b)).norm() - springs_.rest_length[s];
+        value += 0.5 * springs_.stiffness[s] * stretch * stretch;
+    }
+    return value;
+}
+
+void SpringEnergy::add_forces(const Field &x, Field &f) const {
+    for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
+        const auto &[a, b] = springs_.edges[s];
+        const core::Vector3 d = x.col(a) - x.col(b);
+        const core::Vector3 force = springs_.stiffness[s] * (1.0 - springs_.rest_length[s] / d.norm()) * d;
+        f.col(a) -= force;
+        f.col(b) += force;
+    }
+}
+
+void SpringEnergy::add_hessian(const Field &x, bool is_projected, Triplets &triplets) const {
+    for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
+        const auto &edge = springs_.edges[s];
+        const core::Vector3 d = x.col(edge[0]) - x.col(edge[1]);
+        const core::Vector3 along = d.normalized();
+        double across = 1.0 - springs_.rest_length[s] / d.norm();
+        if (is_projected)
+            across = std::max(across, 0.0);
+        const Matrix3 block =
+            springs_.stiffness[s] * (across * Matrix3::Identity() + (1.0 - across) * along * along.transpose());
+        for (int a = 0; a < 2; ++a)
+            for (int b = 0; b < 2; ++b)
+                for (int i = 0; i < 3; ++i)
+                    for (int k = 0; k < 3; ++k)
+                        triplets.emplace_back(3 * edge[a] + i, 3 * edge[b] + k, (a == b ? 1.0 : -1.0) * block(i, k));
+    }
+}
+
+SpringAndVolumeEnergy::SpringAndVolumeEnergy(const core::Body &body, const core::EdgeTable &edges)
+    : springs_(springs_with_shear_modulus(body, edges)), volumes_(tetrahedra_at_rest(body)) {}
+
+} // namespace livermark::interactive

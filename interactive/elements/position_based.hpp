@@ -9,32 +9,31 @@
 #include <utility>
 #include <vector>
 
-#include "interactive/colouring.hpp"
-#include "interactive/elements/spring_body.hpp"
-#include "interactive/kernels/position_rows.hpp"
-#include "interactive/simulation.hpp"
+#include "interactive/elements/energies.hpp"
+#include "interactive/kernels/orders.hpp"
+#include "interactive/kernels/position_steps.hpp"
+#include "interactive/method.hpp"
 
 namespace livermark::interactive {
 
 /// Steps of extended position-based dynamics: nodes go to where they would without elasticity, iterations over all
-/// constraints move them from there, and velocities follow from positions. A method says what its
-/// constraints are. A ball that touches is a constraint at each point of the facets that
-/// it is near to, after all others in each iteration: see core::BallContact.
-class PositionBased : public Simulation {
+/// constraints move them from there, and velocities follow from positions. A method says what its constraints are. A
+/// ball that touches is a constraint at each point of the facets that it is near to, after all others in each
+/// iteration: see core::BallContact.
+class PositionBased : public SimulationInRows {
   public:
     explicit PositionBased(Scene given);
 
     void step(double time_step, int iterations) override;
     void set_state(const Field &positions, const Field &velocities) override;
-    void set_external_forces(const Field &forces) override;
     void kick(const Field &velocity, double time_step) override;
     bool touch(const std::shared_ptr<core::BallContact> &ball) override;
 
-    /// Those of the multipliers, as far as iterations have come: what a program would send to a haptic device.
+    /// Forces of the multipliers, as far as iterations have come: what a program would send to a haptic device.
     /// Before the first step those of the energy.
     Field elastic_forces() const override;
 
-    Cost cost(int iterations) const override;
+    Cost cost(int iterations) const override { return cost_of(iterations, rows_.bytes()); }
 
   protected:
     /// @param sets  with their multipliers, in the order of use_constraints()
@@ -44,12 +43,10 @@ class PositionBased : public Simulation {
     void use_constraints(std::vector<kernels::ConstraintRows> sets) { rows_.sets = std::move(sets); }
 
   private:
+    kernels::NodeRows &rows() override { return rows_; }
     /// One iteration; the first one of a step begins with the forces of the step before.
-    /// @param position  of a node: int -> something that can be added to
-    template <class Start, class Position> void project_ball(const Start &start, const Position &position);
+    void project_ball();
 
-    Field rest_;
-    std::shared_ptr<core::BallContact> ball_;
     double time_step_ = 0.0;               ///< that is being taken [s]
     bool has_touched_ = false;             ///< in this step
     std::optional<double> last_time_step_; ///< [s]
@@ -240,8 +237,8 @@ template <class Kind> class ConstraintSet {
         numbers.reserve(kinds_.size() * kernels::num_numbers_of(Kind::constraint));
         for (const auto &kind : kinds_) {
             nodes.insert(nodes.end(), kind.nodes.begin(), kind.nodes.end());
-            const auto of_kind = kind.numbers(rest);
-            numbers.insert(numbers.end(), of_kind.begin(), of_kind.end());
+            const auto own = kind.numbers(rest);
+            numbers.insert(numbers.end(), own.begin(), own.end());
         }
         return kernels::constraint_rows(Kind::constraint, offsets_, nodes, numbers, static_cast<int>(rest.cols()));
     }

@@ -5,12 +5,10 @@
 #include <utility>
 
 #include "core/support/factors/sparse_cholesky.hpp"
-#include "interactive/elements/tetrahedra.hpp"
-#include "interactive/simulation.hpp"
+#include "interactive/elements/energies.hpp"
+#include "interactive/method.hpp"
 
 namespace livermark::interactive {
-
-Prefactored::Prefactored(Scene given) : Simulation(std::move(given)), rest_(positions()) {}
 
 void Prefactored::prepare(double time_step) {
     if (time_step == factorised_for_)
@@ -21,10 +19,8 @@ void Prefactored::prepare(double time_step) {
     for (std::size_t i = 0; i < unknown_.size(); ++i)
         if (is_free()[i])
             unknown_[i] = num_unknowns_++;
-    Energy::Triplets all;
-    add_laplacian(all);
     Energy::Triplets kept;
-    for (const auto &entry : all)
+    for (const auto &entry : laplacian_())
         if (unknown_[entry.row()] >= 0 && unknown_[entry.col()] >= unknown_[entry.row()])
             kept.emplace_back(unknown_[entry.row()], unknown_[entry.col()], entry.value());
     for (std::size_t i = 0; i < unknown_.size(); ++i)
@@ -39,14 +35,14 @@ void Prefactored::prepare(double time_step) {
             factor_.order(matrix, order);
         if (!factor_.factorise(matrix))
             throw std::logic_error("the matrix of projective dynamics is not positive definite");
-        rows_->set_factor(factor_.factor(), unknown_, terms.stiffness);
+        rows_.set_factor(factor_.factor(), unknown_, terms.stiffness);
     }
     factorised_for_ = time_step;
     columns_.clear();
     stiffness_ = terms.stiffness;
 }
 
-/// That of a scene, as unknowns; empty if there is none.
+/// The order of a scene, as unknowns; empty if there is none.
 std::vector<int> Prefactored::order_of_unknowns() const {
     if (!scene().orders || scene().orders->factor.size() != static_cast<std::size_t>(num_unknowns_))
         return {};
@@ -57,7 +53,7 @@ std::vector<int> Prefactored::order_of_unknowns() const {
 }
 
 Orders Prefactored::orders() const {
-    Orders orders = rows_->orders();
+    Orders orders = rows_.orders();
     if (factorised_for_ == 0.0 || num_unknowns_ == 0)
         return orders;
     std::vector<int> node_of(static_cast<std::size_t>(num_unknowns_));
@@ -70,34 +66,25 @@ Orders Prefactored::orders() const {
 }
 
 bool Prefactored::touch(const std::shared_ptr<core::BallContact> &ball) {
-    ball_ = ball;
-    rows_->after_iteration = ball_ ? [this] { touch_rows(); } : std::function<void()>();
-    return true;
+    rows_.after_iteration = ball ? [this] { touch_rows(); } : std::function<void()>();
+    return SimulationInRows::touch(ball);
 }
 
 void Prefactored::step(double time_step, int iterations) {
     prepare(time_step);
-    if (ball_)
-        begin_touch();
-    auto &nodes = rows_->nodes();
-    nodes.aim_constrained(scene(), rest_, positions(), targets(), time_step);
-    kernels::take_prefactored_step(*rows_, time_step, scene().mass_damping, iterations);
-    auto &x = mutable_positions();
-    take_from_rows(nodes.displacement, nodes.row_of_node, x);
-    x += rest_;
-    take_from_rows(nodes.velocity, nodes.row_of_node, mutable_velocities());
-    move_to_targets(); // to the last bit
+    if (ball_) {
+        has_touched_ = false;
+        forces_.assign(static_cast<std::size_t>(positions().cols()), core::Vector3::Zero());
+        find_columns();
+    }
+    rows().aim_constrained(scene(), rest_, positions(), targets(), time_step);
+    kernels::take_prefactored_step(rows_, time_step, scene().mass_damping, iterations);
+    take_state_from_rows();
     if (ball_)
         ball_->end_step(time_step);
 }
 
-void Prefactored::begin_touch() {
-    has_touched_ = false;
-    forces_.assign(static_cast<std::size_t>(positions().cols()), core::Vector3::Zero());
-    find_columns();
-}
-
-/// Of nodes that the ball has come near to.
+/// Finds the columns of nodes that the ball has come near to.
 void Prefactored::find_columns() {
     columns_.resize(unknown_.size());
     std::vector<int> found;
@@ -115,15 +102,16 @@ void Prefactored::find_columns() {
 }
 
 /// Finds the forces of the ball that go with where an iteration has brought the nodes, and moves all by these.
-/// @param start     where nodes were when the step began: int -> Vector3 [m]
-/// @param position  int -> something that can be added to, and is a Vector3 [m]
-template <class Start, class Position> void Prefactored::touch_nodes(const Start &start, const Position &position) {
+void Prefactored::touch_nodes() {
     constexpr int most_sweeps = 20;
     constexpr double steady = 1e-3; // as the sweeps of an iteration end: the next ones go on
     const auto &near = ball_->near();
+    const auto start = [&](int node) {
+        return core::Vector3(rest_.col(node) + in_row(rows_.before, row_of(node)).cast<double>());
+    };
     std::vector<core::Vector3> x(forces_.size()), change(forces_.size(), core::Vector3::Zero());
     for (const int node : near)
-        x[node] = core::Vector3(position(node));
+        x[node] = row_position(node);
     const auto give = [&](int node, const core::Vector3 &force) {
         change[node] += force;
         if (unknown_[node] < 0)
@@ -158,43 +146,42 @@ template <class Start, class Position> void Prefactored::touch_nodes(const Start
     }
     for (std::size_t i = 0; is_pushed && i < unknown_.size(); ++i)
         if (unknown_[i] >= 0)
-            position(static_cast<int>(i)) += core::Vector3(moved.row(unknown_[i]).transpose());
+            row_position(static_cast<int>(i)) += core::Vector3(moved.row(unknown_[i]).transpose());
 }
 
 void Prefactored::touch_rows() {
-    auto &nodes = rows_->nodes();
-    const auto row = [&](int node) { return nodes.row_of_node[node]; };
     const auto &near = ball_->near();
     if (!has_touched_) {
         near_predicted_.clear();
         for (const int node : near)
-            near_predicted_.emplace_back(in_row(rows_->predicted, row(node)).cast<double>());
+            near_predicted_.emplace_back(in_row(rows_.predicted, row_of(node)).cast<double>());
     }
-    touch_nodes(
-        [&](int node) { return core::Vector3(rest_.col(node) + in_row(rows_->before, row(node)).cast<double>()); },
-        [&](int node) { return FineRow(rest_.col(node), in_row(nodes.displacement, row(node))); });
+    touch_nodes();
     for (std::size_t k = 0; k < near.size(); ++k)
         if (unknown_[near[k]] >= 0)
-            in_row(rows_->predicted, row(near[k])) =
+            in_row(rows_.predicted, row_of(near[k])) =
                 (near_predicted_[k] + forces_[near[k]] / stiffness_[near[k]]).cast<float>();
 }
 
-void Prefactored::set_state(const Field &positions, const Field &velocities) {
-    Simulation::set_state(positions, velocities);
-    auto &nodes = rows_->nodes();
-    put_into_rows(positions - rest_, nodes.row_of_node, nodes.displacement);
-    put_into_rows(velocities, nodes.row_of_node, nodes.velocity);
+Energy::Triplets laplacian(const Springs &springs) {
+    Energy::Triplets triplets;
+    for (std::size_t s = 0; s < springs.edges.size(); ++s)
+        for (const int a : springs.edges[s])
+            for (const int b : springs.edges[s])
+                triplets.emplace_back(a, b, a == b ? springs.stiffness[s] : -springs.stiffness[s]);
+    return triplets;
 }
 
-void Prefactored::set_external_forces(const Field &forces) {
-    Simulation::set_external_forces(forces);
-    put_into_rows(external_forces(), rows_->nodes().row_of_node, rows_->nodes().external);
-}
-
-Cost Prefactored::cost(int iterations) const {
-    const auto num_tetrahedra = static_cast<double>(scene().body->mesh.tetrahedra.size());
-    return {.element_passes = static_cast<double>(iterations),
-            .bytes_per_element = static_cast<double>(rows_->bytes()) / num_tetrahedra};
+Energy::Triplets laplacian(const std::vector<Tetrahedron> &tetrahedra) {
+    Energy::Triplets triplets;
+    for (const auto &t : tetrahedra) {
+        const Eigen::Matrix4d block = t.volume * densities::Projective{t.mu, t.lambda}.weight() * t.shape_gradients() *
+                                      t.shape_gradients().transpose();
+        for (int a = 0; a < 4; ++a)
+            for (int b = 0; b < 4; ++b)
+                triplets.emplace_back(t.nodes[a], t.nodes[b], block(a, b));
+    }
+    return triplets;
 }
 
 } // namespace livermark::interactive

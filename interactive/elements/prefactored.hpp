@@ -1,12 +1,13 @@
 #pragma once
 
-#include <optional>
+#include <functional>
+#include <memory>
 #include <utility>
 #include <vector>
 
 #include "core/support/factors/sparse_cholesky.hpp"
-#include "interactive/kernels/prefactored/prefactored_rows.hpp"
-#include "interactive/simulation.hpp"
+#include "interactive/kernels/prefactored_steps.hpp"
+#include "interactive/method.hpp"
 
 namespace livermark::interactive {
 
@@ -24,46 +25,50 @@ namespace livermark::interactive {
 /// compliance N (A^-1) N^T, and all nodes follow. (constraint correction with a precomputed compliance, Saupin, Duriez,
 /// Cotin, Grisoni 2008, Efficient contact modeling using compliance warping, CGI, without the warping, because A does
 /// not turn)
-class Prefactored : public Simulation {
+class Prefactored : public SimulationInRows {
   public:
-    explicit Prefactored(Scene given);
+    /// @param energy     W
+    /// @param laplacian  gives L when it is to be factorised: unknown i for node i, both triangles
+    /// @param elements   gives those of the scene
+    Prefactored(Scene given, std::unique_ptr<Energy> energy, std::function<Energy::Triplets()> laplacian,
+                const std::function<kernels::PrefactoredElements(const Scene &)> &elements)
+        : SimulationInRows(std::move(given)), energy_(std::move(energy)), laplacian_(std::move(laplacian)),
+          rows_(elements(scene())) {}
 
     /// Factorises, which takes longer than many steps.
     void prepare(double time_step) override;
     void step(double time_step, int iterations) override;
     bool touch(const std::shared_ptr<core::BallContact> &ball) override;
-    void set_state(const Field &positions, const Field &velocities) override;
-    void set_external_forces(const Field &forces) override;
     /// With the factor, once there is one.
-    Cost cost(int iterations) const override;
+    Cost cost(int iterations) const override { return cost_of(iterations, rows_.bytes()); }
     /// With that of the factor, once there is one.
     Orders orders() const override;
-
-  protected:
-    /// Adds L, unknown i for node i, both triangles.
-    virtual void add_laplacian(Energy::Triplets &triplets) const = 0;
-    /// Steps go over these from now on; to be called by the constructor of a method.
-    void use_elements(kernels::PrefactoredElements elements) { rows_.emplace(std::move(elements)); }
+    const Energy &energy() const override { return *energy_; }
 
   private:
+    kernels::NodeRows &rows() override { return rows_.nodes(); }
     std::vector<int> order_of_unknowns() const;
-    void begin_touch();
     void find_columns();
-    template <class Start, class Position> void touch_nodes(const Start &start, const Position &position);
+    void touch_nodes();
     void touch_rows();
 
-    Field rest_;
+    std::unique_ptr<Energy> energy_;
+    std::function<Energy::Triplets()> laplacian_;
+    kernels::PrefactoredRows rows_;
     support::SparseCholesky factor_;
     double factorised_for_ = 0.0; ///< time step [s]
     std::vector<int> unknown_;    ///< (N) of a node, -1 where constrained
     int num_unknowns_ = 0;
-    std::optional<kernels::PrefactoredRows> rows_; ///< once use_elements() has been called
-    std::shared_ptr<core::BallContact> ball_;      ///< and what its contact needs
-    std::vector<Eigen::VectorXd> columns_;         ///< (N) of A^-1 [m/N], empty where the ball was never near
-    std::vector<core::Vector3> forces_;            ///< (N) of the ball on the nodes in this step [N]
-    std::vector<core::Vector3> near_predicted_;    ///< (near) where they would go without the ball and elasticity [m]
-    std::vector<double> stiffness_;                ///< (N) of inertia [N/m]
-    bool has_touched_ = false;                     ///< in this step
+    // Of the contact of a ball.
+    std::vector<Eigen::VectorXd> columns_;      ///< (N) of A^-1 [m/N], empty where the ball was never near
+    std::vector<core::Vector3> forces_;         ///< (N) of the ball on the nodes in this step [N]
+    std::vector<core::Vector3> near_predicted_; ///< (near) where they would go without the ball and elasticity [m]
+    std::vector<double> stiffness_;             ///< (N) of inertia [N/m]
+    bool has_touched_ = false;                  ///< in this step
 };
+
+/// L of springs, and of tetrahedra with densities::Projective.
+Energy::Triplets laplacian(const Springs &springs);
+Energy::Triplets laplacian(const std::vector<Tetrahedron> &tetrahedra);
 
 } // namespace livermark::interactive

@@ -6,10 +6,52 @@
 #include <numeric>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "interactive/elements/tetrahedra.hpp"
-#include "interactive/kernels/fans.hpp"
+#include "interactive/kernels/orders.hpp"
 
-namespace livermark::interactive::kernels {
+namespace livermark::interactive {
+
+namespace {
+
+void put_into_rows(const Field &field, const std::vector<int> &row_of_node, kernels::Aligned<float> &rows) {
+    for (Eigen::Index i = 0; i < field.cols(); ++i)
+        in_row(rows, row_of_node[i]) = field.col(i).cast<float>();
+}
+
+} // namespace
+
+void SimulationInRows::set_state(const Field &positions, const Field &velocities) {
+    Simulation::set_state(positions, velocities);
+    put_into_rows(positions - rest_, rows().row_of_node, rows().displacement);
+    put_into_rows(velocities, rows().row_of_node, rows().velocity);
+}
+
+void SimulationInRows::set_external_forces(const Field &forces) {
+    Simulation::set_external_forces(forces);
+    put_into_rows(external_forces(), rows().row_of_node, rows().external);
+}
+
+bool SimulationInRows::touch(const std::shared_ptr<core::BallContact> &ball) {
+    ball_ = ball;
+    return true;
+}
+
+void SimulationInRows::take_state_from_rows() {
+    auto &x = mutable_positions();
+    for (Eigen::Index i = 0; i < x.cols(); ++i) {
+        const int row = rows().row_of_node[i];
+        x.col(i) = rest_.col(i) + in_row(rows().displacement, row).cast<double>();
+        mutable_velocities().col(i) = in_row(rows().velocity, row).cast<double>();
+    }
+    move_to_targets();
+}
+
+Cost SimulationInRows::cost_of(double element_passes, std::size_t bytes) const {
+    return {.element_passes = element_passes,
+            .bytes_per_element =
+                static_cast<double>(bytes) / static_cast<double>(scene().body->mesh.tetrahedra.size())};
+}
+
+namespace kernels {
 
 namespace {
 
@@ -80,4 +122,6 @@ std::vector<int> order_of_nodes(const std::vector<std::array<int, 4>> &tetrahedr
     return order;
 }
 
-} // namespace livermark::interactive::kernels
+} // namespace kernels
+
+} // namespace livermark::interactive

@@ -3,12 +3,11 @@
 #define HWY_TARGET_INCLUDE "interactive/kernels/position_steps.cpp"
 #include <algorithm>
 #include <hwy/foreach_target.h> // has to come before highway.h
+#include <numeric>
 
 #include "core/support/vector_dispatch.hpp"
-#include "interactive/kernels/inertia-inl.hpp"
-#include "interactive/kernels/neo_hookean-inl.hpp"
-#include "interactive/kernels/position_rows.hpp"
-#include "interactive/kernels/springs-inl.hpp"
+#include "interactive/kernels/position_steps.hpp"
+#include "interactive/kernels/tetrahedra-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {
@@ -99,8 +98,8 @@ HWY_INLINE void move_pairs(float *rows, const std::int32_t *corner, const float 
     // 1 / |F| - 1 / sqrt 3
     const auto lack_of_inverse = hn::Neg(hn::Div(hn::Mul(excess, hn::Mul(kappa, inverse_size)), hn::Add(size, root3)));
     const auto change = change_of_cofactors(h, cofactors);
-    const Slopes of_shape(plus_ones(combined(inverse_size, h, hn::Neg(kappa), change), lack_of_inverse), g);
-    const Slopes of_volume(plus_ones(change, number(1.0F)), g);
+    const Slopes shape(plus_ones(combined(inverse_size, h, hn::Neg(kappa), change), lack_of_inverse), g);
+    const Slopes volume(plus_ones(change, number(1.0F)), g);
     const auto compliance = [&](std::size_t k)
                                 HWY_ATTR { return hn::Mul(per_step, hn::Load(d, numbers + k * slice_size)); };
     const auto c0 = compliance(10), c1 = compliance(11);
@@ -109,9 +108,9 @@ HWY_INLINE void move_pairs(float *rows, const std::int32_t *corner, const float 
         hn::Neg(hn::MulAdd(c1, was1, hn::Sub(growth_of(h, cofactors), hn::Load(d, numbers + 9 * slice_size))));
     const auto lack0 = hn::Neg(hn::MulAdd(kappa, lack1, hn::MulAdd(c0, was0, size)));
     const auto kappa_c1 = hn::Mul(kappa, c1);
-    const auto m00 = hn::Add(weighted(at, of_shape, of_shape), hn::MulAdd(kappa, kappa_c1, c0));
-    const auto m01 = hn::Sub(weighted(at, of_shape, of_volume), kappa_c1);
-    const auto m11 = hn::Add(weighted(at, of_volume, of_volume), c1);
+    const auto m00 = hn::Add(weighted(at, shape, shape), hn::MulAdd(kappa, kappa_c1, c0));
+    const auto m01 = hn::Sub(weighted(at, shape, volume), kappa_c1);
+    const auto m11 = hn::Add(weighted(at, volume, volume), c1);
     const auto inverse = hn::Div(number(1.0F), hn::MulSub(m00, m11, hn::Mul(m01, m01)));
     const auto more0 = hn::Mul(inverse, hn::MulSub(m11, lack0, hn::Mul(m01, lack1)));
     const auto more_nu = hn::Mul(inverse, hn::MulSub(m00, lack1, hn::Mul(m01, lack0)));
@@ -121,10 +120,10 @@ HWY_INLINE void move_pairs(float *rows, const std::int32_t *corner, const float 
         const auto moved = plus_scaled(node.v, hn::Mul(node.w, more0), p);
         store(Row{plus_scaled(moved, hn::Mul(node.w, more_nu), q), node.w}, rows, corner + k * slice_size);
     };
-    move(at.a, of_shape.a, of_volume.a, 0);
-    move(at.b, of_shape.b, of_volume.b, 1);
-    move(at.r, of_shape.r, of_volume.r, 2);
-    move(at.s, of_shape.s, of_volume.s, 3);
+    move(at.a, shape.a, volume.a, 0);
+    move(at.b, shape.b, volume.b, 1);
+    move(at.r, shape.r, volume.r, 2);
+    move(at.s, shape.s, volume.s, 3);
 }
 
 template <Constraint kind> HWY_NOINLINE void project(ConstraintRows &set, float *rows, float per_step) {
@@ -178,6 +177,71 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace livermark::interactive::kernels {
+
+namespace {
+
+/// Numbers that fill up: finite wherever the nodes are.
+std::vector<double> numbers_of_nothing(Constraint kind) {
+    std::vector<double> numbers(num_numbers_of(kind), 0.0);
+    if (kind == Constraint::distance)
+        numbers[0] = numbers[3] = 1.0; // of some length
+    for (std::size_t k = 0; k < num_multipliers_of(kind); ++k)
+        numbers[numbers.size() - 1 - k] = 1.0; // compliances
+    return numbers;
+}
+
+} // namespace
+
+PositionRows::PositionRows(const Scene &scene) {
+    const std::size_t num_nodes = scene.node_mass.size();
+    // Whole slices of four, with one row that no node has.
+    num_rows = (num_nodes + nodes_at_once) / nodes_at_once * nodes_at_once;
+    row_of_node.resize(num_nodes);
+    std::iota(row_of_node.begin(), row_of_node.end(), 0);
+    for (auto *field : {&displacement, &before, &velocity, &external, &inverse_mass})
+        field->assign(4 * num_rows, 0.0F);
+    const auto is_free = free_nodes(scene);
+    for (std::size_t i = 0; i < num_nodes; ++i)
+        if (is_free[i])
+            std::fill_n(inverse_mass.begin() + 4 * static_cast<std::ptrdiff_t>(i), 3,
+                        static_cast<float>(1.0 / scene.node_mass[i]));
+}
+
+std::size_t PositionRows::bytes() const {
+    std::size_t bytes = bytes_of(displacement, before, velocity, external, inverse_mass);
+    for (const auto &set : sets)
+        bytes += bytes_of(set.corner, set.numbers, set.multipliers);
+    return bytes;
+}
+
+ConstraintRows constraint_rows(Constraint kind, const std::vector<int> &offsets, const std::vector<int> &nodes,
+                               const std::vector<double> &numbers, int num_nodes) {
+    ConstraintRows rows;
+    rows.kind = kind;
+    std::size_t num_batches = 0;
+    for (std::size_t colour = 0; colour + 1 < offsets.size(); ++colour) {
+        const auto begin = static_cast<std::size_t>(offsets[colour]),
+                   end = static_cast<std::size_t>(offsets[colour + 1]);
+        for (std::size_t k = begin; k < end; ++k)
+            rows.place.push_back(slice_size * num_batches + (k - begin));
+        num_batches += filled_up(end - begin) / slice_size;
+    }
+    const std::size_t n = num_nodes_of(kind), m = num_numbers_of(kind);
+    rows.corner.assign(n * slice_size * num_batches, 4 * num_nodes);
+    rows.numbers.resize(m * slice_size * num_batches);
+    rows.multipliers.assign(num_multipliers_of(kind) * slice_size * num_batches, 0.0F);
+    const auto nothing = numbers_of_nothing(kind);
+    for (std::size_t at = 0; at < rows.numbers.size(); ++at)
+        rows.numbers[at] = static_cast<float>(nothing[at / slice_size % m]);
+    for (std::size_t k = 0; k < rows.place.size(); ++k) {
+        const std::size_t batch = rows.place[k] / slice_size, lane = rows.place[k] % slice_size;
+        for (std::size_t a = 0; a < n; ++a)
+            rows.corner[(batch * n + a) * slice_size + lane] = 4 * nodes[k * n + a];
+        for (std::size_t a = 0; a < m; ++a)
+            rows.numbers[(batch * m + a) * slice_size + lane] = static_cast<float>(numbers[k * m + a]);
+    }
+    return rows;
+}
 
 LIVERMARK_DISPATCH(void take_position_step, take_step,
                    (PositionRows & rows, double time_step, double mass_damping, int iterations),

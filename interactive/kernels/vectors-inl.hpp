@@ -1,5 +1,5 @@
-// Vectors in space, one to a lane, and rows of four numbers at scattered places. Written once for each vector unit: see
-// explicit_steps.cpp.
+// Vectors in space, one to a lane, rows of four numbers at scattered places, and the parts of steps that all methods
+// share. Written once for each vector unit: see explicit_steps.cpp.
 #if defined(LIVERMARK_INTERACTIVE_VECTORS_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIVERMARK_INTERACTIVE_VECTORS_INL_HPP
 #undef LIVERMARK_INTERACTIVE_VECTORS_INL_HPP
@@ -193,6 +193,83 @@ HWY_INLINE void store(const Row &row, float *rows, const std::int32_t *index) {
 /// Rows (x, y, z, 0) to scattered places.
 HWY_INLINE void store(const Vec3 &v, float *rows, const std::int32_t *index) {
     store(Row{v, hn::Zero(d)}, rows, index);
+}
+
+struct Symmetric {
+    V xx, xy, xz, yy, yz, zz;
+};
+
+/// The inverse of a matrix A times det A, and det A.
+struct Adjugate {
+    Symmetric matrix;
+    V determinant;
+};
+
+HWY_INLINE Adjugate adjugate_of(const Symmetric &a) {
+    const auto minor = [](V p, V q, V r, V s) HWY_ATTR { return hn::MulSub(p, q, hn::Mul(r, s)); };
+    const Symmetric matrix{minor(a.yy, a.zz, a.yz, a.yz), minor(a.xz, a.yz, a.xy, a.zz), minor(a.xy, a.yz, a.xz, a.yy),
+                           minor(a.xx, a.zz, a.xz, a.xz), minor(a.xy, a.xz, a.xx, a.yz), minor(a.xx, a.yy, a.xy, a.xy)};
+    return {matrix, hn::MulAdd(a.xx, matrix.xx, hn::MulAdd(a.xy, matrix.xy, hn::Mul(a.xz, matrix.xz)))};
+}
+
+HWY_INLINE Symmetric scaled(V factor, const Symmetric &a) {
+    return {hn::Mul(factor, a.xx), hn::Mul(factor, a.xy), hn::Mul(factor, a.xz),
+            hn::Mul(factor, a.yy), hn::Mul(factor, a.yz), hn::Mul(factor, a.zz)};
+}
+
+HWY_INLINE Vec3 product(const Symmetric &a, const Vec3 &b) {
+    return {hn::MulAdd(a.xx, b.x, hn::MulAdd(a.xy, b.y, hn::Mul(a.xz, b.z))),
+            hn::MulAdd(a.xy, b.x, hn::MulAdd(a.yy, b.y, hn::Mul(a.yz, b.z))),
+            hn::MulAdd(a.xz, b.x, hn::MulAdd(a.yz, b.y, hn::Mul(a.zz, b.z)))};
+}
+
+/// A += factor v v^T
+HWY_INLINE void add_outer(Symmetric &a, V factor, const Vec3 &v) {
+    const auto x = hn::Mul(factor, v.x), y = hn::Mul(factor, v.y), z = hn::Mul(factor, v.z);
+    a.xx = hn::MulAdd(x, v.x, a.xx);
+    a.xy = hn::MulAdd(x, v.y, a.xy);
+    a.xz = hn::MulAdd(x, v.z, a.xz);
+    a.yy = hn::MulAdd(y, v.y, a.yy);
+    a.yz = hn::MulAdd(y, v.z, a.yz);
+    a.zz = hn::MulAdd(z, v.z, a.zz);
+}
+
+struct StretchedSpring {
+    Vec3 now; ///< from one end to the other
+    V length, change;
+
+    /// |d| - l = (2 X + u) . u / (|d| + l) keeps the digits of small strains.
+    /// @param rest            X, from one end to the other at rest
+    /// @param moved           u, the difference of their displacements
+    /// @param length_at_rest  l
+    HWY_INLINE StretchedSpring(const Vec3 &rest, const Vec3 &moved, V length_at_rest)
+        : now(rest + moved), length(hn::Sqrt(dot(now, now))),
+          change(hn::Div(dot(rest + now, moved), hn::Add(length, length_at_rest))) {}
+};
+
+/// To where nodes go without elasticity; constrained ones go where their velocities take them.
+/// @param rows     with displacement, velocity, external and inverse_mass, rows of four
+/// @param before   displacement when the step began
+/// @param damping  1 + alpha h
+template <class Rows> HWY_NOINLINE void predict(Rows &rows, Aligned<float> &before, float step, float damping) {
+    const auto h = number(step), inverse_damping = number(1.0F / damping);
+    for (std::size_t at = 0; at < rows.displacement.size(); at += hn::Lanes(d)) {
+        const auto inverse_mass = hn::Load(d, rows.inverse_mass.data() + at);
+        const auto was = hn::Load(d, rows.displacement.data() + at);
+        const auto velocity = hn::Load(d, rows.velocity.data() + at);
+        const auto pushed = hn::MulAdd(hn::Mul(h, inverse_mass), hn::Load(d, rows.external.data() + at), velocity);
+        const auto is_free = hn::Gt(inverse_mass, hn::Zero(d));
+        const auto factor = hn::IfThenElse(is_free, hn::Mul(h, inverse_damping), h);
+        hn::Store(was, d, before.data() + at);
+        hn::Store(hn::MulAdd(factor, pushed, was), d, rows.displacement.data() + at);
+    }
+}
+
+template <class Rows> HWY_NOINLINE void find_velocities(Rows &rows, const Aligned<float> &before, float per_second) {
+    for (std::size_t at = 0; at < rows.displacement.size(); at += hn::Lanes(d))
+        hn::Store(hn::Mul(number(per_second),
+                          hn::Sub(hn::Load(d, rows.displacement.data() + at), hn::Load(d, before.data() + at))),
+                  d, rows.velocity.data() + at);
 }
 
 } // namespace livermark::interactive::kernels::HWY_NAMESPACE

@@ -5,10 +5,9 @@
 
 namespace livermark::interactive::methods {
 
-/// What SOFA's demo of a liver has, with rotations of polar decompositions in place of QR.
+/// The method of SOFA's demo of a liver, with rotations of polar decompositions in place of QR.
 Method corotational_implicit() {
     return {
-        .name = {},
         .summary = "co-rotational linear tetrahedra, one linearised step of backward Euler by conjugate gradients",
         .source = "Mueller, Gross 2004, Interactive virtual materials, Graphics Interface; Baraff, Witkin 1998, Large "
                   "steps in cloth simulation, SIGGRAPH; Faure et al. 2012, SOFA, Springer",
@@ -22,7 +21,6 @@ Method corotational_implicit() {
                      "incompressibility (sofa-framework/sofa#5751): 'livermark run --load-case palpation --model "
                      "corotational_implicit fem_p2 --poisson 0.3 0.49' shows it.",
         .implementation = "matrix-free, blocks of nodes as preconditioner, vector units, single precision",
-        .time_step = frame_time,
         .iterations = 25, // the default of SOFA's CGLinearSolver
         .knows_contact = true,
         .prepare = [](const Scene &scene) { return std::make_unique<CorotationalTetrahedra>(scene); }};

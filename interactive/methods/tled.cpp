@@ -1,5 +1,4 @@
 #include <memory>
-#include <utility>
 
 #include "interactive/elements/energies.hpp"
 #include "interactive/elements/explicit_tetrahedra.hpp"
@@ -7,26 +6,9 @@
 
 namespace livermark::interactive::methods {
 
-namespace {
-
-class Tled : public ExplicitTetrahedra {
-  public:
-    explicit Tled(Scene given)
-        : ExplicitTetrahedra(std::move(given), kernels::Pressure::of_tetrahedra),
-          energy_(tetrahedra_at_rest(*scene().body)) {}
-
-    const Energy &energy() const override { return energy_; }
-
-  private:
-    ElementEnergy<densities::NeoHookean> energy_;
-};
-
-} // namespace
-
 /// Total Lagrangian explicit dynamics on linear tetrahedra, as NiftySim has it: all derivatives are those at rest.
 Method tled() {
-    return {.name = {},
-            .summary = "neo-Hookean linear tetrahedra, explicit (total Lagrangian explicit dynamics)",
+    return {.summary = "neo-Hookean linear tetrahedra, explicit (total Lagrangian explicit dynamics)",
             .source = "Miller, Joldes, Lance, Wittek 2007, Commun. Numer. Meth. Engng 23",
             .energy = "mu / 2 (I1 - 3 - 2 ln J) + lambda / 2 (ln J)^2",
             .converges_to = "the motion of the energy as h goes to 0; at rest the equilibrium of neo-Hookean linear "
@@ -38,11 +20,14 @@ Method tled() {
                 "--poisson 0.3 0.49' shows it. A GPU is more than ten times as fast (Johnsen et al. 2015, NiftySim, "
                 "Int. J. CARS 10).",
             .implementation = "vector units, single precision",
-            .time_step = frame_time,
             .iterations = 40,
             .is_explicit = true,
             .knows_contact = true,
-            .prepare = [](const Scene &scene) { return std::make_unique<Tled>(scene); }};
+            .prepare = [](const Scene &scene) {
+                return std::make_unique<ExplicitTetrahedra>(
+                    scene, kernels::Pressure::of_tetrahedra,
+                    std::make_unique<ElementEnergy<densities::NeoHookean>>(tetrahedra_at_rest(*scene.body)));
+            }};
 }
 
 } // namespace livermark::interactive::methods

@@ -1,5 +1,4 @@
 #include <memory>
-#include <utility>
 
 #include "interactive/elements/energies.hpp"
 #include "interactive/elements/explicit_tetrahedra.hpp"
@@ -7,25 +6,9 @@
 
 namespace livermark::interactive::methods {
 
-namespace {
-
-class TledNodalPressure : public ExplicitTetrahedra {
-  public:
-    explicit TledNodalPressure(Scene given)
-        : ExplicitTetrahedra(std::move(given), kernels::Pressure::around_nodes), energy_(*scene().body) {}
-
-    const Energy &energy() const override { return energy_; }
-
-  private:
-    NodalPressureEnergy energy_;
-};
-
-} // namespace
-
 /// The same as tled, with the pressure averaged around nodes.
 Method tled_nodal_pressure() {
-    return {.name = {},
-            .summary = "neo-Hookean linear tetrahedra with averaged nodal pressure, explicit",
+    return {.summary = "neo-Hookean linear tetrahedra with averaged nodal pressure, explicit",
             .source = "Joldes, Wittek, Miller 2009, Commun. Numer. Meth. Engng 25; Bonet, Burton 1998, ibid. 14",
             .energy =
                 "mu / 2 (I1 - 3 - 2 ln J) in tetrahedra, lambda / 2 (ln J)^2 at nodes with the mean J around them",
@@ -38,11 +21,13 @@ Method tled_nodal_pressure() {
                 "element formulations in LS-DYNA, quoted in the group LS-DYNA2 in 2020): 'livermark arena --mesh 1 3 "
                 "--method tled_nodal_pressure' shows how its error falls.",
             .implementation = "vector units, single precision",
-            .time_step = frame_time,
             .iterations = 40,
             .is_explicit = true,
             .knows_contact = true,
-            .prepare = [](const Scene &scene) { return std::make_unique<TledNodalPressure>(scene); }};
+            .prepare = [](const Scene &scene) {
+                return std::make_unique<ExplicitTetrahedra>(scene, kernels::Pressure::around_nodes,
+                                                            std::make_unique<NodalPressureEnergy>(*scene.body));
+            }};
 }
 
 } // namespace livermark::interactive::methods

@@ -1,31 +1,13 @@
 #include <memory>
-#include <utility>
 
 #include "interactive/elements/explicit_tetrahedra.hpp"
-#include "interactive/elements/quadratic_tetrahedra.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive::methods {
 
-namespace {
-
-class TledQuadratic : public ExplicitTetrahedra {
-  public:
-    explicit TledQuadratic(Scene given)
-        : ExplicitTetrahedra(quadratic_scene(std::move(given)), kernels::Pressure::of_tetrahedra), energy_(scene()) {}
-
-    const Energy &energy() const override { return energy_; }
-
-  private:
-    QuadraticEnergy energy_;
-};
-
-} // namespace
-
 /// The same as tled, with a node in the middle of each edge: elements that do not lock. Their frequencies are higher.
 Method tled_quadratic() {
-    return {.name = {},
-            .summary = "neo-Hookean quadratic tetrahedra, explicit (total Lagrangian explicit dynamics)",
+    return {.summary = "neo-Hookean quadratic tetrahedra, explicit (total Lagrangian explicit dynamics)",
             .source = "Miller, Joldes, Lance, Wittek 2007, Commun. Numer. Meth. Engng 23; Hinton, Rock, Zienkiewicz "
                       "1976, Earthq. Engng Struct. Dyn. 4",
             .energy = "mu / 2 (I1 - 3 - 2 ln J) + lambda / 2 (ln J)^2 at four points of a tetrahedron",
@@ -39,11 +21,14 @@ Method tled_quadratic() {
                 "strains users of LS-DYNA are told to average nodal pressures instead (Erhart 2011, Review of solid "
                 "element formulations in LS-DYNA, quoted in the group LS-DYNA2 in 2020).",
             .implementation = "vector units, single precision",
-            .time_step = frame_time,
             .iterations = 100,
             .is_explicit = true,
             .knows_contact = true,
-            .prepare = [](const Scene &scene) { return std::make_unique<TledQuadratic>(scene); }};
+            .prepare = [](const Scene &scene) {
+                const auto quadratic = quadratic_scene(scene);
+                return std::make_unique<ExplicitTetrahedra>(quadratic, kernels::Pressure::of_tetrahedra,
+                                                            std::make_unique<QuadraticEnergy>(quadratic));
+            }};
 }
 
 } // namespace livermark::interactive::methods

@@ -4,12 +4,10 @@
 #include <utility>
 #include <vector>
 
-#include "interactive/colouring.hpp"
 #include "interactive/elements/energies.hpp"
-#include "interactive/elements/tetrahedra.hpp"
-#include "interactive/kernels/descent/descent_rows.hpp"
+#include "interactive/kernels/descent_steps.hpp"
+#include "interactive/kernels/orders.hpp"
 #include "interactive/method.hpp"
-#include "interactive/simulation.hpp"
 
 namespace livermark::interactive::methods {
 
@@ -21,33 +19,29 @@ namespace {
 /// shape function and c the cofactors of F, is positive definite. Iterations are accelerated by Chebyshev's weights.
 /// After each, a ball that touches is met by one point of a facet after the other, in double precision, with nodes that
 /// give way by H^-1.
-class VertexBlockDescent : public Simulation {
+class VertexBlockDescent : public SimulationInRows {
   public:
     explicit VertexBlockDescent(Scene given)
-        : Simulation(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)), rest_(positions()),
-          node_colour_(colours()), rows_(kernels::descent_rows(scene(), by_colours(node_colour_))), offsets_{0} {}
+        : SimulationInRows(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)), node_colour_(colours()),
+          rows_(kernels::descent_rows(scene(), by_colours(node_colour_))), offsets_{0} {}
 
     bool touch(const std::shared_ptr<core::BallContact> &ball) override {
-        ball_ = ball;
-        rows_.after_iteration = nullptr;
-        if (!ball_)
-            return true;
-        if (nodes_.empty()) {
+        if (ball && nodes_.empty()) {
             const auto around = tetrahedra_around();
-            for (const int node : ball_->nodes())
+            for (const int node : ball->nodes())
                 if (is_free()[node])
                     add_node(node, around[node]);
         }
-        rows_.after_iteration = [this] { touch_rows(); };
-        return true;
+        rows_.after_iteration = ball ? [this] { touch_rows(); } : std::function<void()>();
+        return SimulationInRows::touch(ball);
     }
 
     void step(double time_step, int iterations) override {
-        auto &x = mutable_positions();
+        const auto &x = positions();
         // Constrained nodes begin where they were told to be before, without what single precision has lost on the way.
         const auto &nodes = scene().constrained_nodes;
         for (std::size_t c = 0; c < nodes.size(); ++c) {
-            const int row = rows_.row_of_node[nodes[c]];
+            const int row = row_of(nodes[c]);
             in_row(rows_.displacement, row) = (x.col(nodes[c]) - rest_.col(nodes[c])).cast<float>();
             in_row(rows_.predicted, row) =
                 (targets().col(static_cast<Eigen::Index>(c)) - rest_.col(nodes[c])).cast<float>();
@@ -59,18 +53,13 @@ class VertexBlockDescent : public Simulation {
             before_ = x;
         }
         kernels::take_descent_step(rows_, time_step, scene().mass_damping, iterations);
-        take_from_rows(rows_.displacement, rows_.row_of_node, x);
-        x += rest_;
-        take_from_rows(rows_.velocity, rows_.row_of_node, mutable_velocities());
-        move_to_targets(); // to the last bit
+        take_state_from_rows();
         if (ball_)
             ball_->end_step(time_step);
     }
 
     void set_state(const Field &positions, const Field &velocities) override {
-        Simulation::set_state(positions, velocities);
-        put_into_rows(positions - rest_, rows_.row_of_node, rows_.displacement);
-        put_into_rows(velocities, rows_.row_of_node, rows_.velocity);
+        SimulationInRows::set_state(positions, velocities);
         rows_.last_velocity = rows_.velocity;
     }
 
@@ -79,14 +68,9 @@ class VertexBlockDescent : public Simulation {
         const auto last = rows_.last_velocity;
         Simulation::kick(velocity, time_step);
         for (Eigen::Index i = 0; i < velocity.cols(); ++i) {
-            const int row = rows_.row_of_node[i];
+            const int row = row_of(static_cast<int>(i));
             in_row(rows_.last_velocity, row) = in_row(last, row) + velocity.col(i).cast<float>();
         }
-    }
-
-    void set_external_forces(const Field &forces) override {
-        Simulation::set_external_forces(forces);
-        put_into_rows(external_forces(), rows_.row_of_node, rows_.external);
     }
 
     const Energy &energy() const override { return energy_; }
@@ -96,13 +80,12 @@ class VertexBlockDescent : public Simulation {
         orders.strips = rows_.strips;
         return orders;
     }
-    Cost cost(int iterations) const override {
-        return {.element_passes = 4.0 * iterations, // at each of its corners
-                .bytes_per_element =
-                    static_cast<double>(rows_.bytes()) / static_cast<double>(energy_.tetrahedra().size())};
-    }
+    /// A tetrahedron is visited at each of its corners.
+    Cost cost(int iterations) const override { return cost_of(4.0 * iterations, rows_.bytes()); }
 
   private:
+    kernels::NodeRows &rows() override { return rows_; }
+
     struct Corner {
         int tetrahedron;
         core::Vector3 slope; ///< b, the gradient of the shape function [1/m]
@@ -146,9 +129,7 @@ class VertexBlockDescent : public Simulation {
     /// around them as they are in rows.
     void touch_rows() {
         auto &x = mutable_positions();
-        const auto position = [&](int node) {
-            return FineRow(rest_.col(node), in_row(rows_.displacement, rows_.row_of_node[node]));
-        };
+        const auto position = [&](int node) { return row_position(node); };
         std::vector<std::optional<Matrix3>> found(static_cast<std::size_t>(x.cols()));
         const auto yields = [&](int node) -> Matrix3 {
             if (!is_free()[node])
@@ -157,7 +138,7 @@ class VertexBlockDescent : public Simulation {
                 const std::size_t k = place_of_node_[node];
                 for (int c = offsets_[k]; c < offsets_[k + 1]; ++c)
                     for (const int other : energy_.tetrahedra()[corners_[c].tetrahedron].nodes)
-                        x.col(other) = position_in_row(other);
+                        x.col(other) = core::Vector3(row_position(other));
                 found[node] = Matrix3(hessian_of(x, k).inverse());
             }
             return *found[node];
@@ -175,12 +156,8 @@ class VertexBlockDescent : public Simulation {
         for (const int node : ball_->near())
             if (is_free()[node]) {
                 const core::Vector3 led = terms_.predicted.col(node) + forces_[node] / terms_.stiffness[node];
-                in_row(rows_.predicted, rows_.row_of_node[node]) = (led - rest_.col(node)).cast<float>();
+                in_row(rows_.predicted, row_of(node)) = (led - rest_.col(node)).cast<float>();
             }
-    }
-
-    core::Vector3 position_in_row(int node) const {
-        return rest_.col(node) + in_row(rows_.displacement, rows_.row_of_node[node]).cast<double>();
     }
 
     /// Stiffness of the k-th of nodes_ [N/m].
@@ -198,18 +175,16 @@ class VertexBlockDescent : public Simulation {
     }
 
     ElementEnergy<densities::StableNeoHookean> energy_;
-    Field rest_;
     std::vector<int> node_colour_; ///< (N)
     kernels::DescentRows rows_;
-    std::shared_ptr<core::BallContact> ball_; ///< and what a step needs of it
-    std::vector<int> nodes_;                  ///< that it may touch and that are free
-    std::vector<std::size_t> place_of_node_;  ///< (N) in nodes_
-    std::vector<int> offsets_;                ///< into corners_, of each of nodes_, and the end
-    std::vector<Corner> corners_;             ///< where a node is in its tetrahedra
-    std::vector<core::Vector3> forces_;       ///< (N) on the nodes, of the ball [N]
-    bool has_touched_ = false;                ///< in this step
-    Inertia terms_;                           ///< of this step
-    Field before_;                            ///< positions where it began
+    std::vector<int> nodes_;                 ///< that a ball may touch and that are free
+    std::vector<std::size_t> place_of_node_; ///< (N) in nodes_
+    std::vector<int> offsets_;               ///< into corners_, of each of nodes_, and the end
+    std::vector<Corner> corners_;            ///< where a node is in its tetrahedra
+    std::vector<core::Vector3> forces_;      ///< (N) on the nodes, of the ball [N]
+    bool has_touched_ = false;               ///< in this step
+    Inertia terms_;                          ///< of this step
+    Field before_;                           ///< positions where it began
 };
 
 } // namespace
@@ -217,8 +192,7 @@ class VertexBlockDescent : public Simulation {
 /// Block coordinate descent on the step of backward Euler, with the paper's acceleration and adaptive start, and
 /// without its line search, which it leaves out where material is as soft as here.
 Method vertex_block_descent() {
-    return {.name = {},
-            .summary = "vertex block descent on stable neo-Hookean tetrahedra, backward Euler",
+    return {.summary = "vertex block descent on stable neo-Hookean tetrahedra, backward Euler",
             .source = "Chen, Liu, Yang, Yuksel 2024, Vertex block descent, ACM TOG 43(4); Wang 2015, "
                       "A Chebyshev semi-iterative approach, ACM TOG 34(6)",
             .energy = "mu / 2 (I1 - 3) - mu (J - 1) + (lambda + mu) / 2 (J - 1)^2",
@@ -232,7 +206,6 @@ Method vertex_block_descent() {
                 "which are used here, were unstable and difficult to tune for an author of its successor (C. Giles, "
                 "quoted in MysteryPancake/Houdini-VBD, README.md).",
             .implementation = "vector units over nodes of one colour, single precision",
-            .time_step = frame_time,
             .iterations = 20,
             .knows_contact = true,
             .prepare = [](const Scene &scene) { return std::make_unique<VertexBlockDescent>(scene); }};

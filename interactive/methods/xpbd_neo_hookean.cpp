@@ -41,8 +41,7 @@ class XpbdNeoHookean : public PositionBased {
 
 /// A neo-Hookean material as constraints.
 Method xpbd_neo_hookean() {
-    return {.name = {},
-            .summary = "extended position-based dynamics: stable neo-Hookean tetrahedra as pairs of constraints",
+    return {.summary = "extended position-based dynamics: stable neo-Hookean tetrahedra as pairs of constraints",
             .source = "Macklin, Mueller 2021, A constraint-based formulation of stable neo-Hookean materials, MIG",
             .energy = "mu / 2 (I1 - 3) - mu (J - 1) + (lambda + mu) / 2 (J - 1)^2",
             .converges_to = "the step of backward Euler, up to turns of constraint gradients during a step, which "
@@ -56,8 +55,6 @@ Method xpbd_neo_hookean() {
                 "both. The two constraints of a tetrahedron converge faster together (Ton-That, Kry, Andrews 2022, "
                 "Parallel block neo-Hookean XPBD, Computers and Graphics), which is done here.",
             .implementation = "vector units over tetrahedra of one colour, single precision",
-            .time_step = frame_time,
-            .iterations = 10,
             .knows_contact = true,
             .prepare = [](const Scene &scene) { return std::make_unique<XpbdNeoHookean>(scene); }};
 }

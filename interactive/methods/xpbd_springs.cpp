@@ -61,10 +61,9 @@ class XpbdSprings : public PositionBased {
 
 } // namespace
 
-/// What games call soft bodies, with compliances of the material: springs on edges, and the volume of each tetrahedron.
+/// Soft bodies as in games, with compliances of the material: springs on edges, and the volume of each tetrahedron.
 Method xpbd_springs() {
-    return {.name = {},
-            .summary = "extended position-based dynamics: springs on edges and volumes of tetrahedra as constraints",
+    return {.summary = "extended position-based dynamics: springs on edges and volumes of tetrahedra as constraints",
             .source = "Macklin, Mueller, Chentanez 2016, XPBD: position-based simulation of compliant constrained "
                       "dynamics, MIG",
             .energy = "k / 2 (|x_a - x_b| - l)^2 on edges by Lloyd's formula for mu, (lambda - mu) / 2 (J - 1)^2",
@@ -77,8 +76,6 @@ Method xpbd_springs() {
                 "MGPBD, SIGGRAPH): --mesh 1 3 in the same command. Programs that do not keep its multipliers get "
                 "stiffer with each iteration (newton-physics/newton#2933); here they are kept.",
             .implementation = "vector units over constraints of one colour, single precision",
-            .time_step = frame_time,
-            .iterations = 10,
             .knows_contact = true,
             .prepare = [](const Scene &scene) { return std::make_unique<XpbdSprings>(scene); }};
 }

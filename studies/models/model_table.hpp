@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/model.hpp"
-#include "fem_reference/linear/choices.hpp"
+#include "fem_reference/linear/elastic_system.hpp"
 #include "msm/dynamics/time_stepping.hpp"
 
 namespace livermark::models {

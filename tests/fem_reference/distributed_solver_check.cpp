@@ -12,7 +12,6 @@
 #include "core/mesh/refinement.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/processes/mpi_session.hpp"
-#include "fem_reference/distributed/distributed_solver.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"

@@ -11,7 +11,7 @@
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 
-/// What the tests of hyperelastic paths hold and pull.
+/// Bodies that the tests of hyperelastic paths hold and pull.
 namespace livermark::tests {
 
 inline constexpr double free_component = std::numeric_limits<double>::quiet_NaN();
@@ -27,6 +27,15 @@ inline std::shared_ptr<const core::Body> soft_block() {
     return make_body(shaken_box_mesh(block_size, {2, 2, 2}), soft_material);
 }
 
+/// @param rule  of quadratic elements
+inline hyperelastic::Elements
+neo_hookean_elements(const std::shared_ptr<const core::Body> &body, int degree = 2,
+                     fem_reference::Formulation formulation = fem_reference::Formulation::displacement,
+                     hyperelastic::TetrahedronRule rule = hyperelastic::TetrahedronRule::fourteen_points) {
+    return {body, degree, formulation, hyperelastic::material_law("neo_hookean"),
+            degree == 1 ? hyperelastic::TetrahedronRule::one_point : rule};
+}
+
 /// A body whose three sides at the origin slide.
 inline core::LoadCase on_rollers(const core::TetraMesh &mesh) {
     auto load_case = empty_load_case(mesh);
@@ -40,8 +49,7 @@ inline core::LoadCase on_rollers(const core::TetraMesh &mesh) {
 struct Bar {
     std::shared_ptr<const core::Body> body = make_body(shaken_box_mesh({0.1, 0.03, 0.03}, {5, 2, 2}), soft_material);
     core::LoadCase clamped = [this] {
-        auto load_case = empty_load_case(body->mesh);
-        prescribe(load_case, body->mesh, "x_min", core::Vector3::Zero());
+        auto load_case = held(body->mesh);
         return load_case;
     }();
 
@@ -66,6 +74,31 @@ inline double largest(const std::vector<core::Vector3> &displacement) {
     for (const auto &u : displacement)
         result = std::max(result, u.norm());
     return result;
+}
+
+inline const core::Vector3 touched_size{0.1, 0.1, 0.06};
+
+/// A block that stands on its bottom; a ball comes from above.
+inline core::Problem touched_block(double friction, const core::Vector3 &press,
+                                   const core::Vector3 &slide = core::Vector3::Zero()) {
+    const auto body = make_body(shaken_box_mesh(touched_size, {3, 3, 2}), soft_material);
+    auto load_case = held(body->mesh, "z_min");
+    constexpr double radius = 0.04;
+    load_case.touching = core::TouchingTool{.radius = radius,
+                                            .start = {0.047, 0.052, touched_size.z() + radius},
+                                            .press = press,
+                                            .slide = slide,
+                                            .friction = friction,
+                                            .constraint = load_case.num_constraints()};
+    load_case.conditions.push_back({"touch", core::ConditionKind::touch});
+    load_case.regime = core::Regime::large;
+    return {body, load_case};
+}
+
+inline hyperelastic::PathSolution touch(const core::Problem &problem, const hyperelastic::Discretisation &kind,
+                                        const std::vector<double> &fractions) {
+    return hyperelastic::solve(problem, hyperelastic::material_law("neo_hookean"), kind,
+                               {.fractions = fractions, .tolerance = 1e-9});
 }
 
 } // namespace livermark::tests

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <hwy/targets.h>
 #include <memory>
 #include <random>
+#include <string>
 #include <utility>
 #include <vector>
 
-#include "interactive/scene.hpp"
+#include "interactive/method.hpp"
 #include "msm/elastic_body.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -21,15 +23,27 @@ inline std::shared_ptr<const core::Body> soft_bar(double poisson_ratio = 0.45) {
                      {.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = poisson_ratio});
 }
 
-/// The bar, free or with its end at x = 0 constrained.
-inline interactive::Scene bar_scene(bool is_constrained, double poisson_ratio = 0.45, double mass_damping = 0.0) {
-    interactive::Scene scene{.body = soft_bar(poisson_ratio), .node_mass = {}, .constrained_nodes = {}};
+/// A scene of a body that is free or constrained where x = 0.
+inline interactive::Scene scene_of(std::shared_ptr<const core::Body> body, bool is_constrained, double mass_damping) {
+    interactive::Scene scene{.body = std::move(body), .node_mass = {}, .constrained_nodes = {}};
     scene.node_mass = msm::lumped_masses(*scene.body);
     scene.mass_damping = mass_damping;
     for (int i = 0; is_constrained && i < scene.body->mesh.num_nodes(); ++i)
         if (scene.body->mesh.points[i].x() == 0.0)
             scene.constrained_nodes.push_back(i);
     return scene;
+}
+
+inline interactive::Scene bar_scene(bool is_constrained, double poisson_ratio = 0.45, double mass_damping = 0.0) {
+    return scene_of(soft_bar(poisson_ratio), is_constrained, mass_damping);
+}
+
+inline std::vector<std::string> method_names(const std::function<bool(const interactive::Method &)> &is_wanted = {}) {
+    std::vector<std::string> names;
+    for (const auto &method : interactive::all_methods())
+        if (!is_wanted || is_wanted(method))
+            names.push_back(method.name);
+    return names;
 }
 
 /// Every component is between minus and plus the largest.
@@ -59,24 +73,21 @@ inline interactive::Scene uneven_scene(const std::array<int, 3> &bricks, bool is
                     .mesh = std::move(mesh),
                     .materials = {{.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = 0.45},
                                   {.density = 1200.0, .young_modulus = 50000.0, .poisson_ratio = 0.3}}};
-    interactive::Scene scene{
-        .body = std::make_shared<const core::Body>(std::move(body)), .node_mass = {}, .constrained_nodes = {}};
-    scene.node_mass = msm::lumped_masses(*scene.body);
-    scene.mass_damping = mass_damping;
-    for (int i = 0; is_constrained && i < scene.body->mesh.num_nodes(); ++i)
-        if (scene.body->mesh.points[i].x() == 0.0)
-            scene.constrained_nodes.push_back(i);
-    return scene;
+    return scene_of(std::make_shared<const core::Body>(std::move(body)), is_constrained, mass_damping);
 }
 
 inline std::vector<interactive::Scene> scenes_of_any_padding() {
     std::vector<interactive::Scene> scenes{bar_scene(false), bar_scene(false, 0.49), uneven_scene({1, 1, 1}, false),
                                            uneven_scene({5, 3, 3}, false), uneven_scene({3, 2, 1}, false)};
-    auto &one = scenes.emplace_back();
-    one.body =
-        make_body(regular_tetrahedron(0.02), {.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = 0.45});
-    one.node_mass = msm::lumped_masses(*one.body);
+    scenes.push_back(scene_of(
+        make_body(regular_tetrahedron(0.02), {.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = 0.45}),
+        false, 0.0));
     return scenes;
+}
+
+inline core::Vector3 momentum_of(const interactive::Simulation &simulation) {
+    return simulation.velocities() *
+           Eigen::Map<const Eigen::VectorXd>(simulation.scene().node_mass.data(), simulation.velocities().cols());
 }
 
 /// Takes one of the vector units of this machine while it is there.

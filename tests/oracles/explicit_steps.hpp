@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "interactive/elements/position_based.hpp"
-#include "interactive/simulation.hpp"
+#include "interactive/method.hpp"
 
 namespace livermark::tests {
 

@@ -9,11 +9,10 @@
 #include <vector>
 
 #include "core/support/factors/sparse_cholesky.hpp"
-#include "interactive/colouring.hpp"
 #include "interactive/elements/corotational_tetrahedra.hpp"
 #include "interactive/elements/energies.hpp"
-#include "interactive/elements/spring_body.hpp"
-#include "interactive/simulation.hpp"
+#include "interactive/kernels/orders.hpp"
+#include "interactive/method.hpp"
 
 namespace livermark::tests {
 
@@ -114,7 +113,8 @@ class Corotational : public interactive::Simulation {
         return result;
     }
 
-    /// Of A, with K_aa = sum of V ((lambda + mu) g g^T + mu |g|^2 1), g the turned gradient of the shape function.
+    /// Diagonal blocks of A, with K_aa = sum of V ((lambda + mu) g g^T + mu |g|^2 1), g the turned gradient of the
+    /// shape function.
     std::vector<Matrix3> inverse_blocks(double time_step) const {
         std::vector<Matrix3> blocks;
         for (const double mass : scene().node_mass)
@@ -174,29 +174,6 @@ class Corotational : public interactive::Simulation {
     std::shared_ptr<core::BallContact> ball_;
     interactive::ImplicitContact contact_; ///< of the ball
 };
-
-/// L of springs, unknown i for node i, both triangles.
-inline interactive::Energy::Triplets laplacian(const interactive::Springs &springs) {
-    interactive::Energy::Triplets triplets;
-    for (std::size_t s = 0; s < springs.edges.size(); ++s)
-        for (const int a : springs.edges[s])
-            for (const int b : springs.edges[s])
-                triplets.emplace_back(a, b, a == b ? springs.stiffness[s] : -springs.stiffness[s]);
-    return triplets;
-}
-
-/// The same of tetrahedra with the density of projective dynamics.
-inline interactive::Energy::Triplets laplacian(const std::vector<interactive::Tetrahedron> &tetrahedra) {
-    interactive::Energy::Triplets triplets;
-    for (const auto &t : tetrahedra) {
-        const Eigen::Matrix4d block = t.volume * interactive::densities::Projective{t.mu, t.lambda}.weight() *
-                                      t.shape_gradients() * t.shape_gradients().transpose();
-        for (int a = 0; a < 4; ++a)
-            for (int b = 0; b < 4; ++b)
-                triplets.emplace_back(t.nodes[a], t.nodes[b], block(a, b));
-    }
-    return triplets;
-}
 
 /// The steps of interactive::Prefactored with the forces of any energy, in double precision and without vectors.
 class Prefactored : public interactive::Simulation {
@@ -376,7 +353,7 @@ class BlockDescent : public interactive::Simulation {
     interactive::Cost cost(int /*iterations*/) const override { return {}; }
 
   private:
-    /// Where iterations begin: where the velocity goes, and the external acceleration as far as the last step followed
+    /// The start of iterations: where the velocity goes, and the external acceleration as far as the last step followed
     /// it (section 3.7 of the paper: less where a body rests).
     void start(const interactive::Inertia &terms, double time_step) {
         auto &x = mutable_positions();

@@ -26,14 +26,6 @@ Tangent tangent(const core::Material &material, const Matrix3 &f) {
     return result;
 }
 
-VolumeMeasure volume(double jacobian) {
-    return {std::log(jacobian), 1.0 / jacobian, -1.0 / (jacobian * jacobian)};
-}
-
-double volume_modulus(const core::Material &material) {
-    return material.lame_lambda();
-}
-
 } // namespace
 
 /// W = mu / 2 (I1 - 3 - 2 ln J) + lambda / 2 (ln J)^2 with I1 = tr(F^T F).
@@ -44,8 +36,8 @@ MaterialLaw neo_hookean() {
             .energy = energy,
             .stress = stress,
             .tangent = tangent,
-            .volume = volume,
-            .volume_modulus = volume_modulus};
+            .volume = logarithm,
+            .volume_modulus = lame_lambda};
 }
 
 } // namespace livermark::hyperelastic::materials

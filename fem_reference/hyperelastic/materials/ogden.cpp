@@ -1,5 +1,3 @@
-#include <cmath>
-
 #include "fem_reference/hyperelastic/material_law.hpp"
 
 namespace livermark::hyperelastic::materials {
@@ -27,14 +25,6 @@ Tangent ogden_tangent(const core::Material &material, const Matrix3 &f) {
     return term(material).tangent(f);
 }
 
-VolumeMeasure ogden_volume(double jacobian) {
-    return {std::log(jacobian), 1.0 / jacobian, -1.0 / (jacobian * jacobian)};
-}
-
-double ogden_volume_modulus(const core::Material &material) {
-    return material.lame_lambda();
-}
-
 } // namespace
 
 /// W = 2 mu / a^2 (l_1^a + l_2^a + l_3^a - 3) - 2 mu / a ln J + lambda / 2 (ln J)^2 with the principal stretches l_i.
@@ -46,8 +36,8 @@ MaterialLaw ogden() {
             .energy = ogden_energy,
             .stress = ogden_stress,
             .tangent = ogden_tangent,
-            .volume = ogden_volume,
-            .volume_modulus = ogden_volume_modulus};
+            .volume = logarithm,
+            .volume_modulus = lame_lambda};
 }
 
 } // namespace livermark::hyperelastic::materials

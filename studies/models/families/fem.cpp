@@ -8,7 +8,6 @@
 
 #include "core/mesh/refinement.hpp"
 #include "core/support/processes/mpi_session.hpp"
-#include "fem_reference/distributed/distributed_solver.hpp"
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/dynamics/relaxing_solver.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"

@@ -11,7 +11,6 @@
 
 #include "core/support/processes/mpi_session.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
-#include "fem_reference/hyperelastic/slow_path.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/pushed_model.hpp"
 #include "studies/models/refined_solution.hpp"

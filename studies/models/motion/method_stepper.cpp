@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "interactive/cut_motion.hpp"
 #include "interactive/equilibrium.hpp"
+#include "interactive/method.hpp"
 #include "studies/models/motion/moving_method.hpp"
 #include "studies/models/motion/scaled_masses.hpp"
 

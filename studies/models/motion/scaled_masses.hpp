@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "interactive/simulation.hpp"
+#include "interactive/method.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 
 /// Selective mass scaling of explicit methods, by the same rules as of springs (msm/dynamics/mass_scaling.hpp).

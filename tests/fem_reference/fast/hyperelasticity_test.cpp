@@ -12,7 +12,6 @@
 #include "core/error_norms.hpp"
 #include "fem_reference/dynamics/relaxing_solver.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
-#include "fem_reference/hyperelastic/slow_path.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/fem_reference/hyperelastic_bodies.hpp"
@@ -40,8 +39,7 @@ TEST(HyperelasticPath, RigidMotionStoresNothing) {
     const auto body = tests::soft_block();
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.5, Vector3(1.0, 1.0, 0.0).normalized()).toRotationMatrix();
     for (const auto &kind : tests::hyperelastic_kinds) {
-        const auto rule = kind.degree == 1 ? hyperelastic::TetrahedronRule::one_point : kind.rule;
-        const hyperelastic::Elements elements(body, kind.degree, kind.formulation, neo_hookean(), rule);
+        const auto elements = tests::neo_hookean_elements(body, kind.degree, kind.formulation);
         auto state = elements.rest();
         for (int node = 0; node < elements.system().num_nodes(); ++node)
             Vector3::Map(&state.displacement[3 * node]) =
@@ -69,17 +67,13 @@ TEST(HyperelasticPath, BendsSlenderBarsInFewSteps) {
             ASSERT_EQ(found.steps.size(), 2U);
             for (const auto &step : found.steps) {
                 const auto &r = step.residuals;
-                RecordProperty(fmt::format("residuals_{}_{}_{}_{}", pressure->empty() ? "dead" : "follower",
-                                           kind.degree, kind.formulation == Formulation::mixed ? "mixed" : "",
-                                           step.fraction),
-                               fmt::format("{:.1e}", fmt::join(r, " ")));
                 const auto near = std::ranges::find_if(r, [](double value) { return value < 1e-3; });
                 EXPECT_LE(r.end() - near, 4) << fmt::format("{:.1e}", fmt::join(r, " "));
             }
         }
 }
 
-/// What presses to a depth is a load: the one that it reports, at each part of the way.
+/// A press to a depth is a load: the one that it reports, at each part of the way.
 TEST(HyperelasticPath, PressesWithTheForceThatMovesAsFar) {
     const Bar bar;
     const Vector3 direction = Vector3(1.0, -1.0, 4.0).normalized();
@@ -110,8 +104,7 @@ TEST(HyperelasticPath, PressesWithTheForceThatMovesAsFar) {
 /// Neighbouring solutions of one energy: where nothing locks, displacements alone and the mixed formulation agree.
 TEST(HyperelasticPath, MixedElementsAgreeWithDisplacementsAlone) {
     const auto body = tests::make_body(tests::shaken_box_mesh({0.1, 0.03, 0.03}, {6, 3, 3}), {1000.0, 5000.0, 0.35});
-    auto load_case = tests::empty_load_case(body->mesh);
-    tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
+    auto load_case = tests::held(body->mesh);
     tests::prescribe(load_case, body->mesh, "x_max", {0.02, 0.0, 0.03});
     const auto alone = hyperelastic::solve({body, load_case}, neo_hookean(), tests::hyperelastic_kinds[1]);
     const auto mixed = hyperelastic::solve({body, load_case}, neo_hookean(), tests::hyperelastic_kinds[2]);
@@ -125,7 +118,7 @@ TEST(HyperelasticPath, MixedElementsAgreeWithDisplacementsAlone) {
             EXPECT_LT((point.reaction[0] + point.reaction[1]).norm(), 1e-8 * point.reaction[0].norm());
 }
 
-/// What a path cannot reach, it says: a bar that is pushed to less than nothing.
+/// A path says what it cannot reach: a bar that is pushed to less than nothing.
 TEST(HyperelasticPath, GivesUpAndSaysSo) {
     const auto body = tests::soft_block();
     auto load_case = tests::on_rollers(body->mesh);
@@ -155,8 +148,7 @@ TEST(HyperelasticPath, RefusesWhatHasNoSolution) {
                  std::invalid_argument);
     EXPECT_THROW(hyperelastic::solve(problem, neo_hookean(), tests::hyperelastic_kinds[0], {}, std::vector{1.0}),
                  std::invalid_argument);
-    const hyperelastic::Elements elements(bar.body, 1, fem_reference::Formulation::displacement, neo_hookean(),
-                                          hyperelastic::TetrahedronRule::one_point);
+    const auto elements = tests::neo_hookean_elements(bar.body, 1);
     const auto conditions = fem_reference::dof_conditions(bar.clamped, elements.system());
     EXPECT_THROW(hyperelastic::follow(elements, conditions, 0, {}), std::invalid_argument)
         << "the reaction of the clamped end has no place in the result";
@@ -214,13 +206,9 @@ Outcome bend(Formulation formulation, double edge) {
     const double width = 0.01;
     const core::Material material{1000.0, 5000.0, 0.4999};
     const auto body = tests::make_body(meshes::generate_box({exact.height, exact.length, width}, edge), material);
-    const hyperelastic::Elements elements(body, 2, formulation, hyperelastic::material_law("neo_hookean"),
-                                          hyperelastic::TetrahedronRule::fourteen_points);
+    const auto elements = tests::neo_hookean_elements(body, 2, formulation);
     const auto &system = elements.system();
-    fem_reference::DofConditions conditions;
-    conditions.prescribed.assign(3 * system.points.size(), std::numeric_limits<double>::quiet_NaN());
-    conditions.constraint.assign(3 * system.points.size(), -1);
-    conditions.load.assign(3 * system.points.size(), 0.0);
+    auto conditions = tests::no_conditions(system);
     const auto is_at = [](double value, double wanted) { return std::abs(value - wanted) < 1e-9; };
     for (int node = 0; node < system.num_nodes(); ++node) {
         const Vector3 &x = system.points[node];
@@ -259,10 +247,6 @@ TEST(HyperelasticFlexure, MixedElementsBendAsRivlinSays) {
     EXPECT_NEAR(exact.a * exact.b * exact.c * exact.c, 1.0, 1e-14);
     const auto coarse = bend(Formulation::mixed, 0.010), fine = bend(Formulation::mixed, 0.006);
     const auto locked = bend(Formulation::displacement, 0.010);
-    for (const auto &[name, outcome] : {std::pair{"mixed_coarse", &coarse}, std::pair{"mixed_fine", &fine},
-                                        std::pair{"displacement_coarse", &locked}})
-        RecordProperty(name, fmt::format("L2 {:.2e} H1 {:.2e} moment {:.5f} energy {:.5f}", outcome->error.l2,
-                                         outcome->error.h1, outcome->moment, outcome->energy));
     EXPECT_LT(fine.error.l2, 2e-3);
     EXPECT_LT(fine.error.l2, 0.5 * coarse.error.l2);
     EXPECT_NEAR(fine.moment, 1.0, 5e-3);
@@ -333,24 +317,6 @@ TEST(IsochoricPart, HasTheDerivativesOfItsEnergy) {
             }
         EXPECT_NEAR(stress.cwiseProduct(f).sum(), 0.0, 1e-9) << "no pressure is in it";
     }
-}
-
-/// What one step of a branch without time adds is what the law loses.
-TEST(IsochoricPart, IsWhatTheBranchesFollow) {
-    const core::Material material{1060.0, 5000.0, 0.45};
-    std::mt19937 generator(8);
-    const auto &law = hyperelastic::material_law("neo_hookean");
-    const Matrix3 f = Matrix3::Identity() + random_matrix(generator, 0.25);
-    const Matrix3 followed = hyperelastic::isochoric_stress(law, material, f), nothing = Matrix3::Zero();
-    const hyperelastic::IsochoricPart remembers{law, material, 0.0, followed}, loses{law, material, 1.0, nothing};
-    EXPECT_LT((remembers.stress(f) + loses.stress(f)).norm(), 1e-9);
-    const Matrix3 small = 1e-6 * (random_matrix(generator, 1.0));
-    const Matrix3 strain = 0.5 * (small + small.transpose());
-    const Matrix3 deviator = strain - strain.trace() / 3.0 * Matrix3::Identity();
-    EXPECT_LT((hyperelastic::isochoric_stress(law, material, Matrix3::Identity() + small) -
-               2.0 * material.shear_modulus() * deviator)
-                  .norm(),
-              1e-5 * 2.0 * material.shear_modulus() * deviator.norm());
 }
 
 TEST(RelaxingHyperelasticity, IsLinearAtSmallStrains) {

@@ -12,9 +12,7 @@
 
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/surface.hpp"
-#include "fem_reference/hyperelastic/surface_deformation.hpp"
 #include "tests/fem_reference/hyperelastic_bodies.hpp"
-#include "tests/fem_reference/touched_block.hpp"
 
 namespace livermark {
 namespace {
@@ -67,18 +65,6 @@ TEST(SurfaceImpedance, VanishesUnderADeadPressureOfTwoShearModuli) {
     EXPECT_NEAR(root(pressed, 0.5, 3.0), 2.0 * rubber.shear_modulus(), 2e-3);
 }
 
-/// What follows the surface does no work in a volume that stays as large, whatever its size.
-TEST(SurfaceImpedance, DoesNotChangeUnderAPressureThatFollows) {
-    const double at_rest = impedance(Matrix3::Identity());
-    EXPECT_NEAR(at_rest, rubber.shear_modulus(), 1e-3);
-    for (const double pressure : {1.0, 3.0}) {
-        const auto f = stretched(rubber, 1.0, 1.0, pressure);
-        auto tangent = hyperelastic::whole_tangent(law, rubber, f);
-        hyperelastic::add_follower_pressure(pressure, f, tangent);
-        EXPECT_NEAR(hyperelastic::least_surface_impedance(tangent, up), at_rest, 1e-2);
-    }
-}
-
 /// It depends on the surface, not on how it lies in space.
 TEST(SurfaceImpedance, TurnsWithTheBody) {
     const Matrix3 turn = Eigen::AngleAxisd(0.7, Vector3(1.0, 2.0, 3.0).normalized()).toRotationMatrix();
@@ -105,11 +91,10 @@ TEST(SurfaceDeformation, UnderATractionBalancesItAndKeepsTheSurface) {
     EXPECT_GT(balanced.determinant(), 0.0);
 }
 
-/// Of quadratic elements, of which u may be any quadratic function.
+/// Quadratic elements, of which u may be any quadratic function.
 TEST(SurfaceDeformation, IsThatOfTheElements) {
     const auto body = tests::soft_block();
-    const hyperelastic::Elements elements(body, 2, fem_reference::Formulation::mixed, law,
-                                          hyperelastic::TetrahedronRule::fourteen_points);
+    const auto elements = tests::neo_hookean_elements(body, 2, fem_reference::Formulation::mixed);
     std::vector<double> displacement;
     for (const auto &x : elements.system().points)
         for (const double u : {2.0 * x.x() * x.y() + 0.1 * x.z(), x.z() * x.z(), -0.2 * x.x() + x.y() * x.y()})
@@ -135,8 +120,7 @@ TEST(SurfaceDeformation, IsThatOfTheElements) {
 /// little below two shear moduli.
 TEST(SurfaceDeformation, TellsWhereALoadIsTooMuch) {
     const auto body = tests::soft_block();
-    const hyperelastic::Elements elements(body, 2, fem_reference::Formulation::mixed, law,
-                                          hyperelastic::TetrahedronRule::fourteen_points);
+    const auto elements = tests::neo_hookean_elements(body, 2, fem_reference::Formulation::mixed);
     auto load_case = tests::on_rollers(body->mesh);
     tests::pull(load_case, body->mesh, "z_max", {0.0, 0.0, -tests::soft_material.shear_modulus()});
     const std::vector<double> at_rest(elements.num_displacements(), 0.0);
@@ -148,16 +132,8 @@ TEST(SurfaceDeformation, TellsWhereALoadIsTooMuch) {
     EXPECT_EQ(hyperelastic::unstable_part(elements, load_case, at_rest, 2.0), 0.0) << "it follows";
 }
 
-TEST(SurfaceDeformation, HasTheStretchesAlongTheSurface) {
-    const Matrix3 f = Vector3(0.7, 1.3, 0.1).asDiagonal();
-    const auto stretches = hyperelastic::surface_stretches({Vector3::Zero(), up, 1.0, f, rubber});
-    EXPECT_NEAR(stretches.least, 0.7, 1e-14);
-    EXPECT_NEAR(stretches.largest, 1.3, 1e-14);
-}
-
 namespace {
 
-using hyperelastic::Elements;
 using hyperelastic::TouchingBall;
 
 std::vector<double> differences(const TouchingBall &ball, const std::vector<double> &at,
@@ -177,13 +153,11 @@ std::vector<double> differences(const TouchingBall &ball, const std::vector<doub
 
 } // namespace
 
-/// Where some points stick, others slip, and multipliers are not zero.
+/// Some points stick, others slip, and multipliers are not zero.
 TEST(TouchingBall, StiffnessIsTheDerivativeOfItsForces) {
     for (const int degree : {1, 2}) {
         const auto problem = tests::touched_block(0.3, {0.0006, 0.0, -0.002});
-        const Elements elements(problem.body, degree, fem_reference::Formulation::displacement,
-                                hyperelastic::material_law("neo_hookean"),
-                                hyperelastic::TetrahedronRule::fourteen_points);
+        const auto elements = tests::neo_hookean_elements(problem.body, degree);
         // Soft, so that no pressure is beyond what the stiffness takes.
         TouchingBall ball(elements.system(), *problem.body, problem.load_case, {.stiffness = 3.0});
         std::mt19937 generator(3);
@@ -215,43 +189,6 @@ TEST(TouchingBall, StiffnessIsTheDerivativeOfItsForces) {
         EXPECT_GT(size, 0.0);
         EXPECT_LT(std::sqrt(difference / size), 1e-5);
     }
-}
-
-/// The expectation is wrong by the square of the change only, and where nothing changes the tangent is the exact one.
-TEST(TouchingBall, ExpectsThePressureThatItsTangentGives) {
-    const auto problem = tests::touched_block(0.3, {0.0006, 0.0, -0.002});
-    const Elements elements(problem.body, 2, fem_reference::Formulation::displacement,
-                            hyperelastic::material_law("neo_hookean"), hyperelastic::TetrahedronRule::fourteen_points);
-    const TouchingBall ball(elements.system(), *problem.body, problem.load_case, {.stiffness = 3.0});
-    const auto centre = ball.tool().centre_at(1.0);
-    std::mt19937 generator(5);
-    std::uniform_real_distribution<double> some(-1.0, 1.0);
-    std::vector<double> state(elements.num_displacements()), change(state.size()), there(state.size());
-    for (std::size_t dof = 0; dof < state.size(); ++dof) {
-        state[dof] = 1e-4 * some(generator);
-        change[dof] = 1e-7 * some(generator);
-        there[dof] = state[dof] + change[dof];
-    }
-    const auto before = ball.expected_pressure(centre, state), expected = ball.expected_pressure(centre, state, change),
-               after = ball.expected_pressure(centre, there);
-    ASSERT_EQ(before.size(), ball.num_points());
-    double wrong = 0.0, changed = 0.0;
-    for (std::size_t point = 0; point < before.size(); ++point) {
-        wrong += std::abs(after[point] - expected[point]);
-        changed += std::abs(after[point] - before[point]);
-    }
-    EXPECT_GT(changed, 0.0);
-    EXPECT_LT(wrong, 1e-4 * changed);
-
-    const auto product = [&](std::span<const double> of_curvature) {
-        hyperelastic::SurfaceStiffness stiffness;
-        ball.add_stiffness(centre, state, stiffness, of_curvature);
-        std::vector<double> found(state.size(), 0.0);
-        stiffness.add_product(change, found);
-        return found;
-    };
-    EXPECT_EQ(product(before), product({}));
-    EXPECT_NE(product(std::vector<double>(before.size(), 0.0)), product({}));
 }
 
 /// Forces balance; the surface does not go through the ball, and is not pulled.

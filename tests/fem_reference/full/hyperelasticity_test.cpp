@@ -31,7 +31,7 @@ struct CompressedBlock {
         return {1.0, mu * (3.0 * lambda + 2.0 * mu) / (lambda + mu), 0.5 * lambda / (lambda + mu)};
     }
 
-    /// How deep the axis is pressed in at parts of the pressure, over the height.
+    /// Depths to which the axis is pressed in at parts of the pressure, over the height.
     /// @param bricks  of six tetrahedra along a side, even
     std::vector<double> compression(const hyperelastic::MaterialLaw &law, int bricks,
                                     const std::vector<double> &fractions) const {
@@ -40,10 +40,7 @@ struct CompressedBlock {
         const hyperelastic::Elements elements(body, 2, fem_reference::Formulation::mixed, law,
                                               hyperelastic::TetrahedronRule::fourteen_points);
         const auto &points = elements.system().points;
-        fem_reference::DofConditions conditions;
-        conditions.prescribed.assign(3 * points.size(), tests::free_component);
-        conditions.constraint.assign(3 * points.size(), -1);
-        conditions.load.assign(3 * points.size(), 0.0);
+        auto conditions = tests::no_conditions(elements.system());
         std::size_t axis = points.size();
         for (std::size_t node = 0; node < points.size(); ++node) {
             const Vector3 &x = points[node];
@@ -81,7 +78,6 @@ TEST(HyperelasticCompressedBlock, IsCompressedAsPublished) {
     const std::vector<double> published{0.0792461, 0.2981574, 0.4895191, 0.6316032, 0.6962436};
     const auto &law = hyperelastic::material_law("neo_hookean");
     const auto coarse = block.compression(law, 4, fractions), fine = block.compression(law, 8, fractions);
-    RecordProperty("compression", fmt::format("{:.5f}; {:.5f}", fmt::join(coarse, " "), fmt::join(fine, " ")));
     ASSERT_EQ(fine.size(), published.size());
     for (std::size_t i = 0; i < published.size(); ++i) {
         EXPECT_NEAR(fine[i], published[i], 0.01 * published[i]);
@@ -98,7 +94,6 @@ TEST(HyperelasticCompressedBlock, IsCompressedAsInIkarus) {
     const std::vector<double> fractions{0.2, 0.4, 0.6, 0.8, 1.0};
     const auto law = tests::calculix_neo_hooke();
     const auto coarse = block.compression(law, 4, fractions), fine = block.compression(law, 8, fractions);
-    RecordProperty("compression", fmt::format("{:.5f}; {:.5f}", fmt::join(coarse, " "), fmt::join(fine, " ")));
     const double published = 39.92020798 / 50.0;
     EXPECT_NEAR(fine.back(), published, 0.02 * published);
     EXPECT_LT(std::abs(fine.back() - published), 0.5 * std::abs(coarse.back() - published));
@@ -148,16 +143,17 @@ struct Deformation {
     ///     Div P = mu Laplacian(x, y, z) + (mu + lambda - lambda ln J) F^-T grad ln J.
     Vector3 body_force(const Vector3 &point) const {
         const double z = dilated(point), x = sheared(point);
-        const Vector3 of_z = dilated_slope(point), of_x = sheared_slope(point);
-        const Vector3 of_jacobian(-e * std::cos(point.z()) * std::sin(point.x()), 0.0,
-                                  -e * std::sin(point.z()) * std::cos(point.x()));
-        const double laplacian_of_z = 2.0 * of_jacobian.z(), laplacian_of_x = -a * std::sin(point.y());
-        const Vector3 laplacian(laplacian_of_x, a * (std::cos(z) * laplacian_of_z - std::sin(z) * of_z.squaredNorm()),
-                                laplacian_of_z + a * (std::cos(x) * laplacian_of_x - std::sin(x) * of_x.squaredNorm()));
+        const Vector3 slope_of_z = dilated_slope(point), slope_of_x = sheared_slope(point);
+        const Vector3 slope_of_jacobian(-e * std::cos(point.z()) * std::sin(point.x()), 0.0,
+                                        -e * std::sin(point.z()) * std::cos(point.x()));
+        const double laplacian_of_z = 2.0 * slope_of_jacobian.z(), laplacian_of_x = -a * std::sin(point.y());
+        const Vector3 laplacian(
+            laplacian_of_x, a * (std::cos(z) * laplacian_of_z - std::sin(z) * slope_of_z.squaredNorm()),
+            laplacian_of_z + a * (std::cos(x) * laplacian_of_x - std::sin(x) * slope_of_x.squaredNorm()));
         const Matrix3d f = gradient(point) + Matrix3d::Identity();
-        const double jacobian = of_z.z();
+        const double jacobian = slope_of_z.z();
         return -mu * laplacian -
-               (mu + lambda - lambda * std::log(jacobian)) / jacobian * (f.inverse().transpose() * of_jacobian);
+               (mu + lambda - lambda * std::log(jacobian)) / jacobian * (f.inverse().transpose() * slope_of_jacobian);
     }
 };
 
@@ -186,15 +182,10 @@ struct CubeOutcome {
 CubeOutcome solve_cube(const std::shared_ptr<const core::Body> &body, int degree, Formulation formulation) {
     const auto &mesh = body->mesh;
     const auto exact = deformation_of(*body);
-    const hyperelastic::Elements elements(body, degree, formulation, hyperelastic::material_law("neo_hookean"),
-                                          degree == 1 ? hyperelastic::TetrahedronRule::one_point
-                                                      : hyperelastic::TetrahedronRule::fourteen_points);
+    const auto elements = tests::neo_hookean_elements(body, degree, formulation);
     EXPECT_EQ(elements.num_pressures() > 0, formulation == Formulation::mixed);
     const auto &system = elements.system();
-    fem_reference::DofConditions conditions;
-    conditions.prescribed.assign(3 * system.points.size(), std::numeric_limits<double>::quiet_NaN());
-    conditions.constraint.assign(3 * system.points.size(), -1);
-    conditions.load.assign(3 * system.points.size(), 0.0);
+    auto conditions = tests::no_conditions(system);
     for (int node = 0; node < system.num_nodes(); ++node)
         for (int axis = 0; axis < 3; ++axis)
             if (std::abs(system.points[node][axis] - 0.5) > 0.5 - 1e-9)
@@ -250,13 +241,10 @@ TEST_P(HyperelasticConvergence, HasAtLeastTheOrderOfItsElementsOnUnstructuredMes
         EXPECT_LT(strain, 0.4);
         coarse = fine;
         fine = solve_cube(body, degree, formulation);
-        RecordProperty(fmt::format("at_{}", edge),
-                       fmt::format("L2 {:.2e} H1 {:.2e} strain {:.3f}", fine.error.l2, fine.error.h1, strain));
     }
     const double refinement = std::log(coarse.size / fine.size);
     const double l2 = std::log(coarse.error.l2 / fine.error.l2) / refinement;
     const double h1 = std::log(coarse.error.h1 / fine.error.h1) / refinement;
-    RecordProperty("orders", fmt::format("{:.3f} {:.3f}", l2, h1));
     EXPECT_GT(l2, degree + 0.8);
     EXPECT_GT(h1, degree - 0.2);
 }

@@ -8,12 +8,11 @@
 #include <vector>
 
 #include "core/mesh/refinement.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/surface.hpp"
 #include "fem_reference/linear/conditions.hpp"
-#include "tests/fem_reference/half_space.hpp"
 #include "tests/fem_reference/hyperelastic_bodies.hpp"
-#include "tests/fem_reference/touched_block.hpp"
 #include "tests/samples/touch/sheared_column.hpp"
 
 namespace livermark {
@@ -21,7 +20,74 @@ namespace livermark {
 namespace {
 
 using core::Vector3;
-using tests::HalfSpace;
+
+/// A rigid ball on an elastic half-space below z = 0 (K. L. Johnson, Contact Mechanics, 1985, chapters 3, 4 and 7), in
+/// metres: so shallow that strains and slopes are a hundredth.
+struct HalfSpace {
+    static constexpr double ball_radius = 1.0, depth = 1e-4, modulus = 5000.0;
+    double poisson;
+
+    double shear_modulus() const { return 0.5 * modulus / (1.0 + poisson); }
+    double contact_radius() const { return std::sqrt(ball_radius * depth); }
+    /// 4/3 E* sqrt(R) d^(3/2)
+    double force() const {
+        return 4.0 / 3.0 * modulus / (1.0 - poisson * poisson) * std::sqrt(ball_radius) * std::pow(depth, 1.5);
+    }
+    /// Way of the ball along the surface at which all of it slips: 3 mu P (2 - nu) / (16 G a).
+    double way_to_slip(double friction) const {
+        return 3.0 * friction * force() * (2.0 - poisson) / (16.0 * shear_modulus() * contact_radius());
+    }
+
+    /// Displacement by a force P into the half-space at the origin (Boussinesq).
+    core::Vector3 pressed(double force, const core::Vector3 &x) const {
+        const double down = -x.z(), rho = x.norm();
+        const double along = down / std::pow(rho, 3) - (1.0 - 2.0 * poisson) / (rho * (rho + down));
+        return force / (4.0 * std::numbers::pi * shear_modulus()) *
+               core::Vector3(x.x() * along, x.y() * along,
+                             -(2.0 * (1.0 - poisson) / rho + down * down / std::pow(rho, 3)));
+    }
+    /// Displacement by a force Q along x at the origin (Cerruti).
+    core::Vector3 dragged(double force, const core::Vector3 &x) const {
+        const double down = -x.z(), rho = x.norm(), sum = rho + down, cube = std::pow(rho, 3);
+        const double rest = 1.0 - 2.0 * poisson;
+        return force / (4.0 * std::numbers::pi * shear_modulus()) *
+               core::Vector3(1.0 / rho + x.x() * x.x() / cube + rest * (1.0 / sum - x.x() * x.x() / (rho * sum * sum)),
+                             x.x() * x.y() / cube - rest * x.x() * x.y() / (rho * sum * sum),
+                             -(x.x() * down / cube + rest * x.x() / (rho * sum)));
+    }
+};
+
+hyperelastic::Elements with_four_points(const std::shared_ptr<const core::Body> &body) {
+    return tests::neo_hookean_elements(body, 2, fem_reference::Formulation::displacement,
+                                       hyperelastic::TetrahedronRule::four_points);
+}
+
+/// A ball on a box of a half-space near the contact, whose bricks have edges of a quarter of its depth.
+/// @param lowest      corner of the box
+/// @param refined_in  radii of contact within which the mesh is refined, again and again
+core::Problem cut_out(const HalfSpace &space, const Vector3 &box, const Vector3 &lowest,
+                      const std::array<int, 3> &bricks, const Vector3 &press, double friction,
+                      const std::vector<double> &refined_in) {
+    auto mesh = tests::box_mesh(box, bricks);
+    for (auto &point : mesh.points)
+        point += lowest;
+    const auto body = tests::make_body(std::move(mesh), {1000.0, HalfSpace::modulus, space.poisson});
+    auto load_case = tests::empty_load_case(body->mesh);
+    for (const auto *patch : {"x_min", "x_max", "y_min", "y_max", "z_min"})
+        tests::prescribe(load_case, body->mesh, patch, Vector3::Zero());
+    load_case.conditions.push_back({"touch", core::ConditionKind::touch});
+    load_case.touching = core::TouchingTool{.radius = HalfSpace::ball_radius,
+                                            .start = {0.0, 0.0, HalfSpace::ball_radius},
+                                            .press = press,
+                                            .friction = friction,
+                                            .constraint = load_case.num_constraints() - 1};
+    core::Problem problem{body, load_case};
+    for (const double radii : refined_in) {
+        const core::InteriorPlace contact{Vector3::Zero(), space.contact_radius()};
+        problem = core::refine_near_places(problem, std::span(&contact, 1), radii).problem;
+    }
+    return problem;
+}
 
 /// The quarter of the half-space that is left between two planes of symmetry, cut out near the contact.
 struct CutOut {
@@ -33,33 +99,13 @@ struct CutOut {
     /// @param refined_in     radii of contact within which the mesh is refined, again and again
     CutOut(const HalfSpace &of, double size_in_radii, const std::vector<double> &refined_in)
         : space(of), size(size_in_radii * space.contact_radius()) {
-        constexpr int bricks = 4;
-        auto mesh = tests::box_mesh({size, size, size}, {bricks, bricks, bricks});
-        for (auto &point : mesh.points)
-            point.z() -= size;
-        const auto body = tests::make_body(std::move(mesh), {1000.0, HalfSpace::modulus, space.poisson});
-        auto load_case = tests::empty_load_case(body->mesh);
-        for (const auto *patch : {"x_min", "x_max", "y_min", "y_max", "z_min"})
-            tests::prescribe(load_case, body->mesh, patch, Vector3::Zero());
-        load_case.conditions.push_back({"touch", core::ConditionKind::touch});
-        load_case.touching = core::TouchingTool{.radius = HalfSpace::ball_radius,
-                                                .start = {0.0, 0.0, HalfSpace::ball_radius},
-                                                .press = {0.0, 0.0, -HalfSpace::depth},
-                                                .constraint = load_case.num_constraints() - 1};
-        problem = {body, load_case};
-        for (const double radii : refined_in) {
-            const core::InteriorPlace contact{Vector3::Zero(), space.contact_radius()};
-            problem = core::refine_near_places(problem, std::span(&contact, 1), radii).problem;
-        }
+        problem = cut_out(space, Vector3::Constant(size), {0.0, 0.0, -size}, {4, 4, 4}, {0.0, 0.0, -HalfSpace::depth},
+                          0.0, refined_in);
     }
 
     /// Symmetry, and on the outer faces the far field at the whole load.
     fem_reference::DofConditions conditions(const fem_reference::ElasticSystem &system) const {
-        fem_reference::DofConditions conditions;
-        const auto num_dofs = 3 * system.points.size();
-        conditions.prescribed.assign(num_dofs, tests::free_component);
-        conditions.constraint.assign(num_dofs, -1);
-        conditions.load.assign(num_dofs, 0.0);
+        auto conditions = tests::no_conditions(system);
         const double rounding = 1e-9 * size;
         for (std::size_t node = 0; node < system.points.size(); ++node) {
             const Vector3 &x = system.points[node];
@@ -81,9 +127,7 @@ struct Found {
 };
 
 Found solve(const CutOut &cut) {
-    const hyperelastic::Elements elements(cut.problem.body, 2, fem_reference::Formulation::displacement,
-                                          hyperelastic::material_law("neo_hookean"),
-                                          hyperelastic::TetrahedronRule::four_points);
+    const auto elements = with_four_points(cut.problem.body);
     hyperelastic::TouchingBall ball(elements.system(), *cut.problem.body, cut.problem.load_case);
     const auto conditions = cut.conditions(elements.system());
     return {hyperelastic::follow(elements, conditions, cut.problem.load_case.num_constraints(), {},
@@ -139,11 +183,7 @@ hyperelastic::FollowedPath follow_ball(const core::Problem &problem, const hyper
 /// @param of  displacement at the whole load, NaN where it is free: Vector3 -> Vector3
 template <class Displacement>
 fem_reference::DofConditions prescribed(const fem_reference::ElasticSystem &system, const Displacement &of) {
-    fem_reference::DofConditions conditions;
-    const auto num_dofs = 3 * system.points.size();
-    conditions.prescribed.assign(num_dofs, tests::free_component);
-    conditions.constraint.assign(num_dofs, -1);
-    conditions.load.assign(num_dofs, 0.0);
+    auto conditions = tests::no_conditions(system);
     for (std::size_t node = 0; node < system.points.size(); ++node)
         Vector3::Map(&conditions.prescribed[3 * node]) = of(system.points[node]);
     return conditions;
@@ -162,9 +202,7 @@ ShearedColumn shear_column(double part_of_slip, double beyond) {
     const tests::SimpleShear shear(part_of_slip);
     const double penalty = penalties * shear.modulus() / tests::SimpleShear::height;
     auto problem = shear.problem({3, 3, 2}, penalty, beyond);
-    const hyperelastic::Elements elements(problem.body, 2, fem_reference::Formulation::displacement,
-                                          hyperelastic::material_law("neo_hookean"),
-                                          hyperelastic::TetrahedronRule::four_points);
+    const auto elements = with_four_points(problem.body);
     const auto &ball = *problem.load_case.touching;
     const hyperelastic::ContactSettings settings{.stiffness = penalty * std::sqrt(ball.radius * ball.press.norm()) /
                                                               tests::SimpleShear::young_modulus,
@@ -193,7 +231,7 @@ ShearedColumn shear_column(double part_of_slip, double beyond) {
 
 /// The part of the half-space on one side of the plane along which a ball is dragged, cut out near the contact.
 struct DraggedHalfSpace {
-    tests::HalfSpace space{.poisson = 0.49};
+    HalfSpace space{.poisson = 0.49};
     double friction = 0.3, way; ///< of the ball, over that at which everything slips
     double size = 8.0 * space.contact_radius();
 
@@ -203,27 +241,8 @@ struct DraggedHalfSpace {
     double stick_radius() const { return std::cbrt(1.0 - drag()); }
 
     core::Problem problem() const {
-        constexpr int bricks = 4;
-        auto mesh = tests::box_mesh({2.0 * size, size, size}, {2 * bricks, bricks, bricks});
-        for (auto &point : mesh.points)
-            point -= Vector3(size, 0.0, size);
-        const auto body = tests::make_body(std::move(mesh), {1000.0, tests::HalfSpace::modulus, space.poisson});
-        auto load_case = tests::empty_load_case(body->mesh);
-        for (const auto *patch : {"x_min", "x_max", "y_min", "y_max", "z_min"})
-            tests::prescribe(load_case, body->mesh, patch, Vector3::Zero());
-        load_case.conditions.push_back({"touch", core::ConditionKind::touch});
-        load_case.touching =
-            core::TouchingTool{.radius = tests::HalfSpace::ball_radius,
-                               .start = {0.0, 0.0, tests::HalfSpace::ball_radius},
-                               .press = {way * space.way_to_slip(friction), 0.0, -tests::HalfSpace::depth},
-                               .friction = friction,
-                               .constraint = load_case.num_constraints() - 1};
-        core::Problem problem{body, load_case};
-        for (const double radii : {5.0, 3.2, 2.0}) {
-            const core::InteriorPlace contact{Vector3::Zero(), space.contact_radius()};
-            problem = core::refine_near_places(problem, std::span(&contact, 1), radii).problem;
-        }
-        return problem;
+        return cut_out(space, {2.0 * size, size, size}, {-size, 0.0, -size}, {8, 4, 4},
+                       {way * space.way_to_slip(friction), 0.0, -HalfSpace::depth}, friction, {5.0, 3.2, 2.0});
     }
 
     /// Symmetry, and on the outer faces what both forces do far away.
@@ -265,9 +284,7 @@ TEST(StickAndSlip, AColumnSlipsWithTheForceOfTheCone) {
 TEST(StickAndSlip, OfADraggedBallIsThatOfCattaneoAndMindlin) {
     const DraggedHalfSpace half{.way = 0.5};
     const auto problem = half.problem();
-    const hyperelastic::Elements elements(problem.body, 2, fem_reference::Formulation::displacement,
-                                          hyperelastic::material_law("neo_hookean"),
-                                          hyperelastic::TetrahedronRule::four_points);
+    const auto elements = with_four_points(problem.body);
     // Friction has no multipliers: a soft penalty would let points that stick go along.
     hyperelastic::TouchingBall ball(elements.system(), *problem.body, problem.load_case, {.stiffness = 400.0});
     const auto path = hyperelastic::follow(
@@ -287,12 +304,7 @@ TEST(StickAndSlip, OfADraggedBallIsThatOfCattaneoAndMindlin) {
     EXPECT_LT(std::abs(dragged), 0.01);
 }
 
-namespace {
-
-using hyperelastic::Elements;
 using hyperelastic::TouchingBall;
-
-} // namespace
 
 /// Every point that the ball drags along is on the cone of friction, and so is their sum where the surface is flat.
 TEST(TouchingBall, SlidesWithCoulombsForce) {
@@ -316,8 +328,7 @@ TEST(TouchingBall, SlidesWithCoulombsForce) {
 TEST(TouchingBall, NewtonsMethodFollowsADeepPressInFewIterations) {
     const Vector3 size(0.048, 0.048, 0.032);
     const auto body = tests::make_body(tests::shaken_box_mesh(size, {6, 6, 4}), {1060.0, 5000.0, 0.45});
-    auto load_case = tests::empty_load_case(body->mesh);
-    tests::prescribe(load_case, body->mesh, "z_min", Vector3::Zero());
+    auto load_case = tests::held(body->mesh, "z_min");
     constexpr double radius = 0.012;
     load_case.touching = core::TouchingTool{.radius = radius,
                                             .start = {0.0231, 0.0253, size.z() + radius},
@@ -342,8 +353,7 @@ TEST(TouchingBall, NewtonsMethodFollowsADeepPressInFewIterations) {
 /// penalty will do.
 TEST(TouchingBall, ForceConvergesWithThePenaltyAndAugmentationReplacesIt) {
     const auto problem = tests::touched_block(0.0, {0.0, 0.0, -0.004});
-    const Elements elements(problem.body, 2, fem_reference::Formulation::displacement,
-                            hyperelastic::material_law("neo_hookean"), hyperelastic::TetrahedronRule::fourteen_points);
+    const auto elements = tests::neo_hookean_elements(problem.body);
     const auto conditions = fem_reference::dof_conditions(problem.load_case, elements.system());
     const auto force = [&](const hyperelastic::ContactSettings &settings) {
         TouchingBall ball(elements.system(), *problem.body, problem.load_case, settings);

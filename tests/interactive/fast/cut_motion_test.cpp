@@ -1,5 +1,3 @@
-#include "interactive/cut_motion.hpp"
-
 #include <algorithm>
 #include <functional>
 #include <gtest/gtest.h>
@@ -10,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"
 #include "tests/oracles/slow_methods.hpp"
 
@@ -30,7 +29,7 @@ Vector3 middle_of(const core::TetraMesh &mesh, int tetrahedron) {
     return middle;
 }
 
-/// What is left of a body. Nodes that no tetrahedron has are left out, which gives those behind them other numbers.
+/// The rest of a body. Nodes that no tetrahedron has are left out, which gives those behind them other numbers.
 SceneCut left_of(const core::Body &body, std::vector<std::array<int, 4>> tetrahedra, std::vector<Vector3> points,
                  std::vector<int> parents) {
     core::Body left{.name = body.name, .mesh = {}, .materials = body.materials};
@@ -132,6 +131,15 @@ std::unique_ptr<Simulation> swinging(const interactive::Method &method, bool is_
     return simulation;
 }
 
+/// The node that each node of what is left was, or was parted from.
+std::vector<int> parent_nodes(const core::TetraMesh &before, const SceneCut &cut) {
+    std::vector<int> parents(cut.body->mesh.points.size());
+    for (std::size_t t = 0; t < cut.parent_tetrahedron.size(); ++t)
+        for (std::size_t k = 0; k < 4; ++k)
+            parents[cut.body->mesh.tetrahedra[t][k]] = before.tetrahedra[cut.parent_tetrahedron[t]][k];
+    return parents;
+}
+
 struct CutMotion : testing::TestWithParam<std::string> {
     const interactive::Method &method = interactive::find_method(GetParam());
 
@@ -142,7 +150,7 @@ struct CutMotion : testing::TestWithParam<std::string> {
     }
     int iterations() const { return visits_in_an_order() ? 300 : 20; }
 
-    /// Of positions, over the way of the steps; in double precision only factors are in another order.
+    /// Bound of positions, over the way of the steps; in double precision only factors are in another order.
     double tolerance(bool is_slow = false) const {
         if (visits_in_an_order()) // and gradients of constraints turn within a step, as the order has it
             return GetParam() == "vertex_block_descent" ? 0.02 : 0.05;
@@ -173,13 +181,9 @@ TEST_P(CutMotion, IsThatOfTheCutBodySetUpAnew) {
 TEST_P(CutMotion, IsToTheBitThatOfASetUpInTheSameOrders) {
     for (const auto &kind : kinds_of_cuts) {
         const auto before = swinging(method, true);
-        const auto &mesh = before->scene().body->mesh;
         const auto cut = kind.make(*before->scene().body);
         const auto after = interactive::continue_after_cut(method, *before, cut);
-        const auto parents = interactive::parents_of(mesh, cut.body->mesh, cut.parent_tetrahedron);
-        const auto fresh = set_up_anew(
-            method, *after, cut,
-            std::make_shared<const interactive::Orders>(as_cut(before->orders(), mesh, cut.body->mesh, parents)));
+        const auto fresh = set_up_anew(method, *after, cut, after->scene().orders);
         after->step(step_of_cut_tests, 5);
         fresh->step(step_of_cut_tests, 5);
         EXPECT_EQ(after->positions(), fresh->positions()) << kind.name;
@@ -190,32 +194,24 @@ TEST_P(CutMotion, IsToTheBitThatOfASetUpInTheSameOrders) {
 TEST_P(CutMotion, BeginsWhereEachNodeWasAndKeepsMomentum) {
     for (const auto &kind : kinds_of_cuts) {
         const auto before = swinging(method, false);
-        const auto &mesh = before->scene().body->mesh;
         const auto cut = kind.make(*before->scene().body);
         const auto after = interactive::continue_after_cut(method, *before, cut);
-        const auto parents = interactive::parents_of(mesh, cut.body->mesh, cut.parent_tetrahedron);
+        const auto parents = parent_nodes(before->scene().body->mesh, cut);
         Vector3 momentum = Vector3::Zero(), expected = momentum;
-        for (std::size_t i = 0; i < parents.node.size(); ++i) {
+        for (std::size_t i = 0; i < parents.size(); ++i) {
             const auto now = static_cast<Eigen::Index>(i);
-            EXPECT_EQ(after->positions().col(now), before->positions().col(parents.node[i]));
-            EXPECT_EQ(after->velocities().col(now), before->velocities().col(parents.node[i]));
-            expected += cut.node_mass[i] * before->velocities().col(parents.node[i]);
+            EXPECT_EQ(after->positions().col(now), before->positions().col(parents[i]));
+            EXPECT_EQ(after->velocities().col(now), before->velocities().col(parents[i]));
+            expected += cut.node_mass[i] * before->velocities().col(parents[i]);
             momentum += cut.node_mass[i] * after->velocities().col(now);
         }
         EXPECT_EQ(momentum, expected);
         if (kind.make == parted_from_above) { // nothing is gone
-            Vector3 all = Vector3::Zero(), left = all, force = all, force_left = all;
-            for (Eigen::Index i = 0; i < before->velocities().cols(); ++i) {
-                all += before->scene().node_mass[i] * before->velocities().col(i);
-                force += before->external_forces().col(i);
-            }
-            for (Eigen::Index i = 0; i < after->velocities().cols(); ++i) {
-                left += after->scene().node_mass[i] * after->velocities().col(i);
-                force_left += after->external_forces().col(i);
-            }
+            const Vector3 all = tests::momentum_of(*before), force = before->external_forces().rowwise().sum();
             // Quadratic tetrahedra take the mean density around their nodes, and that of a copy is another one.
-            EXPECT_LT((left - all).norm(), (GetParam() == "tled_quadratic" ? 2e-3 : 1e-12) * all.norm());
-            EXPECT_LT((force_left - force).norm(), 1e-12 * force.norm());
+            EXPECT_LT((tests::momentum_of(*after) - all).norm(),
+                      (GetParam() == "tled_quadratic" ? 2e-3 : 1e-12) * all.norm());
+            EXPECT_LT((after->external_forces().rowwise().sum() - force).norm(), 1e-12 * force.norm());
         }
     }
 }
@@ -235,12 +231,10 @@ TEST_P(CutMotion, KeepsConstrainedNodesAndTheirCopiesAtTheirTargets) {
 TEST_P(CutMotion, KeepsTheOrdersOfTheBodyBefore) {
     const auto before = swinging(method, true);
     before->prepare(step_of_cut_tests);
-    const auto &mesh = before->scene().body->mesh;
     for (const auto &kind : kinds_of_cuts) {
-        const auto cut = kind.make(*before->scene().body);
-        const auto after = interactive::continue_after_cut(method, *before, cut);
-        const auto parents = interactive::parents_of(mesh, cut.body->mesh, cut.parent_tetrahedron);
-        const auto expected = as_cut(before->orders(), mesh, cut.body->mesh, parents), found = after->orders();
+        const auto after = interactive::continue_after_cut(method, *before, kind.make(*before->scene().body));
+        const auto &expected = *after->scene().orders;
+        const auto found = after->orders();
         if (before->scene().own_nodes.empty()) {
             EXPECT_EQ(found.rows, expected.rows);
         }
@@ -276,34 +270,14 @@ TEST_P(CutMotion, RefusesParentsThatAreNone) {
     EXPECT_THROW(interactive::continue_after_cut(method, *before, cut), std::invalid_argument);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, CutMotion, testing::ValuesIn([] {
-                             std::vector<std::string> names;
-                             for (const auto &method : interactive::all_methods())
-                                 names.push_back(method.name);
-                             return names;
-                         }()),
-                         [](const auto &info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(All, CutMotion, testing::ValuesIn(tests::method_names()),
+                         [](const auto &of) { return of.param; });
 
-/// Of all methods together, of the bar.
-interactive::Orders orders_of_bar(const interactive::Scene &scene) {
-    interactive::Orders all;
-    for (const char *name : {"tled", "xpbd_springs", "vertex_block_descent"}) {
-        const auto orders = interactive::find_method(name).prepare(scene)->orders();
-        const auto take = [](auto &into, const auto &from) {
-            if (!from.empty())
-                into = from;
-        };
-        if (orders.fans.size() > 0)
-            all.fans = orders.fans;
-        take(all.rows, orders.rows);
-        take(all.tetrahedron_colour, orders.tetrahedron_colour);
-        take(all.edge_colour, orders.edge_colour);
-        take(all.edges.edges, orders.edges.edges);
-        take(all.edges.tetrahedron_edge, orders.edges.tetrahedron_edge);
-        take(all.node_colour, orders.node_colour);
-        take(all.strips, orders.strips);
-    }
-    return all;
+/// Orders of a method on a body, as a cut leaves them.
+std::shared_ptr<const interactive::Orders> orders_as_cut(const char *method, const interactive::Scene &scene,
+                                                         const SceneCut &cut) {
+    const auto &of = interactive::find_method(method);
+    return interactive::continue_after_cut(of, *of.prepare(scene), cut)->scene().orders;
 }
 
 template <std::size_t n>
@@ -322,72 +296,65 @@ TEST(OrdersOfACutBody, AreOrdersOfIt) {
         const auto scene = tests::uneven_scene({6, 2, 2}, true);
         const auto cut = kind.make(*scene.body);
         const auto &mesh = cut.body->mesh;
-        const auto parents = interactive::parents_of(scene.body->mesh, mesh, cut.parent_tetrahedron);
-        const auto orders = as_cut(orders_of_bar(scene), scene.body->mesh, mesh, parents);
-        auto rows = orders.rows;
+        const auto with_fans = orders_as_cut("tled", scene, cut),
+                   with_edges = orders_as_cut("xpbd_springs", scene, cut),
+                   with_nodes = orders_as_cut("vertex_block_descent", scene, cut);
+        auto rows = with_fans->rows;
         std::ranges::sort(rows);
         std::vector<int> all(mesh.points.size());
         std::iota(all.begin(), all.end(), 0);
         EXPECT_EQ(rows, all);
-        expect_apart(orders.tetrahedron_colour, mesh.tetrahedra);
-        expect_apart(orders.edge_colour, core::edge_table(mesh.tetrahedra).edges);
-        ASSERT_EQ(orders.node_colour.size(), mesh.points.size());
+        expect_apart(with_edges->tetrahedron_colour, mesh.tetrahedra);
+        expect_apart(with_edges->edge_colour, core::edge_table(mesh.tetrahedra).edges);
+        ASSERT_EQ(with_nodes->node_colour.size(), mesh.points.size());
         for (const auto &nodes : mesh.tetrahedra)
             for (std::size_t a = 0; a < 4; ++a)
                 for (std::size_t b = a + 1; b < 4; ++b)
-                    EXPECT_NE(orders.node_colour[nodes[a]], orders.node_colour[nodes[b]]);
+                    EXPECT_NE(with_nodes->node_colour[nodes[a]], with_nodes->node_colour[nodes[b]]);
         std::vector<int> times(mesh.tetrahedra.size(), 0);
-        for (std::size_t f = 0; f < orders.fans.size(); ++f) {
-            const auto rim = orders.fans.rim(f), numbers = orders.fans.tetrahedra(f);
+        const auto &fans = with_fans->fans;
+        for (std::size_t f = 0; f < fans.size(); ++f) {
+            const auto rim = fans.rim(f), numbers = fans.tetrahedra(f);
             ASSERT_EQ(rim.size(), numbers.size() + 1);
             for (std::size_t k = 0; k < numbers.size(); ++k) {
                 ++times[numbers[k]];
                 auto nodes = mesh.tetrahedra[numbers[k]];
-                std::array of_fan{orders.fans.axis(f)[0], orders.fans.axis(f)[1], rim[k], rim[k + 1]};
+                std::array in_fan{fans.axis(f)[0], fans.axis(f)[1], rim[k], rim[k + 1]};
                 std::ranges::sort(nodes);
-                std::ranges::sort(of_fan);
-                EXPECT_EQ(nodes, of_fan);
+                std::ranges::sort(in_fan);
+                EXPECT_EQ(nodes, in_fan);
             }
         }
         EXPECT_EQ(std::ranges::count(times, 1), std::ssize(times));
     }
 }
 
-/// Those of an edge table that knows nothing of the body before.
+/// The edges of a table that knows nothing of the body before.
 TEST(OrdersOfACutBody, HaveTheEdgesOfTheCutBodyInTheirOrder) {
-    const auto expect_same = [](const core::TetraMesh &before, const core::TetraMesh &after,
-                                const std::vector<int> &parent_tetrahedron, const char *what) {
-        const auto edges = core::edge_table(before.tetrahedra), expected = core::edge_table(after.tetrahedra);
-        const auto parents = interactive::parents_of(before, after, parent_tetrahedron);
-        const auto found = interactive::edges_as_cut(edges, after, parents);
-        EXPECT_EQ(found.table.edges, expected.edges) << what;
-        EXPECT_EQ(found.table.tetrahedron_edge, expected.tetrahedron_edge) << what;
-        ASSERT_EQ(found.parent.size(), expected.edges.size()) << what;
-        for (std::size_t t = 0; t < parent_tetrahedron.size(); ++t)
-            for (std::size_t e = 0; e < 6; ++e)
-                EXPECT_EQ(found.parent[expected.tetrahedron_edge[t][e]],
-                          edges.tetrahedron_edge[parent_tetrahedron[t]][e]);
-    };
     const auto scene = tests::uneven_scene({6, 2, 2}, false);
-    const auto &whole = scene.body->mesh;
     for (const auto &kind : kinds_of_cuts) {
         const auto cut = kind.make(*scene.body);
-        const auto &mesh = cut.body->mesh;
-        EXPECT_NE(core::edge_table(mesh.tetrahedra).edges, core::edge_table(whole.tetrahedra).edges);
-        expect_same(whole, mesh, cut.parent_tetrahedron, kind.name);
         // Nodes may have any numbers, and tetrahedra may stand in any order.
-        std::mt19937 random(3);
-        std::vector<int> number(mesh.points.size());
+        auto shuffled = cut;
+        core::Body body = *cut.body;
+        std::vector<int> number(body.mesh.points.size());
         std::iota(number.begin(), number.end(), 0);
-        std::ranges::shuffle(number, random);
-        auto shuffled = mesh;
-        for (auto &nodes : shuffled.tetrahedra)
+        std::ranges::shuffle(number, std::mt19937(3));
+        for (std::size_t i = 0; i < number.size(); ++i)
+            body.mesh.points[number[i]] = cut.body->mesh.points[i];
+        for (auto &nodes : body.mesh.tetrahedra)
             for (int &node : nodes)
                 node = number[node];
-        auto parent = cut.parent_tetrahedron;
-        std::swap(shuffled.tetrahedra.front(), shuffled.tetrahedra.back());
-        std::swap(parent.front(), parent.back());
-        expect_same(whole, shuffled, parent, kind.name);
+        std::swap(body.mesh.tetrahedra.front(), body.mesh.tetrahedra.back());
+        std::swap(body.mesh.region.front(), body.mesh.region.back());
+        std::swap(shuffled.parent_tetrahedron.front(), shuffled.parent_tetrahedron.back());
+        shuffled.body = std::make_shared<const core::Body>(std::move(body));
+        for (const auto &of : {cut, shuffled}) {
+            const auto found = orders_as_cut("xpbd_springs", scene, of)->edges;
+            const auto expected = core::edge_table(of.body->mesh.tetrahedra);
+            EXPECT_EQ(found.edges, expected.edges) << kind.name;
+            EXPECT_EQ(found.tetrahedron_edge, expected.tetrahedron_edge) << kind.name;
+        }
     }
 }
 
@@ -396,14 +363,13 @@ TEST(OrdersOfACutBody, KeepStripsAwayFromTheCutAlone) {
     for (const auto &kind : kinds_of_cuts) {
         const auto cut = kind.make(*scene.body);
         const auto &mesh = cut.body->mesh;
-        const auto parents = interactive::parents_of(scene.body->mesh, mesh, cut.parent_tetrahedron);
-        const auto orders = as_cut(orders_of_bar(scene), scene.body->mesh, mesh, parents);
+        const auto strips = orders_as_cut("vertex_block_descent", scene, cut)->strips;
         std::vector<int> num_kept(mesh.points.size(), 0), num_around = num_kept;
         for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
             for (const int node : mesh.tetrahedra[t])
                 ++num_around[node];
-        for (std::size_t i = 0; i < orders.strips.size(); ++i)
-            for (const auto &entry : orders.strips[i])
+        for (std::size_t i = 0; i < strips.size(); ++i)
+            for (const auto &entry : strips[i])
                 if (entry.triangle >= 0) {
                     ++num_kept[i];
                     const auto &nodes = mesh.tetrahedra[entry.triangle];

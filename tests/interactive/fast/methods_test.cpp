@@ -1,7 +1,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <gtest/gtest.h>
-#include <map>
+#include <stdexcept>
 #include <string>
 
 #include "interactive/equilibrium.hpp"
@@ -17,16 +17,6 @@ using core::Vector3;
 using interactive::Field;
 using tests::bar_scene;
 using tests::noise;
-
-/// So many iterations that more would change nothing, at the steps of 2 ms that are taken here.
-int many_iterations(const std::string &method) {
-    static const std::map<std::string, int> many{{"corotational_implicit", 300}, {"tled", 20},
-                                                 {"tled_nodal_pressure", 20},    {"xpbd_springs", 4000},
-                                                 {"xpbd_neo_hookean", 4000},     {"vertex_block_descent", 1500},
-                                                 {"projective_dynamics", 1500},  {"fast_mass_spring", 1500},
-                                                 {"tled_quadratic", 40}};
-    return many.at(method);
-}
 
 constexpr double time_step = 2e-3;
 
@@ -103,18 +93,12 @@ TEST_P(InteractiveMethod, FliesAsARigidBodyDoes) {
 
 TEST_P(InteractiveMethod, ConservesMomentumOnceItsIterationsHaveConverged) {
     const auto simulation = method.prepare(bar_scene(false));
-    const auto &mass = simulation->scene().node_mass;
-    const auto momentum = [&] {
-        Vector3 sum = Vector3::Zero();
-        for (Eigen::Index i = 0; i < simulation->velocities().cols(); ++i)
-            sum += mass[i] * simulation->velocities().col(i);
-        return sum;
-    };
     simulation->set_state(simulation->positions(), noise(simulation->positions().cols(), 0.2, 3));
-    const Vector3 before = momentum();
+    const Vector3 before = tests::momentum_of(*simulation);
+    const int iterations = method.is_explicit ? 40 : 4000; // more would change nothing
     for (int i = 0; i < 3; ++i)
-        simulation->step(time_step, many_iterations(method.name));
-    EXPECT_LT((momentum() - before).norm(), 1e-7 * before.norm());
+        simulation->step(time_step, iterations);
+    EXPECT_LT((tests::momentum_of(*simulation) - before).norm(), 1e-7 * before.norm());
     EXPECT_GT(simulation->elastic_forces().norm(), 0.01); // it did deform
 }
 
@@ -151,7 +135,7 @@ TEST_P(InteractiveMethod, RestsWhereReactionsCarryTheExternalForces) {
     EXPECT_LT(rest.positions.row(2).minCoeff(), -1e-4); // it did sag
 }
 
-/// What presses to a depth is a load: the one that it reports.
+/// A press to a depth is a load: the one that it reports.
 TEST_P(InteractiveMethod, RestsAtADepthUnderTheForceThatMovesAsFar) {
     const auto simulation = method.prepare(bar_scene(true));
     const Field rest = interactive::rest_positions(simulation->scene());
@@ -175,18 +159,20 @@ TEST_P(InteractiveMethod, RestsAtADepthUnderTheForceThatMovesAsFar) {
     EXPECT_GT(pressed[1].load, 1.5 * pressed[0].load);
 }
 
-std::string name_of(const testing::TestParamInfo<std::string> &info) {
-    return info.param;
+INSTANTIATE_TEST_SUITE_P(All, InteractiveMethod, testing::ValuesIn(tests::method_names()),
+                         [](const auto &of) { return of.param; });
+
+TEST(Scene, WithoutAMassForEachNodeOrWithANodeConstrainedTwiceIsRefused) {
+    auto light = bar_scene(true), twice = light;
+    light.node_mass.pop_back();
+    twice.constrained_nodes.push_back(twice.constrained_nodes.front());
+    for (const auto &scene : {light, twice})
+        EXPECT_THROW(interactive::find_method("corotational_implicit").prepare(scene), std::invalid_argument);
 }
 
-std::vector<std::string> names() {
-    std::vector<std::string> names;
-    for (const auto &method : interactive::all_methods())
-        names.push_back(method.name);
-    return names;
+TEST(Method, IsNotFoundUnderAnotherName) {
+    EXPECT_THROW(interactive::find_method("nothing"), std::invalid_argument);
 }
-
-INSTANTIATE_TEST_SUITE_P(All, InteractiveMethod, testing::ValuesIn(names()), name_of);
 
 } // namespace
 } // namespace livermark

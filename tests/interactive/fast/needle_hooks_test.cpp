@@ -4,12 +4,14 @@
 
 #include "core/mesh/places.hpp"
 #include "interactive/equilibrium.hpp"
-#include "tests/interactive/both_precisions.hpp"
+#include "interactive/method.hpp"
+#include "tests/interactive/moving_scene.hpp"
+#include "tests/oracles/slow_methods.hpp"
 
 namespace livermark::interactive {
 namespace {
 
-/// What an action gives nodes after each step is what a force in the step gives them.
+/// An action after each step gives nodes what a force in the step gives them.
 TEST(ActionsAfterSteps, ActAsForcesInTheSteps) {
     constexpr double pull = 2e-3;
     for (const std::string name : {"tled", "tled_nodal_pressure"}) {

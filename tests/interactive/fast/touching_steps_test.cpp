@@ -10,6 +10,7 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
+#include "tests/interactive/moving_scene.hpp"
 #include "tests/oracles/slow_methods.hpp"
 #include "tests/samples/touched_block.hpp"
 
@@ -98,13 +99,9 @@ TEST_P(TouchingSteps, MoveAsInDoublePrecision) {
         EXPECT_LT((fast.displacement[frame] - slow.displacement[frame]).norm(), 2e-3 * slow.displacement[frame].norm());
 }
 
-INSTANTIATE_TEST_SUITE_P(All, TouchingSteps, testing::ValuesIn([] {
-                             std::vector<std::string> names;
-                             for (const auto &method : interactive::all_methods())
-                                 if (method.knows_contact)
-                                     names.push_back(method.name);
-                             return names;
-                         }()),
+INSTANTIATE_TEST_SUITE_P(All, TouchingSteps, testing::ValuesIn(tests::method_names([](const auto &method) {
+                             return method.knows_contact;
+                         })),
                          [](const auto &of) { return of.param; });
 
 } // namespace
