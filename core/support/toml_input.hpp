@@ -6,11 +6,14 @@
 
 #include <array>
 #include <filesystem>
+#include <fmt/core.h>
 #include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
+
+#include "core/support/input_error.hpp"
 
 namespace livermark::support {
 
@@ -38,6 +41,14 @@ toml::table parse_toml(const std::string &text, const std::filesystem::path &fil
 
 /// Place of a node of a parsed table: "file:line".
 std::string place_of(const toml::node &node);
+
+/// Refuses what stands at a node: "file:line: fault".
+/// @param fault  as for fmt::format(), with the remedy
+/// @throws InputError
+template <class... Values>
+[[noreturn]] void refuse(const toml::node &node, fmt::format_string<Values...> fault, Values &&...values) {
+    throw InputError("{}: {}", place_of(node), fmt::format(fault, std::forward<Values>(values)...));
+}
 
 /// Refuses keys that nobody would read, and names the nearest known one.
 /// @throws InputError

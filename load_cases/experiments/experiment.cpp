@@ -38,8 +38,7 @@ FittedMotion::FittedMotion(std::span<const Vector3> positions, std::span<const V
     const int needed = num_coefficients(degree);
     const auto count = static_cast<int>(positions.size());
     const auto refuse = [&](const std::string &fault) {
-        throw support::InputError(
-            fmt::format("{}: {}; take a polynomial of lower degree, or more markers", place, fault));
+        throw support::InputError("{}: {}; take a polynomial of lower degree, or more markers", place, fault);
     };
     if (count < needed)
         refuse(fmt::format("{} markers do not determine the {} coefficients of a polynomial of degree {}", count,
@@ -84,14 +83,14 @@ Vector3 FittedMotion::at(const Vector3 &point) const {
 void drive(core::LoadCase &load_case, const core::TetraMesh &mesh, const PlaceMotion &place) {
     const auto facets = core::facets_in_patch(mesh, place.patch);
     if (facets.empty())
-        throw support::InputError(fmt::format("markers drive '{}', and the body has no such patch; it has {}",
-                                              support::shown(place.patch), fmt::join(core::patches_of(mesh), ", ")));
+        throw support::InputError("markers drive '{}', and the body has no such patch; it has {}",
+                                  support::shown(place.patch), fmt::join(core::patches_of(mesh), ", "));
     load_case.node_shift.resize(mesh.points.size(), Vector3::Zero());
     for (const int f : facets) {
         if (!load_case.is_constrained(f))
-            throw support::InputError(fmt::format("markers drive '{}', and nothing constrains it; give it a "
-                                                  "[[condition]] with displacement = [0.0, 0.0, 0.0]",
-                                                  place.patch));
+            throw support::InputError("markers drive '{}', and nothing constrains it; give it a [[condition]] with "
+                                      "displacement = [0.0, 0.0, 0.0]",
+                                      place.patch);
         for (const int node : mesh.boundary_triangles[f])
             load_case.node_shift[node] = place.motion.at(mesh.points[node]);
     }
@@ -138,18 +137,15 @@ core::Body with_added_mass(core::Body body, double mass, const Vector3 &low, con
         if ((middle.array() < low.array()).any() || (middle.array() > high.array()).any())
             continue;
         if (region >= 0 && region != mesh.region[t])
-            throw support::InputError(
-                fmt::format("a mass of {} kg is put into regions {} and {} of {}; put it into one", mass,
-                            mesh.region_names[region], mesh.region_names[mesh.region[t]], body.name));
+            throw support::InputError("a mass of {} kg is put into regions {} and {} of {}; put it into one", mass,
+                                      mesh.region_names[region], mesh.region_names[mesh.region[t]], body.name);
         region = mesh.region[t];
         mesh.region[t] = added;
         volume += volumes[t];
     }
     if (region < 0)
         throw support::InputError(
-            fmt::format("a mass of {} kg is put where {} has no tetrahedra; take a larger box, or "
-                        "shorter edges",
-                        mass, body.name));
+            "a mass of {} kg is put where {} has no tetrahedra; take a larger box, or shorter edges", mass, body.name);
     mesh.region_names.push_back(mesh.region_names[region] + " with a mass");
     body.materials.push_back(body.materials[region]);
     body.materials.back().density += mass / volume;
@@ -175,41 +171,40 @@ void check(const Experiment &experiment, const std::string &place) {
     const auto outside = MarkerField(body.mesh, positions).outside();
     for (std::size_t k = 0; k < outside.size(); ++k)
         if (!(outside[k] <= farthest))
-            throw support::InputError(fmt::format(
-                "{}: marker {} is {:.3g} mm outside the body, and {:.3g} mm are the most for one on a peg (half "
-                "of the thinnest side, a fifth of the diagonal); check the unit and the frame of the "
-                "markers, and where the body is",
-                place, experiment.markers[k].name, core::millimetres * outside[k], core::millimetres * farthest));
+            throw support::InputError("{}: marker {} is {:.3g} mm outside the body, and {:.3g} mm are the most for one "
+                                      "on a peg (half of the thinnest side, a fifth of the diagonal); check the unit "
+                                      "and the frame of the markers, and where the body is",
+                                      place, experiment.markers[k].name, core::millimetres * outside[k],
+                                      core::millimetres * farthest);
     if (experiment.states.empty())
-        throw support::InputError(fmt::format("{}: nothing was measured; add a state", place));
+        throw support::InputError("{}: nothing was measured; add a state", place);
     for (const auto &ring_down : experiment.ring_downs)
         for (const auto &repeat : ring_down.repeats)
             for (const auto &displacement : repeat.displacement)
                 if (!(displacement.norm() <= extent))
                     throw support::InputError(
-                        fmt::format("{}: a marker is {:.3g} m from rest while {} rings down, and the body is {:.3g} m "
-                                    "across; check the unit and whether positions stand where displacements should",
-                                    place, displacement.norm(), ring_down.state, extent));
+                        "{}: a marker is {:.3g} m from rest while {} rings down, and the body is {:.3g} m across; "
+                        "check the unit and whether positions stand where displacements should",
+                        place, displacement.norm(), ring_down.state, extent);
     for (const auto &state : experiment.states) {
         std::size_t num_compared = 0;
         if (state.displacement.size() != experiment.markers.size())
-            throw support::InputError(fmt::format("{}: state {} has {} markers and the body {}; give each a position",
-                                                  place, state.name, state.displacement.size(),
-                                                  experiment.markers.size()));
+            throw support::InputError("{}: state {} has {} markers and the body {}; give each a position", place,
+                                      state.name, state.displacement.size(), experiment.markers.size());
         for (std::size_t k = 0; k < state.displacement.size(); ++k) {
             const auto &displacement = state.displacement[k];
             const bool is_seen = displacement.allFinite();
             if (is_seen && displacement.norm() > extent)
                 throw support::InputError(
-                    fmt::format("{}: marker {} moved by {:.3g} m in state {}, and the body is {:.3g} m across; check "
-                                "the unit and whether positions stand where displacements should",
-                                place, experiment.markers[k].name, displacement.norm(), state.name, extent));
+                    "{}: marker {} moved by {:.3g} m in state {}, and the body is {:.3g} m across; check the unit and "
+                    "whether positions stand where displacements should",
+                    place, experiment.markers[k].name, displacement.norm(), state.name, extent);
             if (experiment.markers[k].drives.empty() && is_seen)
                 ++num_compared;
         }
         if (num_compared < fewest_compared)
-            throw support::InputError(fmt::format("{}: {} markers can be compared in state {}; {} are needed", place,
-                                                  num_compared, state.name, fewest_compared));
+            throw support::InputError("{}: {} markers can be compared in state {}; {} are needed", place, num_compared,
+                                      state.name, fewest_compared);
     }
 }
 

@@ -52,12 +52,10 @@ void read_body(const toml::table &table, const std::filesystem::path &file, Expe
     const auto &body = support::required_table(table, "body");
     support::refuse_unknown_keys(body, {"box", "cylinder", "file"});
     if (body.size() != 1)
-        throw support::InputError(
-            fmt::format("{}: a body is one of box, cylinder and file; leave one of them in", support::place_of(body)));
+        support::refuse(body, "a body is one of box, cylinder and file; leave one of them in");
     if (body.contains("file")) {
         if (table.contains("material"))
-            throw support::InputError(fmt::format("{}: a body of a file has its materials there; leave [material] out",
-                                                  support::place_of(*table.get("material"))));
+            support::refuse(*table.get("material"), "a body of a file has its materials there; leave [material] out");
         const auto path = file.parent_path() / support::required_string(body, "file");
         experiment.body = [path](double) { return meshes::read_body(path); };
         return;
@@ -96,8 +94,7 @@ void read_body(const toml::table &table, const std::filesystem::path &file, Expe
 toml::array &states_of(toml::table &table) {
     auto *states = table.get("state");
     if (!states || !states->is_array_of_tables())
-        throw support::InputError(
-            fmt::format("{}: there is no [[state]]; add one for each state of the markers", support::place_of(table)));
+        support::refuse(table, "there is no [[state]]; add one for each state of the markers");
     return *states->as_array();
 }
 
@@ -141,8 +138,7 @@ core::Body body_of_ring_down(const toml::table &table, core::Body body) {
     support::refuse_unknown_keys(added, {"mass", "low", "high"});
     const double mass = support::required_number(added, "mass");
     if (!(mass > 0.0))
-        throw support::InputError(
-            fmt::format("{}: the added mass is {} kg; it has to be positive", support::place_of(added), mass));
+        support::refuse(added, "the added mass is {} kg; it has to be positive", mass);
     return with_added_mass(std::move(body), mass, support::required_vector(added, "low"),
                            support::required_vector(added, "high"));
 }
@@ -153,17 +149,17 @@ void read_ring_down(const toml::table &state, std::size_t number, const std::fil
     support::refuse_unknown_keys(table, {"motions", "held", "added_mass", "damping_from"});
     for (const auto &marker : experiment.markers)
         if (!marker.drives.empty())
-            throw support::InputError(fmt::format("{}: marker {} drives a place, and a body that rings down has none "
-                                                  "that is driven; leave the markers there out",
-                                                  support::place_of(table), marker.name));
+            support::refuse(table,
+                            "marker {} drives a place, and a body that rings down has none that is driven; leave the "
+                            "markers there out",
+                            marker.name);
     RingDown ring_down{.state = experiment.states[number].name, .repeats = {}, .body = {}, .load_case = {}};
     for (const auto &name : support::required_strings(table, "motions")) {
         const auto motion = read_motion(file.parent_path() / name, experiment.markers, unit);
         if (!ring_down.repeats.empty() && (motion.num_records() != ring_down.repeats.front().num_records() ||
                                            std::abs(motion.interval / ring_down.repeats.front().interval - 1.0) > 1e-3))
-            throw support::InputError(fmt::format("{}: {} has other times than the first of the motions; cut them to "
-                                                  "the same records",
-                                                  support::place_of(*table.get("motions")), name));
+            support::refuse(*table.get("motions"),
+                            "{} has other times than the first of the motions; cut them to the same records", name);
         ring_down.repeats.push_back(motion);
     }
     const auto table_of_state = [file, number](toml::table &again) -> toml::table & {
@@ -179,12 +175,12 @@ void read_ring_down(const toml::table &state, std::size_t number, const std::fil
     };
     const auto body = ring_down.body(experiment.edge_length);
     if (has_traction(experiment.states[number].load_case(body.mesh)))
-        throw support::InputError(fmt::format("{}: all forces are let go at the start of a ring-down, and state '{}' "
-                                              "has some that stay; give what hangs at the body as added_mass",
-                                              support::place_of(table), support::shown(ring_down.state)));
+        support::refuse(table,
+                        "all forces are let go at the start of a ring-down, and state '{}' has some that stay; give "
+                        "what hangs at the body as added_mass",
+                        support::shown(ring_down.state));
     if (!has_traction(ring_down.load_case(body.mesh)))
-        throw support::InputError(
-            fmt::format("{}: 'held' is not a force; give it a place and a force", support::place_of(table)));
+        support::refuse(table, "'held' is not a force; give it a place and a force");
     if (experiment.damping_from.empty() || support::optional_flag(table, "damping_from"))
         experiment.damping_from = ring_down.state;
     experiment.ring_downs.push_back(std::move(ring_down));
@@ -194,25 +190,21 @@ void read_states(toml::table &table, const std::filesystem::path &file, const Ma
                  Experiment &experiment) {
     double noise = 0.0;
     if (table.contains("noise") && !((noise = support::required_number(table, "noise")) >= 0.0))
-        throw support::InputError(fmt::format("{}: the noise is {} m; it has to be 0 or more",
-                                              support::place_of(*table.get("noise")), noise));
+        support::refuse(*table.get("noise"), "the noise is {} m; it has to be 0 or more", noise);
     auto &states = states_of(table);
     for (std::size_t s = 0; s < states.size(); ++s) {
         const auto &state = *states[s].as_table();
         const auto name = support::required_string(state, "name");
         for (const char *key : {"release", "tool", "scale_to_target", "target_peak_displacement"})
             if (state.contains(key))
-                throw support::InputError(fmt::format("{}: a state is at rest under what was done to the body; leave "
-                                                      "'{}' out",
-                                                      support::place_of(*state.get(key)), key));
+                support::refuse(*state.get(key), "a state is at rest under what was done to the body; leave '{}' out",
+                                key);
         const auto column = std::ranges::find(markers.states, name);
         if (column == markers.states.end())
-            throw support::InputError(fmt::format("{}: the markers have no state '{}'; they have {}",
-                                                  support::place_of(*state.get("name")), support::shown(name),
-                                                  fmt::join(markers.states, ", ")));
+            support::refuse(*state.get("name"), "the markers have no state '{}'; they have {}", support::shown(name),
+                            fmt::join(markers.states, ", "));
         if (std::ranges::find(experiment.states, name, &MeasuredState::name) != experiment.states.end())
-            throw support::InputError(
-                fmt::format("{}: state '{}' occurs twice; leave one out", support::place_of(state), name));
+            support::refuse(state, "state '{}' occurs twice; leave one out", name);
         experiment.states.push_back({name,
                                      [file, s](const core::TetraMesh &mesh) {
                                          auto again = parse(file);
@@ -237,8 +229,7 @@ Experiment read_experiment(const std::filesystem::path &toml_file,
     if (table.contains("fit_degree")) {
         const double degree = support::required_number(table, "fit_degree");
         if (degree != std::round(degree) || degree < 0.0 || degree > largest_degree)
-            throw support::InputError(fmt::format("{}: 'fit_degree' is a whole number from 0 to {}",
-                                                  support::place_of(*table.get("fit_degree")), largest_degree));
+            support::refuse(*table.get("fit_degree"), "'fit_degree' is a whole number from 0 to {}", largest_degree);
         experiment.fit_degree = static_cast<int>(degree);
     }
     read_body(table, toml_file, experiment);

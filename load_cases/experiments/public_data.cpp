@@ -1,7 +1,6 @@
 #include <array>
 #include <cstdlib>
 #include <filesystem>
-#include <fmt/format.h>
 
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
@@ -121,9 +120,9 @@ bool has_data(const PublicExperiment &experiment) {
 Experiment read_public(const PublicExperiment &experiment) {
     const auto data = data_folder() / experiment.data;
     if (!has_data(experiment))
-        throw support::InputError(fmt::format("{}: the data of experiment {} are not there; get them from {}, and put "
-                                              "them there or say in LIVERMARK_EXPERIMENTS which folder {} is in",
-                                              data.string(), experiment.name, experiment.source, experiment.data));
+        throw support::InputError("{}: the data of experiment {} are not there; get them from {}, and put them there "
+                                  "or say in LIVERMARK_EXPERIMENTS which folder {} is in",
+                                  data.string(), experiment.name, experiment.source, experiment.data);
     const auto answer = support::run_python("studies.public_data", {experiment.name, data.string()}, {},
                                             "an experiment of public data", "python3-numpy");
     auto result = experiment_of(support::parse_toml(answer, experiment.name + ".toml"), experiment.name);

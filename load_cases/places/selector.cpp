@@ -23,7 +23,7 @@ double pressure_on(const Selection &selection, const core::TetraMesh &mesh, int 
 } // namespace
 
 NotOnBody::NotOnBody(const std::string &where, std::string reason, const std::string &remedy)
-    : support::InputError(fmt::format("{}: {}; {}", where, reason, remedy)), reason_(std::move(reason)) {}
+    : support::InputError("{}: {}; {}", where, reason, remedy), reason_(std::move(reason)) {}
 
 std::vector<double> load_shares(const Selection &selection, const core::TetraMesh &mesh) {
     std::vector<double> shares(mesh.boundary_triangles.size(), 0.0);
@@ -50,8 +50,7 @@ bool is_round(const toml::table &place) {
         return false;
     const auto profile = support::required_string(place, "profile");
     if (profile != "round" && profile != "flat")
-        throw support::InputError(fmt::format("{}: there is no profile '{}'; a tool is \"round\" or \"flat\"",
-                                              support::place_of(*place.get("profile")), profile));
+        support::refuse(*place.get("profile"), "there is no profile '{}'; a tool is \"round\" or \"flat\"", profile);
     return profile == "round";
 }
 
@@ -71,8 +70,7 @@ Selection select_facets(const toml::table &condition, const core::TetraMesh &mes
         }
     }
     if (num_named != 1)
-        throw support::InputError(fmt::format("{}: a condition applies to one of '{}'; give one of them",
-                                              support::place_of(condition), fmt::join(known, "', '")));
+        support::refuse(condition, "a condition applies to one of '{}'; give one of them", fmt::join(known, "', '"));
     auto selection = chosen->select(condition, mesh, above);
     refuse_empty(selection, condition);
     return selection;

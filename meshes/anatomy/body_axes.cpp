@@ -281,11 +281,9 @@ SaidAxes read_axes(const toml::table &body) {
         return said;
     said.from_lps = as_rotation(node->is_string() ? lettered(word) : listed(*node));
     if (!said.from_lps)
-        throw support::InputError(fmt::format(
-            "{}: 'axes' has to be three letters that say where x, y and z of the mesh lead to, such as "
-            "\"LPS\" or \"RAS\", and make no mirror; or the patient's left, posterior and superior as three "
-            "perpendicular directions of length 1; or \"registered\" or \"unknown\"",
-            support::place_of(*node)));
+        support::refuse(*node, "'axes' has to be three letters that say where x, y and z of the mesh lead to, such as "
+                               "\"LPS\" or \"RAS\", and make no mirror; or the patient's left, posterior and superior "
+                               "as three perpendicular directions of length 1; or \"registered\" or \"unknown\"");
     return said;
 }
 

@@ -30,7 +30,7 @@ struct CutMesh {
 };
 
 [[noreturn]] void refuse(const Cut &cut, const std::string &what, const std::string &remedy) {
-    throw support::InputError(fmt::format("{}: {}; {}", cut.place, what, remedy));
+    throw support::InputError("{}: {}; {}", cut.place, what, remedy);
 }
 
 /// A blade without thickness, which parts.

@@ -60,7 +60,7 @@ CutWords words_of(const toml::table &cut) {
 }
 
 CutTool tool_of(const CutWords &words, const std::string &place) {
-    const auto refuse = [&](const char *what) { throw support::InputError(fmt::format("{}: {}", place, what)); };
+    const auto refuse = [&](const char *what) { throw support::InputError("{}: {}", place, what); };
     if (int{words.region.has_value()} + int{!words.half_space.empty()} + int{!words.blade.empty()} != 1)
         refuse("a cut needs a region, a half-space or a blade; give one of them");
     if (words.margin && !words.region)
@@ -85,7 +85,7 @@ CutTool tool_of(const CutWords &words, const std::string &place) {
 
 CutWay way_of(const std::string &word, const std::string &place) {
     if (word != "facets" && word != "exact")
-        throw support::InputError(fmt::format("{}: there is no way '{}' to cut; give facets or exact", place, word));
+        throw support::InputError("{}: there is no way '{}' to cut; give facets or exact", place, word);
     return word == "exact" ? CutWay::exact : CutWay::facets;
 }
 
@@ -96,8 +96,8 @@ SmallPieces fate_of_small_pieces(const std::string &word, const std::string &pla
         return SmallPieces::remove;
     if (word == "keep")
         return SmallPieces::keep;
-    throw support::InputError(
-        fmt::format("{}: there is no way '{}' to treat small pieces; give refuse, remove or keep", place, word));
+    throw support::InputError("{}: there is no way '{}' to treat small pieces; give refuse, remove or keep", place,
+                              word);
 }
 
 } // namespace
@@ -112,8 +112,7 @@ std::vector<Cut> read_cuts(const toml::table &table) {
     if (!node)
         return cuts;
     if (!node->is_array_of_tables())
-        throw support::InputError(
-            fmt::format("{}: 'cut' is not a list of tables; write [[cut]] above each", support::place_of(*node)));
+        support::refuse(*node, "'cut' is not a list of tables; write [[cut]] above each");
     for (const auto &entry : *node->as_array())
         cuts.push_back(cut_of(words_of(*entry.as_table()), support::place_of(entry)));
     return cuts;
@@ -173,8 +172,7 @@ std::filesystem::path write_body(std::filesystem::path mesh_file, const core::Bo
 
 void check_name_of_mesh(const std::filesystem::path &mesh_file) {
     if (mesh_file.extension() != ".msh")
-        throw support::InputError(
-            fmt::format("{}: the mesh is written as MSH; end its name in .msh", mesh_file.string()));
+        throw support::InputError("{}: the mesh is written as MSH; end its name in .msh", mesh_file.string());
 }
 
 std::vector<std::filesystem::path> write_cut_body(const std::filesystem::path &mesh_file, const CutBody &cut,

@@ -279,7 +279,7 @@ double distance_between(std::span<const std::array<core::Vector3, 3>> triangles,
 namespace {
 
 [[noreturn]] void refuse_tool(const Cut &cut, const std::string &what, const std::string &remedy) {
-    throw support::InputError(fmt::format("{}: {}; {}", cut.place, what, remedy));
+    throw support::InputError("{}: {}; {}", cut.place, what, remedy);
 }
 
 void refuse_infinite(std::span<const core::Vector3> points, const Cut &cut) {
@@ -302,7 +302,7 @@ void check_blade(const BladeCut &blade, const Cut &cut) {
 } // namespace
 
 CutNotOnBody::CutNotOnBody(const std::string &place, std::string reason, std::string remedy)
-    : InputError(fmt::format("{}: {}; {}", place, reason, remedy)), place_(place), reason_(std::move(reason)),
+    : InputError("{}: {}; {}", place, reason, remedy), place_(place), reason_(std::move(reason)),
       remedy_(std::move(remedy)) {}
 
 void check_cut(const Cut &cut, const core::TetraMesh &mesh) {

@@ -132,7 +132,7 @@ namespace {
 
 void check_length(double length, const std::string &what) {
     if (!(length > 0.0) || !std::isfinite(length))
-        throw support::InputError(fmt::format("the {} of a box is {} m; give a positive length", what, length));
+        throw support::InputError("the {} of a box is {} m; give a positive length", what, length);
 }
 
 void name_sides(core::TetraMesh &mesh) {

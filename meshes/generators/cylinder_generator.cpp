@@ -33,12 +33,10 @@ double side_of_cube_like_cylinder(double radius, double height, double edge_leng
 core::TetraMesh generate_cylinder(double radius, double height, double edge_length) {
     for (const auto &[length, what] : {std::pair{radius, "radius"}, {height, "height"}, {edge_length, "edge length"}})
         if (!(length > 0.0) || !std::isfinite(length))
-            throw support::InputError(
-                fmt::format("the {} of a cylinder is {} m; give a positive length", what, length));
+            throw support::InputError("the {} of a cylinder is {} m; give a positive length", what, length);
     if (edge_length > radius)
-        throw support::InputError(fmt::format("the edges of a cylinder are {} m long and its radius is {} m; make them "
-                                              "shorter",
-                                              edge_length, radius));
+        throw support::InputError("the edges of a cylinder are {} m long and its radius is {} m; make them shorter",
+                                  edge_length, radius);
     auto mesh = filled_cylinder(radius, height, edge_length);
     mesh.region.assign(mesh.tetrahedra.size(), 0);
     mesh.region_names = {"solid"};

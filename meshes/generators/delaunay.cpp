@@ -89,10 +89,9 @@ std::string text_of_expected_tetrahedra(double expected) {
 void check_number_of_tetrahedra(const std::string &what, double side_of_cube, double edge_length) {
     const double expected = expected_tetrahedra(side_of_cube, edge_length);
     if (!(expected <= most_tetrahedra))
-        throw support::InputError(
-            fmt::format("the edges are too short: {} with edges of {:g} m would have {}, and {:.0f} are the most; make "
-                        "them longer, or check that lengths are in metres",
-                        what, edge_length, text_of_expected_tetrahedra(expected), most_tetrahedra));
+        throw support::InputError("the edges are too short: {} with edges of {:g} m would have {}, and {:.0f} are the "
+                                  "most; make them longer, or check that lengths are in metres",
+                                  what, edge_length, text_of_expected_tetrahedra(expected), most_tetrahedra);
 }
 
 namespace {
@@ -101,8 +100,7 @@ void check_size(const Solid &solid, double edge_length) {
     constexpr double longest = 1e6; // [m], of what OpenCASCADE calculates with
     check_number_of_tetrahedra(fmt::format("a {} of {}", solid.name, solid.size), solid.side_of_cube, edge_length);
     if (!(solid.longest_side <= longest))
-        throw support::InputError(
-            fmt::format("a side of {:g} m is too long to mesh; give lengths in metres", solid.longest_side));
+        throw support::InputError("a side of {:g} m is too long to mesh; give lengths in metres", solid.longest_side);
 }
 
 } // namespace

@@ -131,11 +131,11 @@ int checked_target(int asked_for, bool has_lesions) {
     const int canonical = has_lesions ? tumour_liver_tetrahedra : healthy_liver_tetrahedra;
     const int target = asked_for == 0 ? canonical : asked_for;
     if (target < smallest_target)
-        throw support::InputError(fmt::format("a liver of {} tetrahedra cannot show its anatomy; ask for {} or more",
-                                              target, smallest_target));
+        throw support::InputError("a liver of {} tetrahedra cannot show its anatomy; ask for {} or more", target,
+                                  smallest_target);
     if (target > most_tetrahedra)
-        throw support::InputError(
-            fmt::format("a liver of {} tetrahedra is too large; ask for {:g} or fewer", target, most_tetrahedra));
+        throw support::InputError("a liver of {} tetrahedra is too large; ask for {:g} or fewer", target,
+                                  most_tetrahedra);
     return target;
 }
 
@@ -350,8 +350,7 @@ LiverFit adjusted(const LiverFit &fit, const std::vector<BoundarySample> &sample
 void write_liver_body(const std::filesystem::path &mesh_file, const core::TetraMesh &mesh, const LiverVariant &variant,
                       const std::string &command) {
     if (mesh_file.extension() != ".msh")
-        throw support::InputError(
-            fmt::format("{}: the mesh is written as MSH; end its name in .msh", mesh_file.string()));
+        throw support::InputError("{}: the mesh is written as MSH; end its name in .msh", mesh_file.string());
     auto text = fmt::format("# Axes: x to the patient's left, y posterior, z superior (LPS) [m].\n"
                             "title = \"Liver of {:.2f} L, {} lesions\"\nmesh = '{}'\ngenerator = '{}'\n",
                             1e3 * variant.volume, variant.lesions.size(), mesh_file.filename().string(), command);

@@ -326,8 +326,8 @@ std::vector<Lesion> draw_lesions(RandomNumbers &random, const LiverShape &shape)
 
 LiverVariant draw_liver(int number) {
     if (number < 1)
-        throw support::InputError(fmt::format(
-            "there is no variant {} of the liver; give a number from 1, or 0 for the one that ships", number));
+        throw support::InputError(
+            "there is no variant {} of the liver; give a number from 1, or 0 for the one that ships", number);
     RandomNumbers random(static_cast<std::uint64_t>(number));
     LiverVariant variant;
     variant.number = number;

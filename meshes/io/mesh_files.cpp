@@ -87,10 +87,10 @@ void refuse_segmentation(const fs::path &file) {
     const auto ends_so = [&](std::string_view ending) { return name.ends_with(ending); };
     const bool is_image = std::ranges::any_of(images, ends_so);
     if (is_image || std::ranges::any_of(surfaces, ends_so))
-        throw support::InputError(fmt::format(
+        throw support::InputError(
             "{}: this is {}, not a mesh of tetrahedra; make a body of it with `livermark mesh {} {} -o body.msh`",
             file.string(), is_image ? "an image" : "a surface", is_image ? "--labels" : "--surfaces",
-            file.filename().string()));
+            file.filename().string());
 }
 
 } // namespace
@@ -107,8 +107,8 @@ UnitGuess guess_unit(const std::vector<core::Vector3> &points, double volume, co
         static_cast<std::size_t>(std::ranges::lower_bound(longest_organ, longest) - longest_organ.begin());
     if (!(longest > 0.0) || unit == longest_organ.size())
         throw support::InputError(
-            fmt::format("{}: its longest side is {:g}, which fits no organ in m, cm or mm; set 'unit' in a body .toml",
-                        file, longest));
+            "{}: its longest side is {:g}, which fits no organ in m, cm or mm; set 'unit' in a body .toml", file,
+            longest);
     const auto &[name, metres] = support::length_units[unit];
     const double litres = 1e3 * volume * metres * metres * metres;
     UnitGuess guess{std::string(name), metres, {}};

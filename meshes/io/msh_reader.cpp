@@ -65,7 +65,7 @@ template <class Number> bool is_read(std::string_view text, Number &value) {
 } // namespace
 
 void MshTokens::fail(const std::string &what) const {
-    throw support::InputError(fmt::format("{}:{}: {}", file_, line_, what));
+    throw support::InputError("{}:{}: {}", file_, line_, what);
 }
 
 bool MshTokens::at_word() {

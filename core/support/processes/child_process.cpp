@@ -183,13 +183,13 @@ ScratchFolder::ScratchFolder() {
     const bool is_empty = named && *named == '\0';
     auto parent = is_empty ? std::filesystem::path("/tmp") : std::filesystem::temp_directory_path(error);
     if (error) {
-        throw InputError(fmt::format("TMPDIR: '{}' is not a folder ({}); set it to one that is writable, or unset it",
-                                     named ? named : "", error.message()));
+        throw InputError("TMPDIR: '{}' is not a folder ({}); set it to one that is writable, or unset it",
+                         named ? named : "", error.message());
     }
     auto name = (parent / "livermark_XXXXXX").string();
     if (!mkdtemp(name.data()))
-        throw InputError(fmt::format("{}: no folder can be made here ({}); set TMPDIR to one that is writable",
-                                     parent.string(), std::strerror(errno)));
+        throw InputError("{}: no folder can be made here ({}); set TMPDIR to one that is writable", parent.string(),
+                         std::strerror(errno));
     path = name;
     remove_when_ended(path.string());
 }
@@ -264,8 +264,8 @@ Converted convert_by_script(const std::string &script, const std::filesystem::pa
     if (status != 0) {
         const auto reason = lines.empty() ? std::string("no reason given") : lines.back();
         const auto of_modules = remedy_for_modules(lines);
-        throw InputError(fmt::format("{}: cannot be converted ({}); {}", file.string(), reason,
-                                     of_modules.empty() ? remedy : of_modules));
+        throw InputError("{}: cannot be converted ({}); {}", file.string(), reason,
+                         of_modules.empty() ? remedy : of_modules);
     }
     return {read_text(text), std::move(lines)};
 }
@@ -335,9 +335,8 @@ std::string run_python(const std::string &part, const std::vector<std::string> &
         if (lacking.empty())
             lacking = last.find(": ") == std::string::npos ? last : last.substr(last.find(": ") + 2);
     }
-    throw InputError(fmt::format("{} needs libraries of Python ({}); {}", purpose,
-                                 lacking.empty() ? "it does not start" : lacking,
-                                 remedy.empty() ? "apt-get install " + packages : remedy));
+    throw InputError("{} needs libraries of Python ({}); {}", purpose, lacking.empty() ? "it does not start" : lacking,
+                     remedy.empty() ? "apt-get install " + packages : remedy);
 }
 
 namespace {

@@ -29,9 +29,8 @@ constexpr const char *segmentation_storage = "1.2.840.10008.5.1.4.1.1.66.4";
 constexpr const char *label_map_storage = "1.2.840.10008.5.1.4.1.1.66.7";
 
 [[noreturn]] void refuse_dicom(const fs::path &file, const std::string &what) {
-    throw support::InputError(fmt::format("{}: {}; export it as NIfTI or NRRD, as with 3D Slicer or dcmqi's "
-                                          "segimage2itkimage",
-                                          file.string(), what));
+    throw support::InputError("{}: {}; export it as NIfTI or NRRD, as with 3D Slicer or dcmqi's segimage2itkimage",
+                              file.string(), what);
 }
 
 /// The first item of a sequence, if it is there.

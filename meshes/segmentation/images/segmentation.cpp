@@ -101,13 +101,12 @@ void tell_of_codes(const LabelImage &image, std::vector<std::string> &remarks) {
 int guessed_liver(const LabelImage &image, const std::vector<int> &there, const std::vector<int> &tumours) {
     if (static_cast<int>(there.size()) > max_labels_to_guess)
         throw support::InputError(
-            fmt::format("{}: it has {} labels, more than a liver and its lesions; name them with --liver and --tumours",
-                        image.name, there.size()));
+            "{}: it has {} labels, more than a liver and its lesions; name them with --liver and --tumours", image.name,
+            there.size());
     const auto first =
         std::ranges::find_if(there, [&](int label) { return std::ranges::find(tumours, label) == tumours.end(); });
     if (first == there.end())
-        throw support::InputError(
-            fmt::format("{}: every label is a tumour's; name the liver's with --liver", image.name));
+        throw support::InputError("{}: every label is a tumour's; name the liver's with --liver", image.name);
     return *first;
 }
 
@@ -125,9 +124,9 @@ LabelChoice chosen_by_file(const LabelImage &image, const std::vector<int> &ther
         return choice;
     }
     if (roles[core::SegmentRole::unnamed].size() < there.size())
-        throw support::InputError(fmt::format("{}: none of its segments is a liver by its name: {}; if one is, give "
-                                              "its label to `livermark mesh --labels` with --liver",
-                                              image.name, shown_labels(image, there)));
+        throw support::InputError("{}: none of its segments is a liver by its name: {}; if one is, give its label to "
+                                  "`livermark mesh --labels` with --liver",
+                                  image.name, shown_labels(image, there));
     choice.liver = {guessed_liver(image, there, tumours)};
     if (tumours.empty())
         std::ranges::copy_if(there, std::back_inserter(choice.tumours), [&](int l) { return l != choice.liver[0]; });
@@ -144,15 +143,15 @@ LabelChoice chosen_by_file(const LabelImage &image, const std::vector<int> &ther
 LabelChoice completed(const LabelChoice &choice, const LabelImage &image, std::vector<std::string> &remarks) {
     const auto there = labels_of(image);
     if (there.empty())
-        throw support::InputError(fmt::format("{}: every voxel is background, so there is no liver in it", image.name));
+        throw support::InputError("{}: every voxel is background, so there is no liver in it", image.name);
     for (const auto *labels : {&choice.liver, &choice.tumours})
         for (const int label : *labels)
             if (std::ranges::find(there, label) == there.end())
-                throw support::InputError(
-                    fmt::format("{}: no voxel has the label {}; it has {}", image.name, label, fmt::join(there, ", ")));
+                throw support::InputError("{}: no voxel has the label {}; it has {}", image.name, label,
+                                          fmt::join(there, ", "));
     for (const int label : choice.tumours)
         if (std::ranges::find(choice.liver, label) != choice.liver.end())
-            throw support::InputError(fmt::format("label {} cannot be both liver and tumour; name it once", label));
+            throw support::InputError("label {} cannot be both liver and tumour; name it once", label);
     return choice.liver.empty() ? chosen_by_file(image, there, choice.tumours, remarks) : choice;
 }
 
@@ -299,8 +298,8 @@ Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, d
         }
         const auto number = result.region_names.size();
         if (number > max_lesions)
-            throw support::InputError(fmt::format(
-                "{}: there are more than {} lesions; name fewer labels with --tumours", image.name, max_lesions));
+            throw support::InputError("{}: there are more than {} lesions; name fewer labels with --tumours",
+                                      image.name, max_lesions);
         result.region_names.push_back(fmt::format("tumour_{}", number));
         result.remarks.push_back(fmt::format("tumour_{}: {} of label {}", number,
                                              millilitres(lesion.voxels.size(), image.grid), lesion.label));
@@ -312,9 +311,8 @@ Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, d
                                              "tetrahedra would resolve smaller ones",
                                              num_small, 1e6 * smallest_lesion, millilitres(small_voxels, image.grid)));
     if (std::ranges::find(result.region, 1) == result.region.end())
-        throw support::InputError(fmt::format("{}: nothing of the liver is left beside its lesions; check --liver and "
-                                              "--tumours",
-                                              image.name));
+        throw support::InputError("{}: nothing of the liver is left beside its lesions; check --liver and --tumours",
+                                  image.name);
     return result;
 }
 

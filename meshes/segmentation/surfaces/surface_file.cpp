@@ -140,8 +140,7 @@ TriangleSoup read_plain(const fs::path &file, std::vector<std::string> &remarks)
     const bool is_read = plain.text ? read_soup_of_text(ending, *plain.text, soup)
                                     : CGAL::IO::read_polygon_soup(file.string(), soup.points, soup.triangles);
     if (!is_read || soup.triangles.empty())
-        throw InputError(
-            fmt::format("{}: no triangles can be read from it; export the surface as {}", file.string(), formats));
+        throw InputError("{}: no triangles can be read from it; export the surface as {}", file.string(), formats);
     cut_polygons(soup, file.string(), remarks);
     return soup;
 }
@@ -164,8 +163,7 @@ TriangleSoup read_converted(const fs::path &file, const support::Converted &conv
     std::istringstream text(converted.text);
     TriangleSoup soup;
     if (!CGAL::IO::read_OFF(text, soup.points, soup.triangles) || soup.triangles.empty())
-        throw InputError(
-            fmt::format("{}: no triangles can be read from it; export the surface as {}", file.string(), formats));
+        throw InputError("{}: no triangles can be read from it; export the surface as {}", file.string(), formats);
     return soup;
 }
 
@@ -250,13 +248,12 @@ ReadSurfaces read_surfaces_here(const fs::path &file, const std::optional<suppor
     auto soup = read_soup(file, converted, read.remarks);
     for (const auto &p : soup.points)
         if (!std::isfinite(p.x()) || !std::isfinite(p.y()) || !std::isfinite(p.z()))
-            throw InputError(
-                fmt::format("{}: a coordinate is not a finite number; export the surface again", file.string()));
+            throw InputError("{}: a coordinate is not a finite number; export the surface again", file.string());
     for (const auto &triangle : soup.triangles)
         for (const auto corner : triangle)
             if (corner >= soup.points.size())
-                throw InputError(fmt::format("{}: a triangle names corner {} of {}; export the surface again",
-                                             file.string(), corner, soup.points.size()));
+                throw InputError("{}: a triangle names corner {} of {}; export the surface again", file.string(),
+                                 corner, soup.points.size());
     turn_to_lps(soup, file, read.remarks);
     if (!are_lesions) {
         read.surfaces.push_back(united(closed_parts(std::move(soup), file.string(), read.remarks)));
@@ -270,7 +267,7 @@ ReadSurfaces read_surfaces_here(const fs::path &file, const std::optional<suppor
 std::vector<meshes::SurfaceMesh> read_apart(const fs::path &file, bool are_lesions, std::vector<std::string> &remarks) {
     std::error_code error;
     if (!fs::exists(file, error))
-        throw InputError(fmt::format("{}: there is no such file; check the path", file.string()));
+        throw InputError("{}: there is no such file; check the path", file.string());
     support::check_readable(file);
     const auto converted = converted_if_needed(file);
     constexpr double bytes_per_byte = 2000.0; // exact numbers where triangles cut each other

@@ -125,14 +125,13 @@ Segmentation voxels_within(const std::vector<meshes::SurfaceMesh> &surfaces, dou
         .grid = {.spacing = Vector3::Constant(spacing)}, .region = {}, .region_names = {"parenchyma"}, .remarks = {}};
     constexpr std::size_t most_lesions = 254;
     if (surfaces.size() > most_lesions + 1)
-        throw InputError(fmt::format("there are {} lesions, and a body can have {}; leave out the smallest",
-                                     surfaces.size() - 1, most_lesions));
+        throw InputError("there are {} lesions, and a body can have {}; leave out the smallest", surfaces.size() - 1,
+                         most_lesions);
     constexpr double most_voxels = 1 << 28;
     if (const double wanted = ((high - low) / spacing).prod(); !(wanted < most_voxels))
-        throw InputError(
-            fmt::format("the first surface fills so little of the box around it that {:.2g} voxels would be "
-                        "needed; is it the liver's?",
-                        wanted));
+        throw InputError("the first surface fills so little of the box around it that {:.2g} voxels would be needed; "
+                         "is it the liver's?",
+                         wanted);
     result.grid.origin = low.array() - margin * spacing;
     for (int d = 0; d < 3; ++d)
         result.grid.size[static_cast<std::size_t>(d)] =
@@ -156,10 +155,9 @@ Segmentation voxels_within(const std::vector<meshes::SurfaceMesh> &surfaces, dou
             tell_of_outside(s, meshes::enclosed_volume(surfaces[s]),
                             static_cast<double>(num_filled) * voxel_volume(result.grid), result.remarks);
         if (num_filled == 0)
-            throw InputError(
-                fmt::format("surface {} of {} contains no part of the liver, which is the first; are both in the "
-                            "same coordinates, and is it larger than {:.2g} mm?",
-                            s + 1, surfaces.size(), 1e3 * spacing));
+            throw InputError("surface {} of {} contains no part of the liver, which is the first; are both in the same "
+                             "coordinates, and is it larger than {:.2g} mm?",
+                             s + 1, surfaces.size(), 1e3 * spacing);
     }
     const auto volumes = region_volumes(result);
     for (std::size_t r = 0; r < volumes.size(); ++r)
