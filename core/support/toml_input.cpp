@@ -106,6 +106,12 @@ toml::table parse_toml(const std::string &text, const std::filesystem::path &fil
     }
 }
 
+std::string quoted(const std::string &text) {
+    std::ostringstream stream;
+    stream << toml::value<std::string>(text);
+    return stream.str();
+}
+
 std::string place_of(const toml::node &node) {
     const auto &source = node.source();
     return fmt::format("{}:{}", source.path ? *source.path : "TOML text", source.begin.line);

@@ -39,6 +39,9 @@ std::vector<std::string> list_toml(const std::filesystem::path &folder);
 /// @throws InputError if it is not TOML
 toml::table parse_toml(const std::string &text, const std::filesystem::path &file);
 
+/// A string as TOML has it, in quotes.
+std::string quoted(const std::string &text);
+
 /// Place of a node of a parsed table: "file:line".
 std::string place_of(const toml::node &node);
 

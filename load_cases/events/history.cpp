@@ -42,6 +42,20 @@ core::PronySeries series_of(const toml::table &table, const std::string &name) {
     return series;
 }
 
+/// Reads a Prony series:
+///
+///     title = "what relaxes"
+///     moduli = [0.3, 0.3]   # g_k, parts of the shear modulus of the elastic law that fade; their sum is below 1
+///     times = [1.86, 51.3]  # tau_k [s], as many
+///     source = "where the numbers come from"
+///
+/// @throws support::InputError with file, line and remedy
+core::PronySeries read_prony_series(const std::filesystem::path &toml_file) {
+    const auto table = support::parse_toml(support::read_text(toml_file), toml_file);
+    support::refuse_unknown_keys(table, {"title", "moduli", "times", "source"});
+    return series_of(table, toml_file.stem().string());
+}
+
 core::PronySeries read_relaxation(const toml::table &history, const std::filesystem::path &file) {
     const auto *node = history.get("relaxation");
     if (node && node->is_table()) {
@@ -191,12 +205,6 @@ void refuse_history_of_rest(const Reading &reading) {
 }
 
 } // namespace
-
-core::PronySeries read_prony_series(const std::filesystem::path &toml_file) {
-    const auto table = support::parse_toml(support::read_text(toml_file), toml_file);
-    support::refuse_unknown_keys(table, {"title", "moduli", "times", "source"});
-    return series_of(table, toml_file.stem().string());
-}
 
 namespace events {
 

@@ -1,4 +1,4 @@
-#include "load_cases/readers/needle_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -11,10 +11,8 @@
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
 #include "core/tool/needle/needle_line.hpp"
-#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/event_reader.hpp"
-#include "load_cases/readers/load_case_tables.hpp"
 
 namespace livermark::load_cases {
 

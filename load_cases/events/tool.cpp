@@ -5,10 +5,9 @@
 
 #include "core/support/input_error.hpp"
 #include "core/tool/tool_motion.hpp"
-#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
 #include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "load_cases/readers/load_case_tables.hpp"
 
 namespace livermark::load_cases {
 

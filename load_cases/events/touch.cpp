@@ -7,7 +7,6 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/input_error.hpp"
-#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_reader.hpp"

@@ -14,7 +14,7 @@
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "load_cases/experiments/experiment.hpp"
-#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
 
 namespace livermark::experiments {
 
@@ -29,6 +29,43 @@ std::string trimmed(const std::string &cell) {
     constexpr const char *blanks = " \t\r\"";
     const auto first = cell.find_first_not_of(blanks);
     return first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(blanks) - first + 1);
+}
+
+/// The cells of a line of a CSV file from outside.
+struct CsvRow {
+    std::string place; ///< "file:line", for messages
+    std::vector<std::string> cells;
+};
+
+/// Rows of a CSV file. Quotes and blanks around cells are left out; lines without any text are no rows.
+/// @throws support::InputError if it cannot be read
+std::vector<CsvRow> read_csv(const std::filesystem::path &file) {
+    std::istringstream text(support::read_text(file));
+    std::vector<CsvRow> rows;
+    std::string line, cell;
+    for (int number = 1; std::getline(text, line); ++number) {
+        CsvRow row{fmt::format("{}:{}", file.string(), number), {}};
+        std::istringstream cells(line + ",");
+        while (std::getline(cells, cell, ','))
+            row.cells.push_back(trimmed(cell));
+        if (!std::ranges::all_of(row.cells, &std::string::empty))
+            rows.push_back(std::move(row));
+    }
+    return rows;
+}
+
+/// A finite number of a cell.
+/// @throws support::InputError
+double number_in(const CsvRow &row, std::size_t column) {
+    double number = 0.0;
+    std::string_view text = row.cells.at(column);
+    if (text.starts_with('+') && !text.starts_with("+-"))
+        text.remove_prefix(1); // which from_chars does not know
+    const auto [next, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc{} || next != text.data() + text.size() || !std::isfinite(number))
+        throw support::InputError("{}: '{}' in column {} is not a finite number; correct the line", row.place,
+                                  support::shown(text), column + 1);
+    return number;
 }
 
 /// The states that a header names.
@@ -88,33 +125,6 @@ std::vector<std::size_t> columns_of(const CsvRow &header, std::span<const Marker
 }
 
 } // namespace
-
-std::vector<CsvRow> read_csv(const std::filesystem::path &file) {
-    std::istringstream text(support::read_text(file));
-    std::vector<CsvRow> rows;
-    std::string line, cell;
-    for (int number = 1; std::getline(text, line); ++number) {
-        CsvRow row{fmt::format("{}:{}", file.string(), number), {}};
-        std::istringstream cells(line + ",");
-        while (std::getline(cells, cell, ','))
-            row.cells.push_back(trimmed(cell));
-        if (!std::ranges::all_of(row.cells, &std::string::empty))
-            rows.push_back(std::move(row));
-    }
-    return rows;
-}
-
-double number_in(const CsvRow &row, std::size_t column) {
-    double number = 0.0;
-    std::string_view text = row.cells.at(column);
-    if (text.starts_with('+') && !text.starts_with("+-"))
-        text.remove_prefix(1); // which from_chars does not know
-    const auto [next, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc{} || next != text.data() + text.size() || !std::isfinite(number))
-        throw support::InputError("{}: '{}' in column {} is not a finite number; correct the line", row.place,
-                                  support::shown(text), column + 1);
-    return number;
-}
 
 MarkerTable read_markers(const std::filesystem::path &file, double metres_per_unit) {
     const auto rows = read_csv(file);
@@ -269,28 +279,24 @@ constexpr double gauge_18 = 0.00127; ///< [m]
 /// Nobody drives a needle that far, or pushes a biopsy needle so.
 constexpr double deepest = 0.5, strongest = 100.0;
 /// Part of the force before, of a surface that gave way.
-constexpr double of_puncture = 0.5;
+constexpr double punctured = 0.5;
 
 } // namespace
 
-bool has_needle_curve() {
-    std::error_code ignored;
-    return std::filesystem::exists(data_folder() / curve_file, ignored);
-}
-
 NeedleCurve read_needle_curve() {
-    const auto file = data_folder() / curve_file;
-    if (!has_needle_curve())
+    const auto file = public_data(curve_file);
+    if (!file)
         throw support::InputError("{}: the measured needle is not there; get it from {}, as lines of depth [m] and "
-                                  "force [N], and put it there or say in LIVERMARK_EXPERIMENTS which folder {} is in",
-                                  file.string(), curve_source, curve_file);
+                                  "force [N], and set the environment variable LIVERMARK_EXPERIMENTS to the folder "
+                                  "that this file is in",
+                                  curve_file, curve_source);
     NeedleCurve curve{.source = curve_source,
                       .unknown = {"how large the liver was, how it was held, and how stiff it was",
                                   "where in it the needle went, and what vessels and septa were on the way"},
                       .diameter = gauge_18,
                       .depth = {},
                       .force = {}};
-    for (const auto &row : read_csv(file)) {
+    for (const auto &row : read_csv(*file)) {
         if (row.cells.size() != 2)
             throw support::InputError("{}: the line has {} cells and not 2; correct it", row.place, row.cells.size());
         const double depth = number_in(row, 0), force = number_in(row, 1);
@@ -301,16 +307,16 @@ NeedleCurve read_needle_curve() {
         curve.force.push_back(force);
     }
     if (curve.depth.empty())
-        throw support::InputError("{}: there are no points; take the public file", file.string());
+        throw support::InputError("{}: there are no points; take the public file", file->string());
     return curve;
 }
 
 std::vector<CurveBin> binned(const NeedleCurve &curve, double width) {
-    std::map<int, std::vector<double>> of_bin;
+    std::map<int, std::vector<double>> bin_forces;
     for (std::size_t p = 0; p < curve.depth.size(); ++p)
-        of_bin[static_cast<int>(std::max(0.0, curve.depth[p]) / width)].push_back(curve.force[p]);
+        bin_forces[static_cast<int>(std::max(0.0, curve.depth[p]) / width)].push_back(curve.force[p]);
     std::vector<CurveBin> bins;
-    for (const auto &[number, forces] : of_bin) {
+    for (const auto &[number, forces] : bin_forces) {
         double sum = 0.0;
         for (const double force : forces)
             sum += force;
@@ -324,9 +330,9 @@ MeasuredPuncture puncture_of(const NeedleCurve &curve, double width) {
     double highest = 0.0;
     for (const auto &bin : binned(curve, width)) {
         // Before the surface is pressed at all there is nothing but noise.
-        if (bin.highest < of_puncture * highest && highest > 0.0) {
+        if (bin.highest < punctured * highest && highest > 0.0) {
             const auto at = std::ranges::find(curve.force, highest) - curve.force.begin();
-            if (highest >= of_puncture * *std::ranges::max_element(curve.force))
+            if (highest >= punctured * *std::ranges::max_element(curve.force))
                 return {curve.depth[static_cast<std::size_t>(at)], highest};
         }
         highest = std::max(highest, bin.highest);

@@ -1,4 +1,4 @@
-#include "load_cases/readers/effects.hpp"
+#include "load_cases/readers/event_reader.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/support/input_error.hpp"
-#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
 
 namespace livermark::load_cases {
 
@@ -237,6 +237,10 @@ const Quantities &effect_quantities() {
     return quantities;
 }
 
+namespace {
+
+/// @param table  of the condition; the effect uses the mesh later on
+/// @throws support::InputError unless it has one of the keys, with a value that makes sense
 Effect read_effect(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const auto is_given = [&](const EffectReader &reader) { return table.contains(reader.key); };
     if (std::ranges::count_if(effect_readers, is_given) != 1)
@@ -248,8 +252,6 @@ Effect read_effect(const toml::table &table, const Selection &selection, const c
         effect.round = selection.tool;
     return effect;
 }
-
-namespace {
 
 using core::Vector3;
 

@@ -12,11 +12,8 @@
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
-#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
-#include "load_cases/readers/effects.hpp"
 #include "load_cases/readers/event_reader.hpp"
-#include "load_cases/readers/load_case_tables.hpp"
 
 namespace livermark::load_cases {
 

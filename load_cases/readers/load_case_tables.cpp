@@ -1,4 +1,4 @@
-#include "load_cases/readers/load_case_tables.hpp"
+#include "load_cases/readers/event_reader.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,6 @@
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
 #include "load_cases/places/selector.hpp"
-#include "load_cases/readers/effects.hpp"
-#include "load_cases/readers/event_reader.hpp"
 
 namespace livermark::load_cases {
 

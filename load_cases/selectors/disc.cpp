@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 
 namespace livermark::load_cases::selectors {

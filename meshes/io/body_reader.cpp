@@ -12,7 +12,7 @@
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
-#include "meshes/anatomy/body_axes.hpp"
+#include "meshes/anatomy/liver_patches.hpp"
 #include "meshes/cutting/cut_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
@@ -26,8 +26,11 @@ constexpr double heaviest = 1e5;  // [kg/m^3] metals have 2e4
 constexpr double stiffest = 1e13; // [Pa] diamond has 1e12
 constexpr double lightest = 1e-6, softest = 1e-6;
 
-} // namespace
-
+/// Refuses what no material has.
+/// @param place  where it is from, for messages
+/// @throws support::InputError for a density or Young's modulus that is not positive, a Poisson's ratio outside (-1,
+/// 0.5)
+///   or too close to 0.5
 void check_material(const core::Material &material, const std::string &place) {
     if (!(material.density > 0.0))
         throw support::InputError("{}: the density is {} kg/m^3; it has to be positive", place, material.density);
@@ -49,9 +52,12 @@ void check_material(const core::Material &material, const std::string &place) {
                                   place, material.poisson_ratio, core::largest_poisson_ratio);
 }
 
+/// @throws support::InputError for a key that no material has
 void refuse_unknown_material_keys(const toml::table &table) {
     support::refuse_unknown_keys(table, {"density", "young_modulus", "poisson_ratio", "source"});
 }
+
+} // namespace
 
 core::Material read_material(const toml::table &table) {
     refuse_unknown_material_keys(table);

@@ -47,6 +47,20 @@ MeshFigures mesh_figures(const core::TetraMesh &mesh) {
     return figures;
 }
 
+std::vector<int> keep_used_groups(std::vector<int> &groups, std::vector<std::string> &names) {
+    const std::set<int> used(groups.begin(), groups.end());
+    std::vector<std::string> kept;
+    std::map<int, int> number;
+    for (const int group : used) {
+        number[group] = static_cast<int>(kept.size());
+        kept.push_back(names[group]);
+    }
+    for (int &group : groups)
+        group = number.at(group);
+    names = std::move(kept);
+    return {used.begin(), used.end()};
+}
+
 std::string to_text(const MeshFigures &figures) {
     return fmt::format("tetrahedra        {}\n"
                        "nodes             {}\n"

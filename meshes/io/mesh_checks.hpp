@@ -43,6 +43,11 @@ MeshFigures mesh_figures(const core::TetraMesh &mesh);
 /// The figures as lines of "name value unit", for people.
 std::string to_text(const MeshFigures &figures);
 
+/// Takes the names out that no element has; the others keep their order.
+/// @param groups  of each element the index into names, which follows them
+/// @return the former indices of the names that stay
+std::vector<int> keep_used_groups(std::vector<int> &groups, std::vector<std::string> &names);
+
 /// Contents of a mesh file, before anything is believed. Node numbers are indices into points; the tags are the file's
 /// own numbers and are kept to name places in messages.
 struct RawMesh {

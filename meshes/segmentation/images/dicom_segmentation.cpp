@@ -1,4 +1,4 @@
-#include "meshes/segmentation/images/dicom_segmentation.hpp"
+#include "meshes/segmentation/images/image_values.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
-#include "meshes/segmentation/images/image_bytes.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
 
 namespace livermark::segmentation {
 

@@ -1,4 +1,4 @@
-#include "meshes/segmentation/images/image_bytes.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,6 @@
 
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
-#include "meshes/segmentation/images/nifti_header.hpp"
 
 namespace livermark::segmentation {
 

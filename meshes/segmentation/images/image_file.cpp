@@ -27,9 +27,8 @@
 #include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
 #include "core/support/processes/own_process.hpp"
-#include "meshes/segmentation/images/dicom_segmentation.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
 #include "meshes/segmentation/images/image_values.hpp"
-#include "meshes/segmentation/images/nifti_header.hpp"
 
 namespace livermark::segmentation {
 

@@ -16,9 +16,8 @@
 
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
-#include "meshes/segmentation/images/dicom_segmentation.hpp"
-#include "meshes/segmentation/images/image_bytes.hpp"
-#include "meshes/segmentation/images/nifti_header.hpp"
+#include "meshes/io/mesh_files.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
 
 namespace livermark::segmentation {
 
@@ -30,19 +29,13 @@ using support::InputError;
 constexpr double largest_image = 1 << 28; // voxels; the largest abdominal scans have about this many
 constexpr double best_compression = 1100; // zlib cannot do better
 
-std::string first_bytes_of(const fs::path &file) {
-    std::string bytes(3, '\0');
-    std::ifstream(file, std::ios::binary).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    return bytes;
-}
-
 itk::ImageIOBase::Pointer reader_of(const fs::path &file) {
     for (const itk::ImageIOBase::Pointer &io :
          {itk::ImageIOBase::Pointer(itk::NiftiImageIO::New()), itk::ImageIOBase::Pointer(itk::NrrdImageIO::New()),
           itk::ImageIOBase::Pointer(itk::MetaImageIO::New())})
         if (io->CanReadFile(file.c_str()))
             return io;
-    if (const auto first = first_bytes_of(file); first.starts_with("\xef\xbb\xbf"))
+    if (const auto first = meshes::first_bytes(file); first.starts_with("\xef\xbb\xbf"))
         throw InputError("{}: it begins with a byte order mark, which no reader of such images passes over; save its "
                          "header without one, as plain ASCII",
                          file.string());

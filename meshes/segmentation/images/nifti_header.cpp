@@ -1,4 +1,4 @@
-#include "meshes/segmentation/images/nifti_header.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>

@@ -1,4 +1,4 @@
-#include "meshes/segmentation/meshing/mesh_cleaning.hpp"
+#include "meshes/segmentation/meshing/mesh_operations.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -8,7 +8,6 @@
 #include <set>
 
 #include "meshes/generators/surface_mesh.hpp"
-#include "meshes/segmentation/meshing/edge_operations.hpp"
 
 namespace livermark::segmentation {
 
@@ -199,6 +198,13 @@ int region_around(const core::TetraMesh &mesh, const MeshLinks &links, const std
     return best;
 }
 
+/// The tetrahedra of each part of a region that hangs together across faces, largest part first.
+std::vector<std::vector<int>> mesh_pieces(const core::TetraMesh &mesh) {
+    auto pieces = connected(mesh, mesh_links(mesh), [](int a, int b) { return a == b; });
+    std::ranges::stable_sort(pieces, std::greater(), [&](const auto &piece) { return volume_of(mesh, piece); });
+    return pieces;
+}
+
 void dissolve_islands(core::TetraMesh &mesh, const std::vector<LabelPiece> &wanted) {
     auto left = num_pieces_of(wanted);
     const auto links = mesh_links(mesh);
@@ -284,12 +290,6 @@ void open_pinch(core::TetraMesh &mesh, const MeshLinks &links, int node) {
 }
 
 } // namespace
-
-std::vector<std::vector<int>> mesh_pieces(const core::TetraMesh &mesh) {
-    auto pieces = connected(mesh, mesh_links(mesh), [](int a, int b) { return a == b; });
-    std::ranges::stable_sort(pieces, std::greater(), [&](const auto &piece) { return volume_of(mesh, piece); });
-    return pieces;
-}
 
 int num_wrong_pieces(const core::TetraMesh &mesh, const std::vector<LabelPiece> &wanted) {
     auto count = num_pieces_of(wanted);

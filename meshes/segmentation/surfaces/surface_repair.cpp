@@ -229,16 +229,16 @@ double area_of_part(const CgalSurface &part) {
 /// Parts of which the largest is closed, as they are or of a wrap.
 std::vector<CgalSurface> parts_or_wrap(TriangleSoup soup, const std::string &file, std::vector<std::string> &remarks) {
     pmp::repair_polygon_soup(soup.points, soup.triangles);
-    std::vector<std::string> of_parts;
-    auto parts = parts_of(surface_of(soup, file, of_parts), file);
+    std::vector<std::string> part_remarks;
+    auto parts = parts_of(surface_of(soup, file, part_remarks), file);
     if (const auto largest = std::ranges::max_element(parts, {}, area_of_part); open_place(*largest)) {
-        const WrapCause cause{.is_manifold = of_parts.empty(), .volume = volume_about_middle(*largest)};
-        if (const auto closed = wrapped(soup, cause, file, of_parts)) {
-            of_parts = {of_parts.back()}; // what was taken apart before does not matter any more
+        const WrapCause cause{.is_manifold = part_remarks.empty(), .volume = volume_about_middle(*largest)};
+        if (const auto closed = wrapped(soup, cause, file, part_remarks)) {
+            part_remarks = {part_remarks.back()}; // what was taken apart before does not matter any more
             parts = parts_of(*closed, file);
         }
     }
-    remarks.insert(remarks.end(), of_parts.begin(), of_parts.end());
+    remarks.insert(remarks.end(), part_remarks.begin(), part_remarks.end());
     return parts;
 }
 
