@@ -1,4 +1,4 @@
-#include "load_cases/readers/needle_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -7,8 +7,8 @@
 
 #include "core/tool/needle/needle_line.hpp"
 #include "load_cases/places/selector.hpp"
-#include "load_cases/readers/load_case_reader.hpp"
 #include "tests/bad_input.hpp"
+#include "tests/golden.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -35,12 +35,6 @@ class Needles : public testing::Test {
     std::vector<core::Needle> read(const std::string &text) {
         std::ofstream(file_) << text;
         return load_cases::read_needles(file_, body_, load_cases::read_load_case(file_, body_.mesh));
-    }
-    void refused(const std::string &what, const std::string &by, const std::string &why) {
-        std::string text = std::string(held_box) + box_needle;
-        ASSERT_NE(text.find(what), std::string::npos) << what;
-        text.replace(text.find(what), what.size(), by);
-        tests::expect_input_error([&] { read(text); }, {why});
     }
     void TearDown() override { std::filesystem::remove(file_); }
 
@@ -71,31 +65,43 @@ TEST_F(Needles, GoToTheCentroidOfARegionOrToADepth) {
 }
 
 TEST_F(Needles, AreRefusedWhereTheyCannotBe) {
-    refused("0.04, 0.05]", "0.04, 0.1101]", "leaves the body");
-    refused("0.04, 0.05]", "0.04, -0.01]", "leaves the body");
-    refused("[0.05, 0.04, 0.05]", "[50.0, 40.0, 50.0]",
-            "the 'target' (50, 40, 50) m is 81.1 m from the surface of the body, whose nearest point is (0.1, 0.08, "
-            "0.1) m");
-    refused("0.04, 0.05]", "0.04, 0.005]", "within its 'spread' of a constrained place");
-    refused("0.04, 0.05]", "0.04, 0.095]", "less than its 'spread'");
-    refused("\"z_max\"", "\"z_min\"", "choose another entry");
-    refused("\"z_max\"", "[0.05, 0.04, 0.2]", "from the surface of the body");
-    refused("\"z_max\"", "\"dome\"", "dome");
-    refused("[0.05, 0.04, 0.05]", "\"tumour_1\"", "no region 'tumour_1'");
-    refused("target = [0.05, 0.04, 0.05]", "target = [0.05, 0.04, 0.05]\ndepth = 0.05", "give one of them");
-}
-
-TEST_F(Needles, AreRefusedWithNumbersThatCannotBe) {
-    refused("diameter = 0.001", "diameter = 0.0", "'diameter' is 0");
-    refused("diameter = 0.001", "diameter = 1.27", "in SI units");
-    refused("toughness = 150.0", "toughness = 0.0", "has to be positive");
-    refused("friction = 12.0", "friction = -1.0", "'friction' is -1");
-    refused("friction = 12.0", "friction = 12.0\npuncture_force = 0.1", "'puncture_force' is 0.1");
-    refused("friction = 12.0", "friction = 12.0\nstep = 0.000001", "choose a longer one");
-    refused("friction = 12.0", "friction = 12.0\nspeed = 1.0", "speed");
-    refused("spread = 0.01", "spread = 0.0004", "is less than the radius of the needle, 0.0005 m");
-    refused("spread = 0.01", "spread = 0.0006", "is too small for the tetrahedra along 'down'; take 0.00202 m or more");
-    refused("name = \"down\"\n", "", "name");
+    const auto good = std::string(held_box) + box_needle;
+    const auto read_it = [&](const std::string &text) { read(text); };
+    auto refusals = tests::refusals_after({"0.04, 0.05] -> 0.04, 0.1101]",
+                                           "0.04, 0.05] -> 0.04, -0.01]",
+                                           "[0.05, 0.04, 0.05] -> [50.0, 40.0, 50.0]",
+                                           "0.04, 0.05] -> 0.04, 0.005]",
+                                           "0.04, 0.05] -> 0.04, 0.095]",
+                                           "\"z_max\" -> \"z_min\"",
+                                           "\"z_max\" -> [0.05, 0.04, 0.2]",
+                                           "\"z_max\" -> \"dome\"",
+                                           "[0.05, 0.04, 0.05] -> \"tumour_1\"",
+                                           "target = [0.05, 0.04, 0.05] -> target = [0.05, 0.04, 0.05]\ndepth = 0.05",
+                                           "diameter = 0.001 -> diameter = 0.0",
+                                           "diameter = 0.001 -> diameter = 1.27",
+                                           "toughness = 150.0 -> toughness = 0.0",
+                                           "friction = 12.0 -> friction = -1.0",
+                                           "friction = 12.0 -> friction = 12.0\npuncture_force = 0.1",
+                                           "friction = 12.0 -> friction = 12.0\nstep = 0.000001",
+                                           "friction = 12.0 -> friction = 12.0\nspeed = 1.0",
+                                           "spread = 0.01 -> spread = 0.0004",
+                                           "spread = 0.01 -> spread = 0.0006",
+                                           "name = \"down\"\n -> ",
+                                           "displacement = [0.0 -> displacement = [0.1"},
+                                          good, read_it, file_.parent_path().string());
+    const auto twice = good + box_needle;
+    refusals += tests::refusal(
+        "twice", [&] { read(twice); }, file_.parent_path().string());
+    refusals += tests::refusal(
+        "twice under two names",
+        [&] {
+            auto other = twice;
+            read(other.replace(other.rfind("\"down\""), 6, "\"again\""));
+        },
+        file_.parent_path().string());
+    refusals += tests::refusal(
+        "none", [&] { read(held_box); }, file_.parent_path().string());
+    tests::expect_golden("refusals_of_needles", refusals);
 }
 
 /// The bound is not far too large, and below it places are lost.
@@ -129,21 +135,6 @@ TEST_F(Needles, MayBeGivenInMillimetres) {
     EXPECT_DOUBLE_EQ(found.diameter, wanted.diameter);
     EXPECT_DOUBLE_EQ(found.spread, wanted.spread);
     EXPECT_EQ(found.toughness, wanted.toughness);
-}
-
-TEST_F(Needles, AreRefusedTwice) {
-    const auto twice = std::string(held_box) + box_needle + box_needle;
-    tests::expect_input_error([&] { read(twice); }, {"two needles have the name 'down'"});
-    auto other = twice;
-    other.replace(other.rfind("\"down\""), 6, "\"again\"");
-    tests::expect_input_error([&] { read(other); }, {"'down' and 'again' take the same path"});
-}
-
-TEST_F(Needles, AreAloneInALoadCase) {
-    tests::expect_input_error([&] { read(held_box); }, {"there is no [[needle]]"});
-    auto text = std::string(held_box) + box_needle;
-    text.replace(text.find("displacement = [0.0"), 19, "displacement = [0.1");
-    tests::expect_input_error([&] { read(text); }, {"conditions may only constrain the body"});
 }
 
 } // namespace

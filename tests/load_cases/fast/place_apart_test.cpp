@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
+#include "tests/bad_input.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -15,7 +15,7 @@ namespace {
 
 using core::Vector3;
 
-/// Of 10 x 10 bricks, two facets each, on a side.
+/// Cube with 10 x 10 bricks, two facets each, on a side.
 core::TetraMesh plain_block() {
     return tests::box_mesh({0.1, 0.1, 0.1}, {10, 10, 10});
 }
@@ -104,7 +104,7 @@ TEST(PlacesApart, DoNotFitWhereLessThanThreeQuartersAreLeft) {
     } catch (const load_cases::NotOnBody &error) {
         reason = error.reason();
     }
-    EXPECT_NE(reason.find("it keeps 67 % of its area and needs 75 %"), std::string::npos) << reason;
+    tests::expect_part(reason, "it keeps 67 % of its area and needs 75 %");
 }
 
 } // namespace

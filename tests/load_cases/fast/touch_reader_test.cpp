@@ -4,6 +4,7 @@
 #include "core/tool/tool_stiffness.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "tests/bad_input.hpp"
+#include "tests/golden.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -32,10 +33,6 @@ core::LoadCase parse_touch(const std::string &text) {
     return load_cases::parse_load_case(text, "touch.toml", block_to_touch());
 }
 
-std::string with_other_text(std::string text, const std::string &what, const std::string &by) {
-    return text.replace(text.find(what), what.size(), by);
-}
-
 TEST(Touch, BallJustTouchesTheBodyAtRestAndSinksIn) {
     const auto load_case = parse_touch(held_block + touching_ball);
     ASSERT_TRUE(load_case.touching);
@@ -54,7 +51,7 @@ TEST(Touch, BallJustTouchesTheBodyAtRestAndSinksIn) {
 }
 
 TEST(Touch, FrictionAndSlideMayBeLeftOut) {
-    const auto smooth = parse_touch(held_block + with_other_text(touching_ball, "friction = 0.3", ""));
+    const auto smooth = parse_touch(held_block + tests::replaced(touching_ball, "friction = 0.3", ""));
     EXPECT_EQ(smooth.touching->friction, 0.0);
     EXPECT_EQ(smooth.touching->slide, Vector3::Zero());
     EXPECT_EQ(parse_touch(held_block + touching_ball + "slide = [0.01, 0.0, 0.0]\n").touching->slide,
@@ -67,25 +64,17 @@ push = 0.01
 }
 
 TEST(Touch, IsRefusedWhereItIsNone) {
-    const auto refused = [](const std::string &text, const std::string &why) {
-        tests::expect_input_error([&] { parse_touch(text); }, {why});
-    };
-    const auto changed = [](const std::string &what, const std::string &by) {
-        return held_block + with_other_text(touching_ball, what, by);
-    };
-    refused(with_other_text(held_block, "\"large\"", "\"small\"") + touching_ball, "write regime = \"large\"");
-    refused(with_other_text(held_block, "displacement = [0.0", "displacement = [0.001") + touching_ball,
-            "has to be the only load");
-    refused(with_other_text(held_block, "regime", "acceleration = [0.0, 0.0, 1.0]\nregime") + touching_ball,
-            "has to be the only load");
-    refused(changed("radius = 0.02", "radius = 0.0"), "has to be positive");
-    refused(changed("depth = 0.01", "depth = -0.01"), "has to be positive");
-    refused(changed("depth = 0.01", "depth = 0.041"), "under the surface");
-    refused(changed("friction = 0.3", "friction = -0.3"), "zero or more");
-    refused(changed("friction", "frictoin"), "frictoin");
-    refused(changed("\"z_max\"", "\"z_min\""), "a constrained place");
-    refused(changed("patch = \"z_max\"", "patch = \"lid\""), "lid");
-    refused(held_block + "[touch]\npatch = \"z_max\"\n", "things are missing");
+    std::string refusals;
+    refusals += tests::refusals_after(
+        {"regime = \"large\" -> regime = \"small\"", "displacement = [0.0 -> displacement = [0.001",
+         "regime -> acceleration = [0.0, 0.0, 1.0]\nregime", "radius = 0.02 -> radius = 0.0",
+         "depth = 0.01 -> depth = -0.01", "depth = 0.01 -> depth = 0.041", "friction = 0.3 -> friction = -0.3",
+         "friction -> frictoin", "{ patch = \"z_max\" -> { patch = \"z_min\"",
+         "{ patch = \"z_max\" -> { patch = \"lid\""},
+        held_block + touching_ball, parse_touch);
+    refusals +=
+        tests::refusal("no radius and no depth", [] { parse_touch(held_block + "[touch]\npatch = \"z_max\"\n"); });
+    tests::expect_golden("refusals_of_touching_balls", refusals);
 }
 
 } // namespace

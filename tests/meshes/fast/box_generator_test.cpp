@@ -6,8 +6,6 @@
 
 #include "core/support/input_error.hpp"
 #include "meshes/generators/box_generator.hpp"
-#include "meshes/generators/cylinder_generator.hpp"
-#include "meshes/generators/delaunay.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "tests/bad_input.hpp"
 

@@ -15,7 +15,7 @@
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
-#include "meshes/io/msh_reader.hpp"
+#include "tests/bad_input.hpp"
 
 namespace livermark::meshes {
 namespace {
@@ -31,7 +31,7 @@ std::string bytes_in(const std::filesystem::path &file) {
     return text.str();
 }
 
-/// What the two canonical bodies have in common, and what each of them has to be.
+/// Numbers that each of the two canonical bodies has to have.
 struct CanonicalBody {
     std::string name;
     bool tumours;
@@ -257,7 +257,7 @@ TEST(MshWriter, SaysWhichFileCannotBeWritten) {
         write_msh("/no such folder/body.msh", mesh);
         FAIL() << "no error";
     } catch (const support::InputError &error) {
-        EXPECT_NE(std::string(error.what()).find("/no such folder/body.msh"), std::string::npos);
+        tests::expect_part(error.what(), "/no such folder/body.msh");
     }
 }
 

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/support/input_error.hpp"
+#include "tests/bad_input.hpp"
 
 namespace livermark {
 namespace {
@@ -46,11 +47,11 @@ TEST(SideBySide, OneWorkerGoesGroupByGroupInThisProcess) {
 }
 
 TEST(SideBySide, WorkersBeginGroupsOfTheirOwnAndThenHelp) {
-    const auto of_groups = processes({0, 0, 0, 1, 1, 1}, 2);
-    EXPECT_NE(of_groups[0], of_groups[3]);
-    EXPECT_NE(of_groups[0], std::to_string(getpid()));
-    const auto of_one_group = processes({0, 0}, 2);
-    EXPECT_NE(of_one_group[0], of_one_group[1]);
+    const auto two_groups = processes({0, 0, 0, 1, 1, 1}, 2);
+    EXPECT_NE(two_groups[0], two_groups[3]);
+    EXPECT_NE(two_groups[0], std::to_string(getpid()));
+    const auto one_group = processes({0, 0}, 2);
+    EXPECT_NE(one_group[0], one_group[1]);
 }
 
 /// An item of the last group has to see what those have left that it waits for; one of them waits for nobody.
@@ -118,10 +119,10 @@ TEST(SideBySide, AFaultEndsTheWork) {
 
 TEST(SideBySide, AWorkerThatIsKilledIsMissed) {
     const auto text = message<std::runtime_error>(2, [] { std::raise(SIGKILL); });
-    EXPECT_NE(text.find("a worker ended before its work did (Killed), on item "), std::string::npos) << text;
+    tests::expect_part(text, "a worker ended before its work did (Killed), on item ");
 }
 
-/// Of twelve items the fourth ends its process and the eighth finds no memory; the last one waits for both.
+/// The fourth of twelve items ends its process and the eighth finds no memory; the last one waits for both.
 TEST(SideBySide, ALostWorkerCostsItsItemAlone) {
     const std::vector<int> group{0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 3};
     std::vector<std::vector<int>> waits_for(group.size());

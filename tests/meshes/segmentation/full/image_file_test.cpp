@@ -8,7 +8,8 @@
 #include <itkMetaDataObject.h>
 
 #include "core/support/input_error.hpp"
-#include "meshes/segmentation/images/label_image.hpp"
+#include "meshes/segmentation/images/segmentation.hpp"
+#include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 
 namespace livermark::segmentation {
@@ -40,14 +41,8 @@ void expect_same(const LabelImage &a, const LabelImage &b) {
     EXPECT_TRUE(a.grid.direction.isApprox(b.grid.direction, 1e-5)) << a.grid.direction << "\n" << b.grid.direction;
 }
 
-/// The sentence that a file is refused with.
-std::string refusal(const fs::path &file) {
-    try {
-        read_label_image(file);
-    } catch (const support::InputError &error) {
-        return error.what();
-    }
-    return "none";
+void expect_refused(const fs::path &file, const std::string &part) {
+    tests::expect_input_error([&] { read_label_image(file); }, {part});
 }
 
 TEST_F(ImageFile, ComesBackAsItWasInEveryFormat) {
@@ -104,10 +99,10 @@ TEST_F(ImageFile, MayHaveAxesWithFewDigits) {
     const auto back = read_label_image(file);
     EXPECT_EQ(back.label, image.label);
     ASSERT_EQ(back.remarks.size(), 1U);
-    EXPECT_NE(back.remarks[0].find("degrees off a right angle, and are turned"), std::string::npos) << back.remarks[0];
+    tests::expect_part(back.remarks[0], "degrees off a right angle, and are turned");
     EXPECT_TRUE((back.grid.direction.transpose() * back.grid.direction).isIdentity(1e-9));
     poke_header<float>(file, 280, {2.0F, 0.5F});
-    EXPECT_NE(refusal(file).find("axes 0 and 1 are"), std::string::npos) << refusal(file);
+    expect_refused(file, "axes 0 and 1 are");
 }
 
 TEST_F(ImageFile, WhoseFormsDisagreeSaysSo) {
@@ -118,9 +113,8 @@ TEST_F(ImageFile, WhoseFormsDisagreeSaysSo) {
     poke_header<float>(file, 280, {-4.0F, 0.0F, 0.0F, 0.0F, 0.0F, -4.0F, 0.0F, 0.0F, 0.0F, 0.0F, 4.0F, 0.0F});
     const auto back = read_label_image(file);
     ASSERT_EQ(back.remarks.size(), 1U);
-    EXPECT_NE(back.remarks[0].find("voxels are 2 x 2 x 2 mm by its pixdim and qform"), std::string::npos)
-        << back.remarks[0];
-    EXPECT_NE(back.remarks[0].find("4 x 4 x 4 mm by its sform"), std::string::npos) << back.remarks[0];
+    tests::expect_part(back.remarks[0], "voxels are 2 x 2 x 2 mm by its pixdim and qform");
+    tests::expect_part(back.remarks[0], "4 x 4 x 4 mm by its sform");
 }
 
 TEST_F(ImageFile, OfLabelsThatAreNearlyWholeIsRead) {
@@ -168,7 +162,7 @@ TEST_F(ImageFile, ThatEndsALibraryIsRefused) {
     std::ofstream(directory_ / "device.nhdr") << "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n"
                                                  "data file: /dev/tty\n";
     for (const char *name : {"pattern.mhd", "device.mhd", "device.nhdr", "dimensions.mha", "infinite.mha", "key.nrrd"})
-        EXPECT_NE(refusal(directory_ / name).find(name), std::string::npos) << refusal(directory_ / name);
+        expect_refused(directory_ / name, name);
 }
 
 /// MetaIO spins on these, or reads 3.7 as 3, until a limit.
@@ -184,8 +178,7 @@ TEST_F(ImageFile, OfAbsurdlyManyDimensionsIsRefusedBeforeItsReaderSeesIt) {
     for (const char *number :
          {" = -1", " = 2147483647", ":99999999999", " = 3e8", " = 0", " = 11", " = abc", " = 3.7", " ="}) {
         std::ofstream(directory_ / "b.mha") << text(number);
-        EXPECT_NE(refusal(directory_ / "b.mha").find("where a segmentation of a body has three"), std::string::npos)
-            << number << ": " << refusal(directory_ / "b.mha");
+        expect_refused(directory_ / "b.mha", "where a segmentation of a body has three");
     }
 }
 
@@ -262,7 +255,7 @@ TEST_F(ImageFile, WithASliceMissingIsRefused) {
     image.grid.size = {5, 4, 6};
     image.label.resize(120, 3);
     write_series(directory_, image, 2);
-    EXPECT_NE(refusal(directory_).find("not evenly spaced"), std::string::npos) << refusal(directory_);
+    expect_refused(directory_, "not evenly spaced");
 }
 
 TEST_F(ImageFile, WithSeveralValuesAVoxelIsRefused) {
@@ -270,12 +263,12 @@ TEST_F(ImageFile, WithSeveralValuesAVoxelIsRefused) {
                                             "sizes: 2 2 2 2\nspace directions: none (2,0,0) (0,3,0) (0,0,4)\n"
                                             "kinds: vector domain domain domain\nspace origin: (0,0,0)\n"
                                             "encoding: ascii\n\n1 0 0 0 0 0 0 0 1 0 0 0 0 0 0 0\n";
-    EXPECT_NE(refusal(directory_ / "v.nrrd").find("has 2 values"), std::string::npos) << refusal(directory_ / "v.nrrd");
+    expect_refused(directory_ / "v.nrrd", "has 2 values");
 }
 
 TEST_F(ImageFile, ThatIsNoLabelMapIsRefused) {
     write_scan(directory_ / "ct.nii.gz", phantom_scan({.spacing = {0.01, 0.01, 0.01}}));
-    EXPECT_NE(refusal(directory_ / "ct.nii.gz").find("which is not a label"), std::string::npos);
+    expect_refused(directory_ / "ct.nii.gz", "which is not a label");
 }
 
 TEST_F(ImageFile, CutOffIsRefused) {
@@ -286,7 +279,7 @@ TEST_F(ImageFile, CutOffIsRefused) {
         const auto size = fs::file_size(directory_ / name);
         for (const auto left : {std::uintmax_t{0}, std::uintmax_t{20}, size / 2, size - 40}) {
             fs::resize_file(directory_ / name, left);
-            EXPECT_NE(refusal(directory_ / name).find(name), std::string::npos) << left << " of " << size << " bytes";
+            expect_refused(directory_ / name, name);
             write_label_image(directory_ / name, image);
         }
     }
