@@ -20,6 +20,15 @@ namespace livermark::meshes {
 
 namespace {
 
+/// The corners of a tetrahedron, the last two exchanged where its volume would be negative.
+/// @param nodes   node numbers, indices into points
+/// @param points  (N) [m]
+std::array<int, 4> with_positive_volume(std::array<int, 4> nodes, std::span<const core::Vector3> points) {
+    if (core::signed_volume(points[nodes[0]], points[nodes[1]], points[nodes[2]], points[nodes[3]]) < 0.0)
+        std::swap(nodes[2], nodes[3]);
+    return nodes;
+}
+
 /// gmsh from start to end of a scope, silent and repeatable. After a meshing exception gmsh yields empty meshes until
 /// it is finalised, so every mesh gets a session of its own. gmsh is global: one session at a time, in one thread.
 struct GmshSession {

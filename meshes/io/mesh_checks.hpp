@@ -12,15 +12,6 @@
 
 namespace livermark::meshes {
 
-/// The corners of a tetrahedron, the last two exchanged where its volume would be negative.
-/// @param nodes   node numbers, indices into points
-/// @param points  (N) [m]
-inline std::array<int, 4> with_positive_volume(std::array<int, 4> nodes, std::span<const core::Vector3> points) {
-    if (core::signed_volume(points[nodes[0]], points[nodes[1]], points[nodes[2]], points[nodes[3]]) < 0.0)
-        std::swap(nodes[2], nodes[3]);
-    return nodes;
-}
-
 /// Size and quality of a mesh. Quality is a performance feature: the shortest edge sets the time step of all.
 struct MeshFigures {
     int num_tetrahedra = 0;

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/mesh/tetra_mesh.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/golden.hpp"
@@ -30,6 +31,8 @@ displacement = ["free", 0.0, "free"]
 disc = { patch = "z_max", radius = 0.02 }
 pressure = 300
 )";
+
+const std::string held_x_min = "[[condition]]\npatch = \"x_min\"\ndisplacement = [0.0, 0.0, 0.0]\n";
 
 core::TetraMesh block() {
     return tests::box_mesh({0.1, 0.1, 0.1}, {10, 10, 10});
@@ -173,15 +176,14 @@ force = [0.0, 0.0, 2.0]
         }
     const auto as_number = parse(tests::replaced(in_millimetres, "\"mm\"", "0.001"));
     EXPECT_TRUE(core::are_statically_equal(as_number, found));
-    std::string refusals;
-    refusals += tests::refusals_after({"radius = 20 -> radius = -20", "\"mm\" -> \"inch\""}, in_millimetres, parse);
+    const auto refusals =
+        tests::refusals_after({"radius = 20 -> radius = -20", "\"mm\" -> \"inch\""}, in_millimetres, parse);
     tests::expect_golden("refusals_of_units", refusals);
 }
 
 TEST(LoadCaseReader, RefusesBadFilesWithPlaceAndRemedy) {
-    std::string refusals;
     using Change = std::pair<const char *, std::string>;
-    refusals += tests::refusals_after(
+    auto refusals = tests::refusals_after(
         {"\"Press and hold\" -> 3", "acceleration -> accelleration", "pressure -> presure",
          "patch = \"x_min\" -> patch = \"xmin\"", "[0.0, \"free\", 0.001] -> [\"free\", \"free\", \"free\"]",
          "[0.0, \"free\", 0.001] -> [0.0, 0.001]", "pressure = 300 -> traction = [nan, 0.0, 0.0]",
@@ -230,8 +232,6 @@ core::Body block_with(core::BodyAxes axes) {
     body.axes = std::move(axes);
     return body;
 }
-
-const std::string held_x_min = "[[condition]]\npatch = \"x_min\"\ndisplacement = [0.0, 0.0, 0.0]\n";
 
 TEST(Directions, OfALoadCaseTurnWithTheBody) {
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.7, core::Vector3(0.2, -0.5, 0.8).normalized()).toRotationMatrix();
@@ -340,6 +340,43 @@ TEST(Directions, AreRefusedWhereNobodyKnowsHowTheBodyLies) {
                                         "case.toml", turned);
         },
         {"case.toml:5", "by a point of the mesh and a direction of the patient", "leave the 'direction' out"});
+}
+
+core::LoadCase parse_own(const std::string &text) {
+    return load_cases::parse_load_case(text, "own.toml", block());
+}
+
+TEST(OwnLoadCase, NeedsConditionsAlone) {
+    const auto pulled = parse_own(held_x_min + "[[condition]]\npatch = \"x_max\"\nforce = [0.1, 0.0, 0.0]\n");
+    EXPECT_EQ(pulled.title, "own");
+    EXPECT_DOUBLE_EQ(pulled.target_peak_displacement, 0.01 * core::extent(block().points)) << "nothing says how far";
+    EXPECT_FALSE(pulled.scale_to_target);
+    const auto moved =
+        parse_own(held_x_min + "[[condition]]\npatch = \"x_max\"\ndisplacement = [0.003, \"free\", 0.004]\n");
+    EXPECT_DOUBLE_EQ(moved.target_peak_displacement, 0.005);
+    const auto pressed = parse_own(held_x_min + "[[condition]]\npatch = \"x_max\"\npress = 0.002\n");
+    EXPECT_DOUBLE_EQ(pressed.target_peak_displacement, 0.002);
+}
+
+TEST(OwnLoadCase, SaysAllThatIsMissingAtOnceAndFirstWhatIsMisspelt) {
+    std::string refusals;
+    for (const auto &text :
+         {std::string("scale_to_target = true\n[[condition]]\npatch = \"x_min\"\n[[condition]]\npressure = 10.0\n"),
+          held_x_min + "[release]\n", "regime = \"large\"\n" + held_x_min + "[tool]\nduration = 1.0\n",
+          std::string("[[condition]]\nptach = \"x_min\"\n")})
+        refusals += tests::refusal(text, [&] { parse_own(text); });
+    tests::expect_golden("refusals_of_missing_parts", refusals);
+}
+
+TEST(OwnLoadCase, HasAToolThatOnlyPressesWhereNoSlideIsGiven) {
+    const auto load_case =
+        parse_own("regime = \"large\"\n" + held_x_min +
+                  "[[condition]]\nname = \"finger\"\npatch = \"x_max\"\npush = 0.01\n[tool]\nplace = \"finger\"\n"
+                  "press_until = 0.5\nrelease_at = 1.0\nduration = 1.5\nmass_damping = 7.0\n");
+    ASSERT_TRUE(load_case.tool);
+    EXPECT_EQ(load_case.tool->slide, core::Vector3(0.0, 0.0, 0.0));
+    EXPECT_EQ(load_case.tool->num_frames, 90);
+    EXPECT_DOUBLE_EQ(load_case.target_peak_displacement, 0.01);
 }
 
 } // namespace

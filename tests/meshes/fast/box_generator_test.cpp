@@ -114,12 +114,6 @@ TEST(DelaunayBox, RefusesWhatGmshCannotCalculateWith) {
     EXPECT_THROW(meshes::generate_box({1e7, 1e7, 1e7}, 1e6, BoxTopology::delaunay), support::InputError);
 }
 
-TEST(WithPositiveVolume, KeepsItsNodesAndTurnsOnlyWhatIsInverted) {
-    const std::vector<core::Vector3> points{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
-    EXPECT_EQ(meshes::with_positive_volume({0, 1, 2, 3}, points), (std::array{0, 1, 2, 3}));
-    EXPECT_EQ(meshes::with_positive_volume({1, 0, 2, 3}, points), (std::array{1, 0, 3, 2}));
-}
-
 INSTANTIATE_TEST_SUITE_P(Topologies, BoxGenerator,
                          testing::Values(BoxTopology::delaunay, BoxTopology::body_centred, BoxTopology::kuhn));
 
