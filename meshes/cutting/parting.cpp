@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "meshes/io/mesh_checks.hpp"
 
 namespace livermark::meshes {
 
@@ -279,22 +280,13 @@ class CleanUp {
     /// Parts that hang together by faces; crumbs go.
     void find_pieces() {
         auto &pieces = result_.pieces;
-        pieces.clear();
-        std::vector<bool> is_seen(alive_.size(), false);
-        for (std::size_t first = 0; first < alive_.size(); ++first) {
-            if (!alive_[first] || is_seen[first])
-                continue;
-            std::vector<int> piece{static_cast<int>(first)};
-            is_seen[first] = true;
-            for (std::size_t at = 0; at < piece.size(); ++at)
-                for (std::size_t k = 0; k < 4; ++k)
-                    if (const int t = piece[at]; is_joined(t, k) && !is_seen[neighbours_[t][k]]) {
-                        is_seen[neighbours_[t][k]] = true;
-                        piece.push_back(neighbours_[t][k]);
-                    }
+        pieces = parts_that_touch(alive_, [&](int t, const auto &visit) {
+            for (std::size_t k = 0; k < 4; ++k)
+                if (is_joined(t, k))
+                    visit(neighbours_[t][k]);
+        });
+        for (auto &piece : pieces)
             std::ranges::sort(piece);
-            pieces.push_back(std::move(piece));
-        }
         std::ranges::stable_sort(pieces, std::ranges::greater(), [&](const auto &piece) { return volume_of(piece); });
         while (pieces.size() > 1 && volume_of(pieces.back()) < smallest_piece_) {
             for (const int t : pieces.back())

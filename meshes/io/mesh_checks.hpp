@@ -24,6 +24,28 @@ struct MeshFigures {
     double smallest_quality = 0.0;          ///< min over tetrahedra of 6 sqrt(2) V / l_rms^3; 1 for a regular one
 };
 
+/// Lists of what hangs together, each in the order in which a search from its first item comes to the others.
+/// @param is_left   (n) items to list
+/// @param touching  (item, visit) calls visit(other) for each other item that hangs on it
+template <class Touching>
+std::vector<std::vector<int>> parts_that_touch(std::vector<bool> is_left, const Touching &touching) {
+    std::vector<std::vector<int>> parts;
+    for (int first = 0; first < std::ssize(is_left); ++first) {
+        if (!is_left[first])
+            continue;
+        auto &part = parts.emplace_back();
+        const auto visit = [&](int item) {
+            if (is_left[item])
+                part.push_back(item);
+            is_left[item] = false;
+        };
+        visit(first);
+        for (std::size_t at = 0; at < part.size(); ++at)
+            touching(part[at], visit);
+    }
+    return parts;
+}
+
 /// 6 sqrt(2) V / l_rms^3 with l_rms the root mean square of the six edges: 1 for a regular tetrahedron, 0 for a flat
 /// one.
 double tetrahedron_quality(const core::Vector3 &a, const core::Vector3 &b, const core::Vector3 &c,
