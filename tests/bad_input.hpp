@@ -14,6 +14,12 @@ inline void expect_part(const std::string &text, const std::string &part) {
     EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is missing in: " << text;
 }
 
+/// There has to be one remark, which has a part.
+inline void expect_one(const std::vector<std::string> &remarks, const std::string &part) {
+    ASSERT_EQ(remarks.size(), 1U);
+    expect_part(remarks[0], part);
+}
+
 /// Runs something on bad input: it has to throw an InputError whose message has every one of these parts, in one line.
 template <typename Action> void expect_input_error(Action &&action, const std::vector<std::string> &parts) {
     try {

@@ -306,6 +306,15 @@ Selection select_facets(const toml::table &condition, const core::TetraMesh &mes
     return selection;
 }
 
+std::vector<int> nodes_of(const std::vector<int> &facets, const core::TetraMesh &mesh) {
+    std::vector<int> nodes;
+    for (const int f : facets)
+        nodes.insert(nodes.end(), mesh.boundary_triangles[f].begin(), mesh.boundary_triangles[f].end());
+    std::ranges::sort(nodes);
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    return nodes;
+}
+
 int select_node(const toml::table &probe, const core::TetraMesh &mesh) {
     const auto name = support::required_string(probe, "patch");
     const Selection selection{name, facets_of_patch(name, *probe.get("patch"), mesh)};

@@ -79,6 +79,9 @@ int select_node(const toml::table &probe, const core::TetraMesh &mesh);
 
 std::vector<int> all_facets(const core::TetraMesh &mesh);
 
+/// Nodes of some facets, each once, in ascending order.
+std::vector<int> nodes_of(const std::vector<int> &facets, const core::TetraMesh &mesh);
+
 /// The facets of a patch, in ascending order; none if it is empty.
 /// @param place  where its name stands, for the message
 /// @throws NotOnBody if the body has no such patch

@@ -27,11 +27,7 @@ namespace {
 /// facets and nearest to 1 - (r/a)^2 / 2, and not below 0, in the mean square over their area. Values at the nodes
 /// alone would make the place too shallow between them, the more so the coarser the mesh is. 1 at all other nodes.
 std::vector<double> sinking(const core::RoundLoad &tool, const core::TetraMesh &mesh, const std::vector<int> &facets) {
-    std::vector<int> nodes;
-    for (const int f : facets)
-        nodes.insert(nodes.end(), mesh.boundary_triangles[f].begin(), mesh.boundary_triangles[f].end());
-    std::ranges::sort(nodes);
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    const auto nodes = nodes_of(facets, mesh);
     const auto num_nodes = std::ssize(nodes);
     Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(num_nodes, num_nodes);
     Eigen::VectorXd moment = Eigen::VectorXd::Zero(num_nodes);

@@ -9,15 +9,6 @@ namespace {
 
 using core::Vector3;
 
-std::vector<int> nodes_of(const std::vector<int> &facets, const core::TetraMesh &mesh) {
-    std::vector<int> nodes;
-    for (const int f : facets)
-        nodes.insert(nodes.end(), mesh.boundary_triangles[f].begin(), mesh.boundary_triangles[f].end());
-    std::ranges::sort(nodes);
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    return nodes;
-}
-
 double distance_to(const std::vector<Vector3> &points, const Vector3 &point) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const auto &other : points)

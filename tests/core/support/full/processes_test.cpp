@@ -49,8 +49,7 @@ TEST(Filter, KeepsErrorsApartFromTheOutput) {
 TEST(Filter, SaysWhenThereIsNoSuchProgram) {
     const auto outcome = run_filter({"no_such_program_of_livermark"}, "input");
     EXPECT_NE(outcome.status, 0);
-    ASSERT_EQ(outcome.lines.size(), 1U);
-    tests::expect_part(outcome.lines[0], "no_such_program_of_livermark");
+    tests::expect_one(outcome.lines, "no_such_program_of_livermark");
 }
 
 TEST(Filter, SaysWhenAProgramIsKilled) {

@@ -98,8 +98,7 @@ TEST_F(ImageFile, MayHaveAxesWithFewDigits) {
     poke_header<float>(file, 280, {1.98F, -0.25F, 0.06F, 0.0F, 0.26F, 1.94F, -0.42F, 0.0F, 0.0F, 0.42F, 1.95F, 0.0F});
     const auto back = read_label_image(file);
     EXPECT_EQ(back.label, image.label);
-    ASSERT_EQ(back.remarks.size(), 1U);
-    tests::expect_part(back.remarks[0], "degrees off a right angle, and are turned");
+    tests::expect_one(back.remarks, "degrees off a right angle, and are turned");
     EXPECT_TRUE((back.grid.direction.transpose() * back.grid.direction).isIdentity(1e-9));
     poke_header<float>(file, 280, {2.0F, 0.5F});
     expect_refused(file, "axes 0 and 1 are");
@@ -112,8 +111,7 @@ TEST_F(ImageFile, WhoseFormsDisagreeSaysSo) {
     poke_header<std::int16_t>(file, 252, {1, 1});
     poke_header<float>(file, 280, {-4.0F, 0.0F, 0.0F, 0.0F, 0.0F, -4.0F, 0.0F, 0.0F, 0.0F, 0.0F, 4.0F, 0.0F});
     const auto back = read_label_image(file);
-    ASSERT_EQ(back.remarks.size(), 1U);
-    tests::expect_part(back.remarks[0], "voxels are 2 x 2 x 2 mm by its pixdim and qform");
+    tests::expect_one(back.remarks, "voxels are 2 x 2 x 2 mm by its pixdim and qform");
     tests::expect_part(back.remarks[0], "4 x 4 x 4 mm by its sform");
 }
 
