@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <string>
 #include <vector>
@@ -26,6 +27,12 @@ class ResultFolder : public testing::Test {
         for (const auto &entry : std::filesystem::directory_iterator(directory_))
             names.push_back(entry.path().filename());
         return names;
+    }
+
+    /// A file in the directory with these bytes.
+    std::filesystem::path written(const std::string &name, const std::string &bytes) const {
+        std::ofstream(directory_ / name, std::ios::binary) << bytes;
+        return directory_ / name;
     }
 
     std::filesystem::path directory_;

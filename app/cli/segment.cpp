@@ -20,7 +20,7 @@
 #include "core/support/processes/child_process.hpp"
 #include "core/support/toml_input.hpp"
 #include "meshes/io/mesh_checks.hpp"
-#include "meshes/io/msh_reader.hpp"
+#include "meshes/io/mesh_files.hpp"
 
 namespace livermark::cli {
 

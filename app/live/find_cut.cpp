@@ -12,7 +12,6 @@
 #include "core/support/input_error.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "meshes/cutting/parting.hpp"
-#include "meshes/cutting/tool_geometry.hpp"
 
 namespace livermark::live {
 

@@ -64,14 +64,14 @@ namespace {
 void write_bytes(const std::filesystem::path &path, const std::filesystem::path &target, std::span<const char> bytes) {
     std::ofstream stream(path, std::ios::binary | std::ios::trunc);
     if (!stream)
-        throw InputError(fmt::format(
+        throw InputError(
             "{}: cannot make a file in this directory; check that the directory exists and can be written to",
-            target.string()));
+            target.string());
     stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     stream.close();
     if (!stream)
-        throw InputError(fmt::format("{}: cannot write {} bytes; make room on the disk or choose another place",
-                                     target.string(), bytes.size()));
+        throw InputError("{}: cannot write {} bytes; make room on the disk or choose another place", target.string(),
+                         bytes.size());
 }
 
 } // namespace
@@ -80,18 +80,17 @@ void check_place(const std::filesystem::path &path) {
     std::error_code error;
     const auto status = std::filesystem::status(path, error);
     if (std::filesystem::is_directory(status))
-        throw InputError(fmt::format("{}: this is a directory; give the name of a file", path.string()));
+        throw InputError("{}: this is a directory; give the name of a file", path.string());
     // The renaming would put a plain file in the place of a device such as /dev/null.
     if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-        throw InputError(fmt::format("{}: this is not a plain file; choose another place", path.string()));
+        throw InputError("{}: this is not a plain file; choose another place", path.string());
     const auto directory = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
     if (!std::filesystem::is_directory(directory, error))
-        throw InputError(fmt::format("{}: there is no directory {}; make it or choose another place", path.string(),
-                                     directory.string()));
+        throw InputError("{}: there is no directory {}; make it or choose another place", path.string(),
+                         directory.string());
     if (access(directory.c_str(), W_OK | X_OK) != 0)
-        throw InputError(
-            fmt::format("{}: cannot make a file in this directory ({}); choose another place or check its permissions",
-                        path.string(), std::strerror(errno)));
+        throw InputError("{}: cannot make a file in this directory ({}); choose another place or check its permissions",
+                         path.string(), std::strerror(errno));
 }
 
 void write_whole(const std::filesystem::path &path, std::span<const char> bytes) {
@@ -105,8 +104,7 @@ void write_whole(const std::filesystem::path &path, std::span<const char> bytes)
         std::error_code error;
         std::filesystem::rename(temporary, target, error);
         if (error)
-            throw InputError(
-                fmt::format("{}: cannot put the file there: {}; choose another place", path.string(), error.message()));
+            throw InputError("{}: cannot put the file there: {}; choose another place", path.string(), error.message());
     } catch (...) {
         std::error_code ignored;
         std::filesystem::remove(temporary, ignored);
@@ -118,12 +116,12 @@ void check_readable(const std::filesystem::path &file) {
     std::error_code ignored;
     const auto status = std::filesystem::status(file, ignored);
     if (std::filesystem::is_directory(status))
-        throw InputError(fmt::format("{}: this is a directory; give a file", file.string()));
+        throw InputError("{}: this is a directory; give a file", file.string());
     if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-        throw InputError(fmt::format("{}: this is not a plain file; copy what it gives into one", file.string()));
+        throw InputError("{}: this is not a plain file; copy what it gives into one", file.string());
     if (access(file.c_str(), R_OK) != 0)
-        throw InputError(fmt::format("{}: cannot be read ({}); check the path and its permissions", file.string(),
-                                     std::strerror(errno)));
+        throw InputError("{}: cannot be read ({}); check the path and its permissions", file.string(),
+                         std::strerror(errno));
 }
 
 std::string read_text(const std::filesystem::path &file) {
@@ -131,11 +129,11 @@ std::string read_text(const std::filesystem::path &file) {
     check_readable(file);
     std::ifstream stream(file, std::ios::binary);
     if (!stream)
-        throw InputError(fmt::format("{}: cannot be read ({}); check the path and its permissions", file.string(),
-                                     std::strerror(errno)));
+        throw InputError("{}: cannot be read ({}); check the path and its permissions", file.string(),
+                         std::strerror(errno));
     std::ostringstream text;
     if (!(text << stream.rdbuf()))
-        throw InputError(fmt::format("{}: the file is empty; save it again", file.string()));
+        throw InputError("{}: the file is empty; save it again", file.string());
     auto bytes = std::move(text).str();
     return bytes.starts_with(byte_order_mark) ? bytes.substr(byte_order_mark.size()) : bytes;
 }
@@ -189,9 +187,9 @@ bool is_in_place(int descriptor, const std::filesystem::path &path) {
 [[noreturn]] void refuse_claimed(const std::filesystem::path &file, int descriptor, long place) {
     auto lock = lock_of(F_WRLCK, place, 1);
     const bool is_known = fcntl(descriptor, F_GETLK, &lock) == 0 && lock.l_type != F_UNLCK && lock.l_pid > 0;
-    throw InputError(fmt::format("{}: another livermark{} is about to write this file; wait for its end, or choose "
-                                 "another --output",
-                                 file.string(), is_known ? fmt::format(" (process {})", lock.l_pid) : ""));
+    throw InputError(
+        "{}: another livermark{} is about to write this file; wait for its end, or choose another --output",
+        file.string(), is_known ? fmt::format(" (process {})", lock.l_pid) : "");
 }
 
 /// Opens a lock file and locks a byte of it.

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <algorithm>
+#include <fmt/core.h>
 #include <ranges>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace livermark::support {
@@ -14,6 +16,10 @@ namespace livermark::support {
 class InputError : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
+    /// @param text  as for fmt::format()
+    template <class First, class... Rest>
+    InputError(fmt::format_string<First, Rest...> text, First &&first, Rest &&...rest)
+        : std::runtime_error(fmt::format(text, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
 /// A piece of a damaged file as a message can show it: printable, and not longer than a few words.
@@ -26,7 +32,7 @@ std::string nearest_word(std::string_view word, const std::vector<std::string> &
 /// @param word  what the names are of
 std::string unknown_name(const char *word, const std::string &name, const std::vector<std::string> &known);
 
-/// Of the entries of a table, which have a name.
+/// Names of the entries of a table.
 template <std::ranges::input_range Table> std::vector<std::string> names_of(const Table &table) {
     std::vector<std::string> names;
     for (const auto &entry : table)

@@ -34,11 +34,10 @@ double metres_per_unit(const std::string &unit, const std::string &place) {
     double metres = 0.0;
     const auto [end, error] = std::from_chars(unit.data(), unit.data() + unit.size(), metres);
     if (error != std::errc{} || end != unit.data() + unit.size() || !(metres > 0.0 && std::isfinite(metres)))
-        throw InputError(
-            fmt::format("{}: '{}' is not a unit of length; give m, cm or mm, or its length in metres, such as 0.025",
-                        place, shown(unit)));
+        throw InputError("{}: '{}' is not a unit of length; give m, cm or mm, or its length in metres, such as 0.025",
+                         place, shown(unit));
     if (!can_be_a_unit(metres))
-        throw InputError(fmt::format("{}: a unit of {} m is none of bodies; give m, cm or mm", place, metres));
+        throw InputError("{}: a unit of {} m is none of bodies; give m, cm or mm", place, metres);
     return metres;
 }
 
@@ -50,10 +49,9 @@ double metres_per_unit(const toml::table &table) {
         return metres_per_unit(required_string(table, "unit"), place_of(*unit));
     const double metres = required_number(table, "unit");
     if (!(metres > 0.0))
-        throw InputError(fmt::format("{}: the unit is {} m; it has to be positive", place_of(*unit), metres));
+        refuse(*unit, "the unit is {} m; it has to be positive", metres);
     if (!can_be_a_unit(metres))
-        throw InputError(
-            fmt::format("{}: a unit of {} m is none of bodies; give m, cm or mm", place_of(*unit), metres));
+        refuse(*unit, "a unit of {} m is none of bodies; give m, cm or mm", metres);
     return metres;
 }
 
@@ -62,7 +60,7 @@ namespace {
 const toml::node &required_node(const toml::table &table, std::string_view key) {
     const auto *node = table.get(key);
     if (!node)
-        throw InputError(fmt::format("{}: '{}' is missing; add it", place_of(table), key));
+        refuse(table, "'{}' is missing; add it", key);
     return *node;
 }
 
@@ -86,7 +84,7 @@ int line_of_deep_key(std::string_view text) {
 
 std::vector<std::string> list_toml(const std::filesystem::path &folder) {
     if (std::error_code ignored; !std::filesystem::is_directory(folder, ignored))
-        throw InputError(fmt::format("{}: there is no such folder; check the path", folder.string()));
+        throw InputError("{}: there is no such folder; check the path", folder.string());
     std::vector<std::string> stems;
     for (const auto &file : std::filesystem::directory_iterator(folder))
         if (file.path().extension() == ".toml")
@@ -97,15 +95,21 @@ std::vector<std::string> list_toml(const std::filesystem::path &folder) {
 
 toml::table parse_toml(const std::string &text, const std::filesystem::path &file) {
     if (const int line = line_of_deep_key(text); line > 0)
-        throw InputError(fmt::format("{}:{}: a key has hundreds of dots; correct the line", file.string(), line));
+        throw InputError("{}:{}: a key has hundreds of dots; correct the line", file.string(), line);
     try {
         return toml::parse(text, file.string());
     } catch (const toml::parse_error &error) {
         const auto words = error.description();
         const auto end = std::min(words.find(" (TOML_"), words.size()); // the name of a macro of the library
-        throw InputError(fmt::format("{}:{}: this is not TOML: {}; correct the line", file.string(),
-                                     error.source().begin.line, words.substr(0, end)));
+        throw InputError("{}:{}: this is not TOML: {}; correct the line", file.string(), error.source().begin.line,
+                         words.substr(0, end));
     }
+}
+
+std::string quoted(const std::string &text) {
+    std::ostringstream stream;
+    stream << toml::value<std::string>(text);
+    return stream.str();
 }
 
 std::string place_of(const toml::node &node) {
@@ -119,9 +123,9 @@ void refuse_unknown_keys(const toml::table &table, std::span<const std::string_v
             continue;
         const std::vector<std::string> words(known.begin(), known.end());
         const auto nearest = nearest_word(key.str(), words);
-        throw InputError(fmt::format("{}: unknown key '{}'; {}", place_of(value), key.str(),
-                                     nearest.empty() ? fmt::format("known are: {}", fmt::join(words, ", "))
-                                                     : fmt::format("did you mean '{}'?", nearest)));
+        refuse(value, "unknown key '{}'; {}", key.str(),
+               nearest.empty() ? fmt::format("known are: {}", fmt::join(words, ", "))
+                               : fmt::format("did you mean '{}'?", nearest));
     }
 }
 
@@ -133,14 +137,14 @@ const toml::table &required_table(const toml::table &table, std::string_view key
     const auto &node = required_node(table, key);
     if (const auto *found = node.as_table())
         return *found;
-    throw InputError(fmt::format("{}: '{}' has to be a table", place_of(node), key));
+    refuse(node, "'{}' has to be a table", key);
 }
 
 double required_number(const toml::table &table, std::string_view key) {
     const auto &node = required_node(table, key);
     const auto number = node.is_number() ? node.value<double>() : std::nullopt;
     if (!number || !std::isfinite(*number))
-        throw InputError(fmt::format("{}: '{}' has to be a finite number", place_of(node), key));
+        refuse(node, "'{}' has to be a finite number", key);
     return *number;
 }
 
@@ -148,7 +152,7 @@ std::string required_string(const toml::table &table, std::string_view key) {
     const auto &node = required_node(table, key);
     if (const auto *text = node.as_string())
         return text->get();
-    throw InputError(fmt::format("{}: '{}' has to be a string in quotes", place_of(node), key));
+    refuse(node, "'{}' has to be a string in quotes", key);
 }
 
 std::vector<std::string> required_strings(const toml::table &table, std::string_view key) {
@@ -160,7 +164,7 @@ std::vector<std::string> required_strings(const toml::table &table, std::string_
             if (const auto *text = entry.as_string())
                 strings.push_back(text->get());
     if (!array || strings.empty() || strings.size() != array->size())
-        throw InputError(fmt::format("{}: '{}' has to be strings in brackets", place_of(node), key));
+        refuse(node, "'{}' has to be strings in brackets", key);
     return strings;
 }
 
@@ -170,12 +174,12 @@ bool optional_flag(const toml::table &table, std::string_view key) {
         return false;
     if (const auto *flag = node->as_boolean())
         return flag->get();
-    throw InputError(fmt::format("{}: '{}' has to be true or false", place_of(*node), key));
+    refuse(*node, "'{}' has to be true or false", key);
 }
 
 std::vector<double> required_numbers(const toml::table &table, std::string_view key) {
     const auto &node = required_node(table, key);
-    const auto fault = InputError(fmt::format("{}: '{}' has to be a list of finite numbers", place_of(node), key));
+    const auto fault = InputError("{}: '{}' has to be a list of finite numbers", place_of(node), key);
     const auto *array = node.as_array();
     if (!array || array->empty())
         throw fault;
@@ -190,8 +194,8 @@ std::vector<double> required_numbers(const toml::table &table, std::string_view 
 
 Eigen::Vector3d required_vector(const toml::table &table, std::string_view key, bool free_allowed) {
     const auto &node = required_node(table, key);
-    const auto fault = InputError(fmt::format("{}: '{}' has to be three finite numbers{}", place_of(node), key,
-                                              free_allowed ? ", or \"free\" for a component that is" : ""));
+    const auto fault = InputError("{}: '{}' has to be three finite numbers{}", place_of(node), key,
+                                  free_allowed ? ", or \"free\" for a component that is" : "");
     const auto *array = node.as_array();
     if (!array || array->size() != 3)
         throw fault;

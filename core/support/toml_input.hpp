@@ -6,11 +6,14 @@
 
 #include <array>
 #include <filesystem>
+#include <fmt/core.h>
 #include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
+
+#include "core/support/input_error.hpp"
 
 namespace livermark::support {
 
@@ -36,8 +39,19 @@ std::vector<std::string> list_toml(const std::filesystem::path &folder);
 /// @throws InputError if it is not TOML
 toml::table parse_toml(const std::string &text, const std::filesystem::path &file);
 
+/// A string as TOML has it, in quotes.
+std::string quoted(const std::string &text);
+
 /// Place of a node of a parsed table: "file:line".
 std::string place_of(const toml::node &node);
+
+/// Refuses what stands at a node: "file:line: fault".
+/// @param fault  as for fmt::format(), with the remedy
+/// @throws InputError
+template <class... Values>
+[[noreturn]] void refuse(const toml::node &node, fmt::format_string<Values...> fault, Values &&...values) {
+    throw InputError("{}: {}", place_of(node), fmt::format(fault, std::forward<Values>(values)...));
+}
 
 /// Refuses keys that nobody would read, and names the nearest known one.
 /// @throws InputError

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -21,8 +20,8 @@ constexpr double longest_time = 1e7; // [s], four months; longer ones are slips 
 double positive_time(const toml::table &table, std::string_view key) {
     const double time = support::required_number(table, key);
     if (!(time > 0.0) || time > longest_time)
-        throw support::InputError(fmt::format("{}: '{}' is {:g}; it has to be a positive time in seconds, {:g} at most",
-                                              support::place_of(*table.get(key)), key, time, longest_time));
+        support::refuse(*table.get(key), "'{}' is {:g}; it has to be a positive time in seconds, {:g} at most", key,
+                        time, longest_time);
     return time;
 }
 
@@ -32,16 +31,29 @@ core::PronySeries series_of(const toml::table &table, const std::string &name) {
                              .times = support::required_numbers(table, "times")};
     const auto place = support::place_of(*table.get("moduli"));
     if (series.moduli.size() != series.times.size())
-        throw support::InputError(fmt::format("{}: there are {} moduli and {} times; give one time for each modulus",
-                                              place, series.moduli.size(), series.times.size()));
+        throw support::InputError("{}: there are {} moduli and {} times; give one time for each modulus", place,
+                                  series.moduli.size(), series.times.size());
     if (std::ranges::any_of(series.moduli, [](double modulus) { return modulus < 0.0; }) || !(series.remaining() > 0.0))
-        throw support::InputError(fmt::format("{}: moduli are parts of the shear modulus that fade: none may be "
-                                              "negative, and their sum {:g} has to be below 1; change them",
-                                              place, 1.0 - series.remaining()));
+        throw support::InputError("{}: moduli are parts of the shear modulus that fade: none may be negative, and "
+                                  "their sum {:g} has to be below 1; change them",
+                                  place, 1.0 - series.remaining());
     if (std::ranges::any_of(series.times, [](double time) { return !(time > 0.0); }))
-        throw support::InputError(
-            fmt::format("{}: 'times' have to be positive, in seconds", support::place_of(*table.get("times"))));
+        support::refuse(*table.get("times"), "'times' have to be positive, in seconds");
     return series;
+}
+
+/// Reads a Prony series:
+///
+///     title = "what relaxes"
+///     moduli = [0.3, 0.3]   # g_k, parts of the shear modulus of the elastic law that fade; their sum is below 1
+///     times = [1.86, 51.3]  # tau_k [s], as many
+///     source = "where the numbers come from"
+///
+/// @throws support::InputError with file, line and remedy
+core::PronySeries read_prony_series(const std::filesystem::path &toml_file) {
+    const auto table = support::parse_toml(support::read_text(toml_file), toml_file);
+    support::refuse_unknown_keys(table, {"title", "moduli", "times", "source"});
+    return series_of(table, toml_file.stem().string());
 }
 
 core::PronySeries read_relaxation(const toml::table &history, const std::filesystem::path &file) {
@@ -56,8 +68,7 @@ core::PronySeries read_relaxation(const toml::table &history, const std::filesys
     const auto folder = support::root_folder() / "load_cases" / "relaxation";
     const auto known = support::list_toml(folder);
     if (std::ranges::find(known, name) == known.end())
-        throw support::InputError(
-            fmt::format("{}: {}", support::place_of(*node), support::unknown_name("Prony series", name, known)));
+        support::refuse(*node, "{}", support::unknown_name("Prony series", name, known));
     return read_prony_series(folder / (name + ".toml"));
 }
 
@@ -111,8 +122,8 @@ void add_cycles(core::SlowHistory &history, double frequency, int num_cycles) {
 int read_num_cycles(const toml::table &history) {
     const double number = support::required_number(history, "cycles");
     if (number < 1.0 || number > most_cycles || number != std::round(number))
-        throw support::InputError(fmt::format("{}: 'cycles' is {:g}; it has to be a whole number from 1 to {:g}",
-                                              support::place_of(*history.get("cycles")), number, most_cycles));
+        support::refuse(*history.get("cycles"), "'cycles' is {:g}; it has to be a whole number from 1 to {:g}", number,
+                        most_cycles);
     return static_cast<int>(number);
 }
 
@@ -120,25 +131,23 @@ int read_num_cycles(const toml::table &history) {
 void refuse_what_ends_before_a_release(const toml::table &table, const toml::table &history) {
     for (const auto *key : {"release", "rest", "frequency", "cycles"})
         if (history.contains(key))
-            throw support::InputError(
-                fmt::format("{}: a [release] lets go of the whole load where the [history] ends; say how long it takes "
-                            "to 'press' and to 'hold' there, and remove '{}' or the [release]",
-                            support::place_of(*history.get(key)), key));
+            support::refuse(*history.get(key),
+                            "a [release] lets go of the whole load where the [history] ends; say how long it takes to "
+                            "'press' and to 'hold' there, and remove '{}' or the [release]",
+                            key);
     if (table["regime"].value<std::string>() == "large")
-        throw support::InputError(
-            fmt::format("{}: the motion of tissue that relaxes has a reference in the regime \"small\" alone; take "
-                        "that, or remove the [release] or the [history]",
-                        support::place_of(*table.get("regime"))));
+        support::refuse(*table.get("regime"), "the motion of tissue that relaxes has a reference in the regime "
+                                              "\"small\" alone; take that, or remove the [release] or the [history]");
 }
 
 void refuse_company_of_history(const toml::table &table, const toml::table &history) {
     support::refuse_unknown_keys(history, {"relaxation", "press", "hold", "release", "rest", "frequency", "cycles"});
     for (const auto *key : {"tool", "needle", "path"})
         if (table.contains(key))
-            throw support::InputError(fmt::format(
-                "{}: a load case with a [history] is so slow that masses do not matter, and its loads grow with time "
-                "alone; remove '{}' or the [history]",
-                support::place_of(*table.get(key)), key));
+            support::refuse(*table.get(key),
+                            "a load case with a [history] is so slow that masses do not matter, and its loads grow "
+                            "with time alone; remove '{}' or the [history]",
+                            key);
     if (table.contains("release"))
         refuse_what_ends_before_a_release(table, history);
 }
@@ -149,16 +158,12 @@ core::SlowHistory slow_history_of(const toml::table &read, const std::filesystem
     const bool has_phases =
         read.contains("press") || read.contains("hold") || read.contains("release") || read.contains("rest");
     if (has_cycles == has_phases)
-        throw support::InputError(
-            fmt::format("{}: a [history] says either how long it takes to 'press', and to 'hold', "
-                        "'release' and 'rest' after that, or the 'frequency' and number of "
-                        "'cycles'; give one of the two",
-                        support::place_of(read)));
+        support::refuse(read, "a [history] says either how long it takes to 'press', and to 'hold', 'release' and "
+                              "'rest' after that, or the 'frequency' and number of 'cycles'; give one of the two");
     if (has_cycles) {
         const double frequency = support::required_number(read, "frequency");
         if (!(frequency >= 1.0 / longest_time))
-            throw support::InputError(fmt::format("{}: 'frequency' is {:g}; it has to be positive, in hertz",
-                                                  support::place_of(*read.get("frequency")), frequency));
+            support::refuse(*read.get("frequency"), "'frequency' is {:g}; it has to be positive, in hertz", frequency);
         add_cycles(history, frequency, read_num_cycles(read));
         return history;
     }
@@ -178,8 +183,7 @@ core::SlowHistory slow_history_of(const toml::table &read, const std::filesystem
         add_ramp(history, positive_time(read, "release"), 0.0, intervals_of_a_press);
     if (read.contains("rest")) {
         if (!read.contains("release"))
-            throw support::InputError(fmt::format("{}: a 'rest' comes after a 'release'; add one, or 'hold' instead",
-                                                  support::place_of(*read.get("rest"))));
+            support::refuse(*read.get("rest"), "a 'rest' comes after a 'release'; add one, or 'hold' instead");
         const double rest = positive_time(read, "rest");
         add_hold(history, rest, shortest(rest));
     }
@@ -195,19 +199,12 @@ void read_history(const Reading &reading) {
 
 void refuse_history_of_rest(const Reading &reading) {
     if (!core::is_driven(reading.load_case))
-        throw support::InputError(
-            fmt::format("{}: nothing moves the body, so its [history] is one of rest; add a load, "
-                        "a displacement or an acceleration",
-                        support::place_of(*reading.table.get("history"))));
+        support::refuse(
+            *reading.table.get("history"),
+            "nothing moves the body, so its [history] is one of rest; add a load, a displacement or an acceleration");
 }
 
 } // namespace
-
-core::PronySeries read_prony_series(const std::filesystem::path &toml_file) {
-    const auto table = support::parse_toml(support::read_text(toml_file), toml_file);
-    support::refuse_unknown_keys(table, {"title", "moduli", "times", "source"});
-    return series_of(table, toml_file.stem().string());
-}
 
 namespace events {
 

@@ -1,4 +1,4 @@
-#include "load_cases/readers/needle_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -11,10 +11,8 @@
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
 #include "core/tool/needle/needle_line.hpp"
-#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/event_reader.hpp"
-#include "load_cases/readers/load_case_tables.hpp"
 
 namespace livermark::load_cases {
 
@@ -33,8 +31,8 @@ constexpr double same_way = 1e-6;
 double number_within(const toml::table &needle, std::string_view key, double low, double high) {
     const double value = support::required_number(needle, key);
     if (!(value >= low && value <= high))
-        throw support::InputError(fmt::format("{}: '{}' is {:g}; it has to be from {:g} to {:g} in SI units",
-                                              support::place_of(*needle.get(key)), key, value, low, high));
+        support::refuse(*needle.get(key), "'{}' is {:g}; it has to be from {:g} to {:g} in SI units", key, value, low,
+                        high);
     return value;
 }
 
@@ -77,8 +75,7 @@ Way way_to_target(const toml::table &needle, const core::TetraMesh &mesh) {
 
 Way read_way(const toml::table &needle, const core::TetraMesh &mesh) {
     if (needle.contains("target") == needle.contains("depth"))
-        throw support::InputError(fmt::format("{}: a needle goes to a 'target' or to a 'depth'; give one of them",
-                                              support::place_of(needle)));
+        support::refuse(needle, "a needle goes to a 'target' or to a 'depth'; give one of them");
     return needle.contains("target") ? way_to_target(needle, mesh) : way_below(needle, mesh);
 }
 
@@ -88,12 +85,10 @@ void refuse_outside(const Way &way, const core::TetraMesh &mesh, const std::stri
     const auto exit = exit_point(mesh, way.target, way.entry.point - way.target, Exit::first);
     if (!core::locate(mesh, way.target).is_inside() || !exit ||
         (exit->point - way.entry.point).norm() > same_way * depth)
-        throw support::InputError(
-            fmt::format("{}: the straight way from the entry at ({:.4g}, {:.4g}, {:.4g}) m to the "
-                        "target at ({:.4g}, {:.4g}, {:.4g}) m leaves the body; choose another "
-                        "entry or target",
-                        place, way.entry.point.x(), way.entry.point.y(), way.entry.point.z(), way.target.x(),
-                        way.target.y(), way.target.z()));
+        throw support::InputError("{}: the straight way from the entry at ({:.4g}, {:.4g}, {:.4g}) m to the target at "
+                                  "({:.4g}, {:.4g}, {:.4g}) m leaves the body; choose another entry or target",
+                                  place, way.entry.point.x(), way.entry.point.y(), way.entry.point.z(), way.target.x(),
+                                  way.target.y(), way.target.z());
 }
 
 /// @throws support::InputError if a place on the way touches what is held
@@ -101,30 +96,29 @@ void refuse_held(const core::Needle &needle, const Way &way, const core::TetraMe
                  const core::LoadCase &load_case, const std::string &place) {
     const auto is_held = [&](int facet) { return load_case.is_constrained(facet); };
     if (is_held(way.entry.facet))
-        throw support::InputError(
-            fmt::format("{}: the entry of '{}' is where '{}' constrains the body; choose another entry", place,
-                        needle.name, load_case.on(way.entry.facet)->place));
+        throw support::InputError("{}: the entry of '{}' is where '{}' constrains the body; choose another entry",
+                                  place, needle.name, load_case.on(way.entry.facet)->place);
     auto facets = all_facets(mesh);
     std::erase_if(facets, [&](int facet) { return !is_held(facet); });
     if (!facets.empty() && (nearest_point(facets, mesh, needle.target).point - needle.target).norm() < needle.spread)
         throw support::InputError(
-            fmt::format("{}: the target of '{}' is within its 'spread' of a constrained place; choose another target",
-                        place, needle.name));
+            "{}: the target of '{}' is within its 'spread' of a constrained place; choose another target", place,
+            needle.name);
 }
 
 /// @throws support::InputError for forces over places that are smaller than the needle, or that the quadrature of a
 ///   place does not see in the tetrahedra there
 void refuse_small_spread(const core::Needle &needle, const core::TetraMesh &mesh, const toml::node &place) {
     if (needle.spread < 0.5 * needle.diameter)
-        throw support::InputError(fmt::format("{}: a 'spread' of {:g} m is less than the radius of the needle, {:g} m; "
-                                              "spread its forces over some millimetres, such as {:g} m",
-                                              support::place_of(place), needle.spread, 0.5 * needle.diameter,
-                                              usual_spread));
+        support::refuse(place,
+                        "a 'spread' of {:g} m is less than the radius of the needle, {:g} m; spread its forces over "
+                        "some millimetres, such as {:g} m",
+                        needle.spread, 0.5 * needle.diameter, usual_spread);
     if (const double least = core::smallest_spread(needle, mesh); needle.spread < least)
-        throw support::InputError(fmt::format(
-            "{}: a 'spread' of {:g} m is too small for the tetrahedra along '{}'; take {:.3g} m or more, or "
-            "a finer mesh",
-            support::place_of(place), needle.spread, needle.name, 1e-5 * std::ceil(1e5 * least)));
+        support::refuse(
+            place,
+            "a 'spread' of {:g} m is too small for the tetrahedra along '{}'; take {:.3g} m or more, or a finer mesh",
+            needle.spread, needle.name, 1e-5 * std::ceil(1e5 * least));
 }
 
 core::Needle read_needle(const toml::table &table, const core::TetraMesh &mesh, const core::LoadCase &load_case) {
@@ -145,18 +139,15 @@ core::Needle read_needle(const toml::table &table, const core::TetraMesh &mesh, 
                                 : needle.tip_force();
     needle.step = table.contains("step") ? number_within(table, "step", 1e-6, 0.1) : default_step;
     if (!(needle.tip_force() > 0.0))
-        throw support::InputError(
-            fmt::format("{}: 'toughness' has to be positive; give the energy over area that tears the tissue [J/m^2]",
-                        support::place_of(*table.get("toughness"))));
+        support::refuse(*table.get("toughness"),
+                        "'toughness' has to be positive; give the energy over area that tears the tissue [J/m^2]");
     if (!(needle.depth() > needle.spread))
-        throw support::InputError(
-            fmt::format("{}: the target of '{}' is {:.3g} m below its entry, less than its 'spread' "
-                        "of {:.3g} m; choose a deeper target or spread the forces less",
-                        place, needle.name, needle.depth(), needle.spread));
+        throw support::InputError("{}: the target of '{}' is {:.3g} m below its entry, less than its 'spread' of "
+                                  "{:.3g} m; choose a deeper target or spread the forces less",
+                                  place, needle.name, needle.depth(), needle.spread);
     if (needle.depth() > most_steps_in * needle.step)
-        throw support::InputError(fmt::format("{}: a 'step' of {:g} m would make more than {:g} steps; choose a longer "
-                                              "one",
-                                              place, needle.step, most_steps_in));
+        throw support::InputError("{}: a 'step' of {:g} m would make more than {:g} steps; choose a longer one", place,
+                                  needle.step, most_steps_in);
     refuse_outside(way, mesh, place);
     refuse_small_spread(needle, mesh, *table.get("spread"));
     refuse_held(needle, way, mesh, load_case, place);
@@ -166,11 +157,10 @@ core::Needle read_needle(const toml::table &table, const core::TetraMesh &mesh, 
 void refuse_same(const std::vector<core::Needle> &needles, const core::Needle &needle, const std::string &place) {
     for (const auto &other : needles) {
         if (other.name == needle.name)
-            throw support::InputError(
-                fmt::format("{}: two needles have the name '{}'; rename one", place, needle.name));
+            throw support::InputError("{}: two needles have the name '{}'; rename one", place, needle.name);
         if ((other.entry - needle.entry).norm() + (other.target - needle.target).norm() < same_way * needle.depth())
-            throw support::InputError(
-                fmt::format("{}: '{}' and '{}' take the same path; leave one out", place, other.name, needle.name));
+            throw support::InputError("{}: '{}' and '{}' take the same path; leave one out", place, other.name,
+                                      needle.name);
     }
 }
 
@@ -182,13 +172,12 @@ std::vector<core::Needle> read_needles(const std::filesystem::path &toml_file, c
     bring_to_metres(table);
     const auto *array = table.get("needle");
     if (!array || !array->is_array_of_tables())
-        throw support::InputError(fmt::format(
-            "{}: there is no [[needle]]; add one, or give this load case to 'livermark run'", toml_file.string()));
+        throw support::InputError("{}: there is no [[needle]]; add one, or give this load case to 'livermark run'",
+                                  toml_file.string());
     if (load_case.regime == core::Regime::large || load_case.release || load_case.tool || core::is_driven(load_case))
-        throw support::InputError(
-            fmt::format("{}: beside a needle conditions may only constrain the body, in the small regime; leave loads, "
-                        "displacements other than 0, 'release' and 'tool' out",
-                        toml_file.string()));
+        throw support::InputError("{}: beside a needle conditions may only constrain the body, in the small regime; "
+                                  "leave loads, displacements other than 0, 'release' and 'tool' out",
+                                  toml_file.string());
     std::vector<core::Needle> needles;
     for (const auto &node : *array->as_array()) {
         const auto &one = *node.as_table();

@@ -20,8 +20,8 @@ constexpr double rounding_of_times = 1e-6;
 double number_above(const toml::table &table, std::string_view key, double least, bool least_allowed) {
     const double value = support::required_number(table, key);
     if (value < least || (value == least && !least_allowed))
-        throw support::InputError(fmt::format("{}: '{}' is {}; it has to be {}", support::place_of(*table.get(key)),
-                                              key, value, least_allowed ? "zero or more" : "positive"));
+        support::refuse(*table.get(key), "'{}' is {}; it has to be {}", key, value,
+                        least_allowed ? "zero or more" : "positive");
     return value;
 }
 
@@ -29,14 +29,12 @@ double number_above(const toml::table &table, std::string_view key, double least
 std::array<double, 2> read_frequencies(const toml::table &table) {
     const auto *array = table.get("damping_frequencies")->as_array();
     if (!array || array->size() != 2)
-        throw support::InputError(fmt::format("{}: 'damping_frequencies' has to be two numbers in brackets",
-                                              support::place_of(*table.get("damping_frequencies"))));
+        support::refuse(*table.get("damping_frequencies"), "'damping_frequencies' has to be two numbers in brackets");
     std::array<double, 2> omega{};
     for (std::size_t i = 0; i < 2; ++i) {
         const auto frequency = array->get(i)->value<double>().value_or(0.0);
         if (!(frequency > 0.0) || !std::isfinite(frequency))
-            throw support::InputError(fmt::format("{}: 'damping_frequencies' have to be positive and finite numbers",
-                                                  support::place_of(*array)));
+            support::refuse(*array, "'damping_frequencies' have to be positive and finite numbers");
         omega[i] = 2.0 * std::numbers::pi * frequency;
     }
     return omega;
@@ -47,10 +45,8 @@ core::RayleighDamping read_damping(const toml::table &table) {
     const bool by_coefficients = table.contains("alpha") && table.contains("beta");
     if (by_ratio == by_coefficients || table.contains("damping_ratio") == table.contains("alpha") ||
         table.contains("damping_frequencies") == table.contains("beta"))
-        throw support::InputError(
-            fmt::format("{}: damping is given either by 'damping_ratio' and 'damping_frequencies' "
-                        "or by 'alpha' and 'beta'; give one of the two pairs",
-                        support::place_of(table)));
+        support::refuse(table, "damping is given either by 'damping_ratio' and 'damping_frequencies' or by 'alpha' and "
+                               "'beta'; give one of the two pairs");
     if (by_coefficients)
         return {number_above(table, "alpha", 0.0, true), number_above(table, "beta", 0.0, true)};
     const double ratio = number_above(table, "damping_ratio", 0.0, true);
@@ -70,17 +66,15 @@ std::vector<core::Probe> read_probes(const toml::table &table, const core::Tetra
                                      const core::LoadCase &load_case) {
     const auto *node = table.get("probe");
     if (!node || !node->is_array_of_tables())
-        throw support::InputError(
-            fmt::format("{}: a release without a [[probe]] records nothing; add one with a name and a patch",
-                        support::place_of(*table.get("release"))));
+        support::refuse(*table.get("release"),
+                        "a release without a [[probe]] records nothing; add one with a name and a patch");
     std::vector<core::Probe> probes;
     for (const auto &entry : *node->as_array()) {
         const auto &probe = *entry.as_table();
         support::refuse_unknown_keys(probe, {"name", "patch"});
         const auto name = support::required_string(probe, "name");
         if (name.empty() || std::ranges::find(probes, name, &core::Probe::name) != probes.end())
-            throw support::InputError(fmt::format("{}: every probe needs a name that no other has, and '{}' is not one",
-                                                  support::place_of(probe), name));
+            support::refuse(probe, "every probe needs a name that no other has, and '{}' is not one", name);
         probes.push_back({name, select_node(probe, mesh)});
         if (is_constrained(probes.back().node, mesh, load_case))
             throw NotOnBody(support::place_of(probe), fmt::format("probe '{}' is at a constrained node", name),
@@ -94,16 +88,15 @@ core::Release release_of(const toml::table &table, const core::TetraMesh &mesh, 
     support::refuse_unknown_keys(
         release, {"duration", "output_interval", "damping_ratio", "damping_frequencies", "alpha", "beta"});
     if (std::ranges::none_of(load_case.conditions, &core::Condition::is_traction))
-        throw support::InputError(
-            fmt::format("{}: there is no load to release; add a [[condition]] with a traction or a pressure",
-                        support::place_of(release)));
+        support::refuse(release, "there is no load to release; add a [[condition]] with a traction or a pressure");
     const double duration = number_above(release, "duration", 0.0, false);
     const double interval = number_above(release, "output_interval", 0.0, false);
     const double num_steps = std::round(duration / interval);
     if (num_steps < 1.0 || num_steps > most_steps || std::abs(duration / interval - num_steps) > rounding_of_times)
-        throw support::InputError(fmt::format("{}: a duration of {} s is not a whole number, from 1 to {}, of output "
-                                              "intervals of {} s; change one of them",
-                                              support::place_of(release), duration, most_steps, interval));
+        support::refuse(
+            release,
+            "a duration of {} s is not a whole number, from 1 to {}, of output intervals of {} s; change one of them",
+            duration, most_steps, interval);
     return {static_cast<int>(num_steps), interval, read_damping(release), read_probes(table, mesh, load_case)};
 }
 
@@ -112,9 +105,9 @@ void read_release(const Reading &reading) {
     if (table.contains("release"))
         load_case.release = release_of(table, mesh, load_case);
     else
-        throw support::InputError(fmt::format("{}: a [[probe]] records motion, and nothing moves without a [release]; "
-                                              "add one or remove the probe",
-                                              support::place_of(*table.get("probe"))));
+        support::refuse(
+            *table.get("probe"),
+            "a [[probe]] records motion, and nothing moves without a [release]; add one or remove the probe");
 }
 
 void look_for_damping_and_probe(const toml::table &load_case, std::vector<std::string> &missing) {

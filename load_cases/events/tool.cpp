@@ -5,10 +5,9 @@
 
 #include "core/support/input_error.hpp"
 #include "core/tool/tool_motion.hpp"
-#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
 #include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "load_cases/readers/load_case_tables.hpp"
 
 namespace livermark::load_cases {
 
@@ -36,18 +35,18 @@ core::ToolMotion read_times(const toml::table &tool) {
                          motion.slide_from < motion.slide_until && motion.slide_until <= motion.release_at &&
                          motion.release_at <= duration;
     if (!ascends)
-        throw support::InputError(fmt::format("{}: the times of a tool have to ascend: 0 < press_until <= slide_from < "
-                                              "slide_until <= release_at <= duration",
-                                              support::place_of(tool)));
+        support::refuse(tool, "the times of a tool have to ascend: 0 < press_until <= slide_from < slide_until <= "
+                              "release_at <= duration");
     const double frame_rate = number_or(tool, "frame_rate", usual_frame_rate);
     const auto is_whole = [&](double time) {
         return std::abs(time * frame_rate - std::round(time * frame_rate)) < rounding_of_frames;
     };
     if (!(frame_rate > 0.0) || !(duration * frame_rate <= most_frames) || !is_whole(duration) ||
         !is_whole(motion.release_at))
-        throw support::InputError(fmt::format("{}: 'duration' and 'release_at' have to be whole numbers of frames of "
-                                              "1 / 'frame_rate', {} at most; change one of them",
-                                              support::place_of(tool), most_frames));
+        support::refuse(tool,
+                        "'duration' and 'release_at' have to be whole numbers of frames of 1 / 'frame_rate', {} at "
+                        "most; change one of them",
+                        most_frames);
     motion.frame_interval = 1.0 / frame_rate;
     motion.num_frames = static_cast<int>(std::lround(duration * frame_rate));
     return motion;
@@ -58,35 +57,31 @@ core::ToolMotion tool_of(const toml::table &table, const core::LoadCase &load_ca
     support::refuse_unknown_keys(tool, {"place", "press_until", "slide", "slide_from", "slide_until", "release_at",
                                         "duration", "frame_rate", "mass_damping", "radius"});
     if (tool.contains("radius") && !(support::required_number(tool, "radius") > 0.0))
-        throw support::InputError(fmt::format("{}: the 'radius' of the ball that touches has to be positive",
-                                              support::place_of(*tool.get("radius"))));
+        support::refuse(*tool.get("radius"), "the 'radius' of the ball that touches has to be positive");
     auto motion = read_times(tool);
     const auto place = support::required_string(tool, "place");
     const auto names = load_case.constraint_names();
     const auto found = std::ranges::find(names, place);
     if (found == names.end())
-        throw support::InputError(
-            fmt::format("{}: no [[condition]] with a displacement has the name '{}'; known are: {}",
-                        support::place_of(*tool.get("place")), place, fmt::join(names, ", ")));
+        support::refuse(*tool.get("place"), "no [[condition]] with a displacement has the name '{}'; known are: {}",
+                        place, fmt::join(names, ", "));
     motion.constraint = static_cast<int>(found - names.begin());
     motion.slide = tool.contains("slide") ? support::required_vector(tool, "slide") : core::Vector3(0.0, 0.0, 0.0);
     motion.mass_damping = support::required_number(tool, "mass_damping");
     if (motion.mass_damping < 0.0)
-        throw support::InputError(fmt::format("{}: 'mass_damping' is {}; it has to be zero or more",
-                                              support::place_of(*tool.get("mass_damping")), motion.mass_damping));
+        support::refuse(*tool.get("mass_damping"), "'mass_damping' is {}; it has to be zero or more",
+                        motion.mass_damping);
     if (load_case.regime != core::Regime::large || load_case.release || load_case.scale_to_target ||
         !load_case.acceleration.isZero(0.0))
-        throw support::InputError(fmt::format("{}: a tool moves in the large regime, from rest and without a release, "
-                                              "an acceleration or a scale; leave those out, or the [tool]",
-                                              support::place_of(tool)));
+        support::refuse(tool, "a tool moves in the large regime, from rest and without a release, an acceleration or a "
+                              "scale; leave those out, or the [tool]");
     for (int f = 0; f < load_case.num_facets(); ++f) {
         const auto &value = load_case.value[f];
         const bool is_tool = load_case.constraint_on(f) == motion.constraint;
         if (load_case.is_loaded(f) || (is_tool && value.array().isNaN().any()) ||
             (load_case.constraint_on(f) >= 0 && !is_tool && !value.isZero(0.0)))
-            throw support::InputError(fmt::format(
-                "{}: a moving tool has to be the only load; constrain all other places to zero in all components",
-                support::place_of(tool)));
+            support::refuse(
+                tool, "a moving tool has to be the only load; constrain all other places to zero in all components");
     }
     return motion;
 }
@@ -121,10 +116,9 @@ PushedPlace pushed_place(const core::LoadCase &load_case, const core::TetraMesh 
             place.press = value;
     }
     if (!(weight > 0.0) || place.press.isZero(0.0))
-        throw support::InputError(
-            fmt::format("load case {}: the place of the tool is not pushed, so no ball can press there; give it a "
-                        "'push' or another displacement",
-                        load_case.name));
+        throw support::InputError("load case {}: the place of the tool is not pushed, so no ball can press there; give "
+                                  "it a 'push' or another displacement",
+                                  load_case.name);
     place.middle /= weight;
     return place;
 }
@@ -136,9 +130,9 @@ core::LoadCase with_touching_ball(core::LoadCase load_case, const core::TetraMes
     bring_to_metres(table);
     const auto &tool = support::required_table(table, "tool");
     if (!tool.contains("radius"))
-        throw support::InputError(fmt::format("load case {}: the [tool] has no radius, so it is not a ball that can "
-                                              "touch; give it a 'radius' [m], or take --tool glued",
-                                              load_case.name));
+        throw support::InputError("load case {}: the [tool] has no radius, so it is not a ball that can touch; give it "
+                                  "a 'radius' [m], or take --tool glued",
+                                  load_case.name);
     const double radius = support::required_number(tool, "radius");
     const auto place = pushed_place(load_case, mesh);
     const core::TouchingTool ball{.radius = radius,

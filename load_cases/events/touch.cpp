@@ -7,7 +7,6 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/input_error.hpp"
-#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
@@ -26,9 +25,8 @@ constexpr int most_approaches = 10000;
 double number_of_touch(const toml::table &touch, std::string_view key, bool may_be_zero) {
     const double value = support::required_number(touch, key);
     if (value < 0.0 || (value == 0.0 && !may_be_zero))
-        throw support::InputError(fmt::format("{}: '{}' of a ball that touches is {}; it has to be {}",
-                                              support::place_of(*touch.get(key)), key, value,
-                                              may_be_zero ? "zero or more" : "positive"));
+        support::refuse(*touch.get(key), "'{}' of a ball that touches is {}; it has to be {}", key, value,
+                        may_be_zero ? "zero or more" : "positive");
     return value;
 }
 
@@ -40,14 +38,11 @@ void refuse_company_of_touch(const Reading &reading) {
                            [](const Selector &selector) { return std::string_view(selector.name); });
     support::refuse_unknown_keys(touch, known);
     if (load_case.regime != core::Regime::large)
-        throw support::InputError(fmt::format(
-            "{}: contact grows as a ball sinks in, which small deformations neglect; write regime = \"large\"",
-            support::place_of(touch)));
+        support::refuse(touch,
+                        "contact grows as a ball sinks in, which small deformations neglect; write regime = \"large\"");
     if (core::is_driven(load_case) || load_case.scale_to_target || table.contains("release") || table.contains("tool"))
-        throw support::InputError(
-            fmt::format("{}: a ball that touches has to be the only load; leave out loads, accelerations, "
-                        "displacements other than 0, 'scale_to_target', [release] and [tool]",
-                        support::place_of(touch)));
+        support::refuse(touch, "a ball that touches has to be the only load; leave out loads, accelerations, "
+                               "displacements other than 0, 'scale_to_target', [release] and [tool]");
 }
 
 void read_touch(const Reading &reading) {
@@ -66,9 +61,10 @@ void read_touch(const Reading &reading) {
     if (touch.contains("slide"))
         tool.slide = support::required_vector(touch, "slide");
     if (tool.press.norm() > 2.0 * tool.radius)
-        throw support::InputError(fmt::format("{}: a ball that sinks in by {:g} m is under the surface, with a radius "
-                                              "of {:g} m; give less depth or a larger radius",
-                                              support::place_of(*touch.get("depth")), tool.press.norm(), tool.radius));
+        support::refuse(*touch.get("depth"),
+                        "a ball that sinks in by {:g} m is under the surface, with a radius of {:g} m; give less depth "
+                        "or a larger radius",
+                        tool.press.norm(), tool.radius);
     const auto onto = nearest_point(place.facets, mesh, middle_of(place.facets, mesh)).point;
     const auto found = first_touch(mesh, onto, direction, tool.radius);
     if (load_case.is_constrained(found.facet))

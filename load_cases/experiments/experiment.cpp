@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <numbers>
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/input_error.hpp"
@@ -38,8 +39,7 @@ FittedMotion::FittedMotion(std::span<const Vector3> positions, std::span<const V
     const int needed = num_coefficients(degree);
     const auto count = static_cast<int>(positions.size());
     const auto refuse = [&](const std::string &fault) {
-        throw support::InputError(
-            fmt::format("{}: {}; take a polynomial of lower degree, or more markers", place, fault));
+        throw support::InputError("{}: {}; take a polynomial of lower degree, or more markers", place, fault);
     };
     if (count < needed)
         refuse(fmt::format("{} markers do not determine the {} coefficients of a polynomial of degree {}", count,
@@ -84,14 +84,14 @@ Vector3 FittedMotion::at(const Vector3 &point) const {
 void drive(core::LoadCase &load_case, const core::TetraMesh &mesh, const PlaceMotion &place) {
     const auto facets = core::facets_in_patch(mesh, place.patch);
     if (facets.empty())
-        throw support::InputError(fmt::format("markers drive '{}', and the body has no such patch; it has {}",
-                                              support::shown(place.patch), fmt::join(core::patches_of(mesh), ", ")));
+        throw support::InputError("markers drive '{}', and the body has no such patch; it has {}",
+                                  support::shown(place.patch), fmt::join(core::patches_of(mesh), ", "));
     load_case.node_shift.resize(mesh.points.size(), Vector3::Zero());
     for (const int f : facets) {
         if (!load_case.is_constrained(f))
-            throw support::InputError(fmt::format("markers drive '{}', and nothing constrains it; give it a "
-                                                  "[[condition]] with displacement = [0.0, 0.0, 0.0]",
-                                                  place.patch));
+            throw support::InputError("markers drive '{}', and nothing constrains it; give it a [[condition]] with "
+                                      "displacement = [0.0, 0.0, 0.0]",
+                                      place.patch);
         for (const int node : mesh.boundary_triangles[f])
             load_case.node_shift[node] = place.motion.at(mesh.points[node]);
     }
@@ -138,18 +138,15 @@ core::Body with_added_mass(core::Body body, double mass, const Vector3 &low, con
         if ((middle.array() < low.array()).any() || (middle.array() > high.array()).any())
             continue;
         if (region >= 0 && region != mesh.region[t])
-            throw support::InputError(
-                fmt::format("a mass of {} kg is put into regions {} and {} of {}; put it into one", mass,
-                            mesh.region_names[region], mesh.region_names[mesh.region[t]], body.name));
+            throw support::InputError("a mass of {} kg is put into regions {} and {} of {}; put it into one", mass,
+                                      mesh.region_names[region], mesh.region_names[mesh.region[t]], body.name);
         region = mesh.region[t];
         mesh.region[t] = added;
         volume += volumes[t];
     }
     if (region < 0)
         throw support::InputError(
-            fmt::format("a mass of {} kg is put where {} has no tetrahedra; take a larger box, or "
-                        "shorter edges",
-                        mass, body.name));
+            "a mass of {} kg is put where {} has no tetrahedra; take a larger box, or shorter edges", mass, body.name);
     mesh.region_names.push_back(mesh.region_names[region] + " with a mass");
     body.materials.push_back(body.materials[region]);
     body.materials.back().density += mass / volume;
@@ -175,41 +172,40 @@ void check(const Experiment &experiment, const std::string &place) {
     const auto outside = MarkerField(body.mesh, positions).outside();
     for (std::size_t k = 0; k < outside.size(); ++k)
         if (!(outside[k] <= farthest))
-            throw support::InputError(fmt::format(
-                "{}: marker {} is {:.3g} mm outside the body, and {:.3g} mm are the most for one on a peg (half "
-                "of the thinnest side, a fifth of the diagonal); check the unit and the frame of the "
-                "markers, and where the body is",
-                place, experiment.markers[k].name, core::millimetres * outside[k], core::millimetres * farthest));
+            throw support::InputError("{}: marker {} is {:.3g} mm outside the body, and {:.3g} mm are the most for one "
+                                      "on a peg (half of the thinnest side, a fifth of the diagonal); check the unit "
+                                      "and the frame of the markers, and where the body is",
+                                      place, experiment.markers[k].name, core::millimetres * outside[k],
+                                      core::millimetres * farthest);
     if (experiment.states.empty())
-        throw support::InputError(fmt::format("{}: nothing was measured; add a state", place));
+        throw support::InputError("{}: nothing was measured; add a state", place);
     for (const auto &ring_down : experiment.ring_downs)
         for (const auto &repeat : ring_down.repeats)
             for (const auto &displacement : repeat.displacement)
                 if (!(displacement.norm() <= extent))
                     throw support::InputError(
-                        fmt::format("{}: a marker is {:.3g} m from rest while {} rings down, and the body is {:.3g} m "
-                                    "across; check the unit and whether positions stand where displacements should",
-                                    place, displacement.norm(), ring_down.state, extent));
+                        "{}: a marker is {:.3g} m from rest while {} rings down, and the body is {:.3g} m across; "
+                        "check the unit and whether positions stand where displacements should",
+                        place, displacement.norm(), ring_down.state, extent);
     for (const auto &state : experiment.states) {
         std::size_t num_compared = 0;
         if (state.displacement.size() != experiment.markers.size())
-            throw support::InputError(fmt::format("{}: state {} has {} markers and the body {}; give each a position",
-                                                  place, state.name, state.displacement.size(),
-                                                  experiment.markers.size()));
+            throw support::InputError("{}: state {} has {} markers and the body {}; give each a position", place,
+                                      state.name, state.displacement.size(), experiment.markers.size());
         for (std::size_t k = 0; k < state.displacement.size(); ++k) {
             const auto &displacement = state.displacement[k];
             const bool is_seen = displacement.allFinite();
             if (is_seen && displacement.norm() > extent)
                 throw support::InputError(
-                    fmt::format("{}: marker {} moved by {:.3g} m in state {}, and the body is {:.3g} m across; check "
-                                "the unit and whether positions stand where displacements should",
-                                place, experiment.markers[k].name, displacement.norm(), state.name, extent));
+                    "{}: marker {} moved by {:.3g} m in state {}, and the body is {:.3g} m across; check the unit and "
+                    "whether positions stand where displacements should",
+                    place, experiment.markers[k].name, displacement.norm(), state.name, extent);
             if (experiment.markers[k].drives.empty() && is_seen)
                 ++num_compared;
         }
         if (num_compared < fewest_compared)
-            throw support::InputError(fmt::format("{}: {} markers can be compared in state {}; {} are needed", place,
-                                                  num_compared, state.name, fewest_compared));
+            throw support::InputError("{}: {} markers can be compared in state {}; {} are needed", place, num_compared,
+                                      state.name, fewest_compared);
     }
 }
 
@@ -238,6 +234,142 @@ core::Problem problem_of(const Experiment &experiment, const MeasuredState &stat
     for (const auto &place : driven_places(experiment, state))
         drive(problem.load_case, body->mesh, place);
     return problem;
+}
+
+namespace {
+
+constexpr int fewest_records = 8;
+constexpr double tau = 2.0 * std::numbers::pi;
+
+/// Remainder of some columns when the best oscillation of a frequency and a damping ratio is taken off.
+double left_over(const Eigen::MatrixXd &columns, double interval, double frequency, double ratio) {
+    const auto count = columns.rows();
+    Eigen::MatrixXd basis(count, 4);
+    for (Eigen::Index j = 0; j < count; ++j) {
+        const double phase = tau * frequency * interval * static_cast<double>(j), decay = std::exp(-ratio * phase);
+        basis.row(j) << 1.0, static_cast<double>(j) / static_cast<double>(count), decay * std::cos(phase),
+            decay * std::sin(phase);
+    }
+    const Eigen::HouseholderQR<Eigen::MatrixXd> factor(basis);
+    const Eigen::MatrixXd rotated = factor.householderQ().transpose() * columns;
+    return rotated.bottomRows(count - 4).squaredNorm();
+}
+
+double range_of(const std::vector<double> &values) {
+    const auto [least, most] = std::ranges::minmax_element(values);
+    return *most - *least;
+}
+
+/// The mean displacement of some markers in a record.
+Vector3 mean_displacement(const MarkerMotion &motion, std::span<const int> markers, int record) {
+    Vector3 sum = Vector3::Zero();
+    for (const int marker : markers)
+        sum += motion.at(record, marker);
+    return sum / static_cast<double>(markers.size());
+}
+
+} // namespace
+
+Ringing fit_ringing(const MarkerMotion &motion, std::span<const int> markers, const Window &window) {
+    const int count = window.end - window.first;
+    if (count < fewest_records)
+        return {};
+    Eigen::MatrixXd columns(count, 3 * static_cast<Eigen::Index>(markers.size()));
+    for (int j = 0; j < count; ++j)
+        for (std::size_t k = 0; k < markers.size(); ++k)
+            columns.block<1, 3>(j, 3 * static_cast<Eigen::Index>(k)) =
+                motion.at(window.first + j, markers[k]).transpose();
+    if (!columns.allFinite())
+        return {};
+    const double duration = count * motion.interval;
+    Ringing best{1.5 / duration, 0.05};
+    double least = left_over(columns, motion.interval, best.frequency, best.ratio);
+    const auto take_if_better = [&](double frequency, double ratio) {
+        const double left = left_over(columns, motion.interval, frequency, ratio);
+        if (!(left < least))
+            return false;
+        best = {frequency, ratio};
+        least = left;
+        return true;
+    };
+    // Slower motion than one and a half periods is not told from creep, faster than four records a period not from
+    // noise.
+    for (double frequency = 1.5 / duration; frequency < 0.25 / motion.interval; frequency += 0.25 / duration)
+        for (const double ratio : {0.02, 0.1, 0.3})
+            take_if_better(frequency, ratio);
+    double step = 0.1;
+    while (step > 1e-6) { // compass search
+        const double frequency = best.frequency, ratio = best.ratio;
+        const bool is_better = take_if_better(frequency * (1.0 + 0.3 * step), ratio) ||
+                               take_if_better(frequency * (1.0 - 0.3 * step), ratio) ||
+                               take_if_better(frequency, ratio + step) || take_if_better(frequency, ratio - step);
+        if (!is_better)
+            step *= 0.5;
+    }
+    return best;
+}
+
+Ringing fit_ringing(const MarkerMotion &motion, std::span<const int> markers) {
+    return fit_ringing(motion, markers, {0, motion.num_records()});
+}
+
+MeasuredRinging measured_ringing(std::span<const MarkerMotion> repeats, std::span<const int> markers) {
+    MeasuredRinging measured{.value = {0.0, 0.0}};
+    std::vector<double> frequencies, ratios;
+    for (const auto &repeat : repeats) {
+        const auto whole = fit_ringing(repeat, markers);
+        measured.value.frequency += whole.frequency / static_cast<double>(repeats.size());
+        measured.value.ratio += whole.ratio / static_cast<double>(repeats.size());
+        const int count = repeat.num_records();
+        const int period = std::isfinite(whole.frequency)
+                               ? static_cast<int>(std::lround(1.0 / (whole.frequency * repeat.interval)))
+                               : 0;
+        for (const Window window :
+             {Window{0, count}, Window{std::min(period, count / 2), count}, Window{0, count / 2}}) {
+            const auto add = [&](std::span<const int> some) {
+                const auto fitted = fit_ringing(repeat, some, window);
+                frequencies.push_back(fitted.frequency);
+                ratios.push_back(fitted.ratio);
+            };
+            add(markers);
+            for (std::size_t k = 0; k < markers.size(); ++k)
+                add(markers.subspan(k, 1));
+        }
+    }
+    measured.frequency_uncertainty = 0.5 * range_of(frequencies);
+    measured.ratio_uncertainty = 0.5 * range_of(ratios);
+    return measured;
+}
+
+std::vector<double> swings(const MarkerMotion &motion, std::span<const int> markers, double frequency, int count) {
+    std::vector<double> found(count, std::numeric_limits<double>::quiet_NaN());
+    const double half_period = 0.5 / (frequency * motion.interval);
+    const int opposite = static_cast<int>(std::lround(half_period));
+    if (!std::isfinite(half_period) || opposite < 1 || opposite >= motion.num_records())
+        return found;
+    const Vector3 start = mean_displacement(motion, markers, 0);
+    const Vector3 way = (mean_displacement(motion, markers, opposite) - start).normalized();
+    double before = 0.0, direction = 1.0;
+    for (int n = 1; n <= count; ++n) {
+        const int first = static_cast<int>(std::ceil((n - 0.5) * half_period)),
+                  last = static_cast<int>((n + 0.5) * half_period);
+        if (last + 1 >= motion.num_records() || first < 1)
+            break;
+        const auto along = [&](int record) {
+            return direction * (mean_displacement(motion, markers, record) - start).dot(way);
+        };
+        int turn = first;
+        for (int record = first; record <= last; ++record)
+            if (along(record) > along(turn))
+                turn = record;
+        const double a = along(turn - 1), b = along(turn), c = along(turn + 1), curvature = a - 2.0 * b + c;
+        // The vertex of the parabola through three records.
+        const double at_turn = direction * (curvature < 0.0 ? b - (a - c) * (a - c) / (8.0 * curvature) : b);
+        found[n - 1] = 0.5 * std::abs(at_turn - before);
+        before = at_turn;
+        direction = -direction;
+    }
+    return found;
 }
 
 } // namespace livermark::experiments

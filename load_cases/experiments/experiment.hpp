@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -138,18 +139,17 @@ struct Experiment {
 struct PublicExperiment {
     std::string name;
     std::string title; ///< one line
-    std::string data;  ///< what has to be below data_folder(), a file or a folder
+    std::string data;  ///< see public_data()
     std::string source;
 };
 
 /// Every public experiment, in alphabetical order.
 std::span<const PublicExperiment> all_public_data();
 
-/// Folder of the data: the environment variable LIVERMARK_EXPERIMENTS, or ../shared/experiments beside the project.
-std::filesystem::path data_folder();
-
-/// Whether the data of an experiment are there.
-bool has_data(const PublicExperiment &experiment);
+/// Place of public data below the folder that the environment variable LIVERMARK_EXPERIMENTS names.
+/// @param data  a file or a folder there
+/// @return nothing if it is not there
+std::optional<std::filesystem::path> public_data(const std::string &data);
 
 /// Reads and checks the data of a public experiment.
 /// @throws support::InputError if they are not there, with where to get them and where to put them; for a fault of them
@@ -170,5 +170,83 @@ std::vector<PlaceMotion> driven_places(const Experiment &experiment, const Measu
 /// A state on a body, with its driven places in motion.
 core::Problem problem_of(const Experiment &experiment, const MeasuredState &state,
                          const std::shared_ptr<const core::Body> &body);
+
+/// A damped oscillation.
+struct Ringing {
+    double frequency = std::numeric_limits<double>::quiet_NaN(); ///< of the damped oscillation [Hz]
+    double ratio = std::numeric_limits<double>::quiet_NaN();     ///< zeta, of the decay exp(-2 pi f zeta t)
+};
+
+/// Records from one to before another.
+struct Window {
+    int first = 0, end = 0;
+};
+
+/// The damped oscillation that fits displacements best, in the mean square over all components of the markers:
+///     u(t) = a + b t + exp(-2 pi f zeta t) (c cos 2 pi f t + d sin 2 pi f t),
+/// with a, b, c and d of each component by linear least squares and one f and one zeta for all (variable projection:
+/// Golub and Pereyra 1973, SIAM J. Numer. Anal. 10(2)). The line a + b t takes up a body that creeps while it rings.
+/// @param markers  that count
+/// @return NaN where displacements are not finite or the window has less than eight records
+Ringing fit_ringing(const MarkerMotion &motion, std::span<const int> markers, const Window &window);
+
+/// The same of all records.
+Ringing fit_ringing(const MarkerMotion &motion, std::span<const int> markers);
+
+/// Measured quantity, and its uncertainty.
+struct MeasuredRinging {
+    Ringing value;                      ///< mean over repeats, of all markers and records
+    double frequency_uncertainty = 0.0; ///< half the range over repeats, single markers and windows [Hz]
+    double ratio_uncertainty = 0.0;     ///< the same
+};
+
+/// Windows are all records, those without the first period, and the first half.
+MeasuredRinging measured_ringing(std::span<const MarkerMotion> repeats, std::span<const int> markers);
+
+/// Swings of a body from each turning point to the next, from t = 0 on: half of the change of the mean
+/// displacement of the markers, along the direction in which they move most at first. Turning points are looked for
+/// within a quarter of a period around multiples of half a period.
+/// @param frequency  of the motion [Hz]
+/// @return shape (count) [m]; NaN beyond the last record
+std::vector<double> swings(const MarkerMotion &motion, std::span<const int> markers, double frequency, int count);
+
+/// Reads an experiment of a .toml file and a table of markers beside it (see read_markers()):
+///
+///     title = "A cylinder of gelatine under its own weight"
+///     source = "who measured it, and where the data are"
+///     assumptions = ["the base does not slide"]  # sentences on what was not measured; may be left out
+///     markers = "markers.csv"
+///     unit = "mm"                                # of the markers: "m", "cm", "mm" or a number of metres
+///     noise = 0.0003                             # [m], root mean square length of the error of the displacement of a
+///                                                # marker; may be left out
+///     fit_degree = 2                             # of the polynomials that driven places move by; may be left out
+///     [body]                                     # one of
+///     box = { size = [0.08, 0.08, 0.06], edge_length = 0.01, corner = [0.0, 0.0, 0.0] }
+///     cylinder = { radius = 0.03, height = 0.08, edge_length = 0.008, base = [0.0, 0.0, 0.0] } # along z
+///     file = "body.toml"                         # or a mesh, as livermark run takes them; has its own materials
+///     [material]                                 # of a box or cylinder
+///     density = 1000.0                           # [kg/m^3]
+///     young_modulus = 5000.0                     # [Pa]
+///     poisson_ratio = 0.49
+///     source = "where they are from"
+///     [[state]]                                  # one or more, with the keys of a load case and
+///     name = "standing"                          # the state of the table of markers
+///     acceleration = [0.0, 0.0, -9.81]
+///     [[state.condition]]
+///     patch = "z_min"
+///     displacement = [0.0, 0.0, 0.0]
+///     [state.ring_down]                          # how the body rang after it was let go; may be left out
+///     motions = ["a.csv", "b.csv"]               # one or more of the same, see read_motion()
+///     held = { patch = "z_max", force = [0.1, 0.0, 0.0] } # what held it: a condition of a load case with a force or a
+///                                                # traction about as large
+///     added_mass = { mass = 0.05, low = [-0.01, -0.01, 0.07], high = [0.01, 0.01, 0.08] } # of what hangs at it, in
+///                                                # the tetrahedra whose middle is in this box; may be left out
+///     damping_from = true                        # damping is fitted on this one; on the first if it stands nowhere
+///
+/// The regime of a state is "large" if it says nothing.
+/// @param say  is told how many tetrahedra are expected before any is made; may be empty
+/// @throws support::InputError with file, line and remedy
+Experiment read_experiment(const std::filesystem::path &toml_file,
+                           const std::function<void(const std::string &)> &say = {});
 
 } // namespace livermark::experiments

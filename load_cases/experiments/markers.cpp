@@ -14,7 +14,7 @@
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "load_cases/experiments/experiment.hpp"
-#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
 
 namespace livermark::experiments {
 
@@ -31,11 +31,48 @@ std::string trimmed(const std::string &cell) {
     return first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(blanks) - first + 1);
 }
 
+/// The cells of a line of a CSV file from outside.
+struct CsvRow {
+    std::string place; ///< "file:line", for messages
+    std::vector<std::string> cells;
+};
+
+/// Rows of a CSV file. Quotes and blanks around cells are left out; lines without any text are no rows.
+/// @throws support::InputError if it cannot be read
+std::vector<CsvRow> read_csv(const std::filesystem::path &file) {
+    std::istringstream text(support::read_text(file));
+    std::vector<CsvRow> rows;
+    std::string line, cell;
+    for (int number = 1; std::getline(text, line); ++number) {
+        CsvRow row{fmt::format("{}:{}", file.string(), number), {}};
+        std::istringstream cells(line + ",");
+        while (std::getline(cells, cell, ','))
+            row.cells.push_back(trimmed(cell));
+        if (!std::ranges::all_of(row.cells, &std::string::empty))
+            rows.push_back(std::move(row));
+    }
+    return rows;
+}
+
+/// A finite number of a cell.
+/// @throws support::InputError
+double number_in(const CsvRow &row, std::size_t column) {
+    double number = 0.0;
+    std::string_view text = row.cells.at(column);
+    if (text.starts_with('+') && !text.starts_with("+-"))
+        text.remove_prefix(1); // which from_chars does not know
+    const auto [next, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc{} || next != text.data() + text.size() || !std::isfinite(number))
+        throw support::InputError("{}: '{}' in column {} is not a finite number; correct the line", row.place,
+                                  support::shown(text), column + 1);
+    return number;
+}
+
 /// The states that a header names.
 std::vector<std::string> states_of(const CsvRow &header) {
     const auto refuse = [&] {
-        throw support::InputError(
-            fmt::format("{}: the first line of a table of markers is {}; correct it", header.place, expected_header));
+        throw support::InputError("{}: the first line of a table of markers is {}; correct it", header.place,
+                                  expected_header);
     };
     const auto &cells = header.cells;
     if (cells.size() < first_state_column + 3 || (cells.size() - first_state_column) % 3 != 0 ||
@@ -49,7 +86,7 @@ std::vector<std::string> states_of(const CsvRow &header) {
             if (name.empty() || cells[c + i] != fmt::format("{}_{}", name, "xyz"[i]))
                 refuse();
         if (std::ranges::find(states, name) != states.end())
-            throw support::InputError(fmt::format("{}: state '{}' occurs twice; rename one", header.place, name));
+            throw support::InputError("{}: state '{}' occurs twice; rename one", header.place, name);
         states.push_back(name);
     }
     return states;
@@ -69,9 +106,9 @@ constexpr double rounding_of_intervals = 0.01; ///< of an interval, that a time 
 /// The column of each marker's x.
 std::vector<std::size_t> columns_of(const CsvRow &header, std::span<const Marker> markers) {
     const auto refuse = [&](const std::string &fault) {
-        throw support::InputError(fmt::format("{}: {}; the first line is time, and <marker>_x, <marker>_y, <marker>_z "
-                                              "of each marker",
-                                              header.place, fault));
+        throw support::InputError(
+            "{}: {}; the first line is time, and <marker>_x, <marker>_y, <marker>_z of each marker", header.place,
+            fault);
     };
     if (header.cells.front() != "time" || header.cells.size() != 1 + 3 * markers.size())
         refuse(fmt::format("there are {} columns of {} markers over time", header.cells.size(), markers.size()));
@@ -89,51 +126,23 @@ std::vector<std::size_t> columns_of(const CsvRow &header, std::span<const Marker
 
 } // namespace
 
-std::vector<CsvRow> read_csv(const std::filesystem::path &file) {
-    std::istringstream text(support::read_text(file));
-    std::vector<CsvRow> rows;
-    std::string line, cell;
-    for (int number = 1; std::getline(text, line); ++number) {
-        CsvRow row{fmt::format("{}:{}", file.string(), number), {}};
-        std::istringstream cells(line + ",");
-        while (std::getline(cells, cell, ','))
-            row.cells.push_back(trimmed(cell));
-        if (!std::ranges::all_of(row.cells, &std::string::empty))
-            rows.push_back(std::move(row));
-    }
-    return rows;
-}
-
-double number_in(const CsvRow &row, std::size_t column) {
-    double number = 0.0;
-    std::string_view text = row.cells.at(column);
-    if (text.starts_with('+') && !text.starts_with("+-"))
-        text.remove_prefix(1); // which from_chars does not know
-    const auto [next, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc{} || next != text.data() + text.size() || !std::isfinite(number))
-        throw support::InputError(fmt::format("{}: '{}' in column {} is not a finite number; correct the line",
-                                              row.place, support::shown(text), column + 1));
-    return number;
-}
-
 MarkerTable read_markers(const std::filesystem::path &file, double metres_per_unit) {
     const auto rows = read_csv(file);
     if (rows.size() < 2)
-        throw support::InputError(fmt::format("{}: there are no markers; give a line of {}, and a line for each marker",
-                                              file.string(), expected_header));
+        throw support::InputError("{}: there are no markers; give a line of {}, and a line for each marker",
+                                  file.string(), expected_header);
     MarkerTable table;
     table.states = states_of(rows.front());
     table.displacement.resize(table.states.size());
     std::set<std::string> names;
     for (auto row = rows.begin() + 1; row != rows.end(); ++row) {
         if (row->cells.size() != rows.front().cells.size())
-            throw support::InputError(fmt::format("{}: the line has {} cells and the first line {}; correct it",
-                                                  row->place, row->cells.size(), rows.front().cells.size()));
+            throw support::InputError("{}: the line has {} cells and the first line {}; correct it", row->place,
+                                      row->cells.size(), rows.front().cells.size());
         const auto &name = row->cells[0];
         if (name.empty() || !names.insert(name).second)
-            throw support::InputError(
-                fmt::format("{}: marker '{}' has an empty or repeated name; give each line its own", row->place,
-                            support::shown(name)));
+            throw support::InputError("{}: marker '{}' has an empty or repeated name; give each line its own",
+                                      row->place, support::shown(name));
         table.names.push_back(name);
         table.drives.push_back(row->cells[1]);
         table.rest.push_back(position_in(*row, 2, metres_per_unit));
@@ -141,9 +150,9 @@ MarkerTable read_markers(const std::filesystem::path &file, double metres_per_un
             const std::size_t column = first_state_column + 3 * s;
             const bool is_seen = !is_empty(*row, column);
             if (!is_seen && !table.drives.back().empty())
-                throw support::InputError(fmt::format("{}: marker '{}' drives a place and has no position in state "
-                                                      "'{}'; give it, or leave the marker out",
-                                                      row->place, support::shown(name), table.states[s]));
+                throw support::InputError("{}: marker '{}' drives a place and has no position in state '{}'; give it, "
+                                          "or leave the marker out",
+                                          row->place, support::shown(name), table.states[s]);
             table.displacement[s].push_back(
                 is_seen ? Vector3(position_in(*row, column, metres_per_unit) - table.rest.back())
                         : Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
@@ -155,17 +164,16 @@ MarkerTable read_markers(const std::filesystem::path &file, double metres_per_un
 MarkerMotion read_motion(const std::filesystem::path &file, std::span<const Marker> markers, double metres_per_unit) {
     const auto rows = read_csv(file);
     if (rows.size() < 1 + fewest_rows)
-        throw support::InputError(
-            fmt::format("{}: a motion has at least {} records, and here are {}; record for longer", file.string(),
-                        fewest_rows, rows.empty() ? 0 : rows.size() - 1));
+        throw support::InputError("{}: a motion has at least {} records, and here are {}; record for longer",
+                                  file.string(), fewest_rows, rows.empty() ? 0 : rows.size() - 1);
     const auto columns = columns_of(rows.front(), markers);
     MarkerMotion motion{0.0, static_cast<int>(markers.size()), {}};
     double start = 0.0;
     for (std::size_t r = 1; r < rows.size(); ++r) {
         const auto &row = rows[r];
         if (row.cells.size() != rows.front().cells.size())
-            throw support::InputError(fmt::format("{}: the line has {} cells and the first line {}; correct it",
-                                                  row.place, row.cells.size(), rows.front().cells.size()));
+            throw support::InputError("{}: the line has {} cells and the first line {}; correct it", row.place,
+                                      row.cells.size(), rows.front().cells.size());
         const double time = number_in(row, 0);
         const auto steps = static_cast<double>(r - 1);
         if (r == 1)
@@ -174,9 +182,8 @@ MarkerMotion read_motion(const std::filesystem::path &file, std::span<const Mark
             motion.interval = time - start;
         if (r >= 2 && !(motion.interval > 0.0 && std::abs(time - start - steps * motion.interval) <
                                                      rounding_of_intervals * motion.interval * steps))
-            throw support::InputError(fmt::format("{}: times are not evenly spaced; interpolate the records to equal "
-                                                  "intervals",
-                                                  row.place));
+            throw support::InputError("{}: times are not evenly spaced; interpolate the records to equal intervals",
+                                      row.place);
         for (std::size_t k = 0; k < markers.size(); ++k)
             motion.displacement.emplace_back(metres_per_unit * Vector3(number_in(row, columns[k]),
                                                                        number_in(row, columns[k] + 1),
@@ -272,51 +279,44 @@ constexpr double gauge_18 = 0.00127; ///< [m]
 /// Nobody drives a needle that far, or pushes a biopsy needle so.
 constexpr double deepest = 0.5, strongest = 100.0;
 /// Part of the force before, of a surface that gave way.
-constexpr double of_puncture = 0.5;
+constexpr double punctured = 0.5;
 
 } // namespace
 
-bool has_needle_curve() {
-    std::error_code ignored;
-    return std::filesystem::exists(data_folder() / curve_file, ignored);
-}
-
 NeedleCurve read_needle_curve() {
-    const auto file = data_folder() / curve_file;
-    if (!has_needle_curve())
-        throw support::InputError(fmt::format("{}: the measured needle is not there; get it from {}, as lines of depth "
-                                              "[m] and force [N], and put it there or say in LIVERMARK_EXPERIMENTS "
-                                              "which folder {} is in",
-                                              file.string(), curve_source, curve_file));
+    const auto file = public_data(curve_file);
+    if (!file)
+        throw support::InputError("{}: the measured needle is not there; get it from {}, as lines of depth [m] and "
+                                  "force [N], and set the environment variable LIVERMARK_EXPERIMENTS to the folder "
+                                  "that this file is in",
+                                  curve_file, curve_source);
     NeedleCurve curve{.source = curve_source,
                       .unknown = {"how large the liver was, how it was held, and how stiff it was",
                                   "where in it the needle went, and what vessels and septa were on the way"},
                       .diameter = gauge_18,
                       .depth = {},
                       .force = {}};
-    for (const auto &row : read_csv(file)) {
+    for (const auto &row : read_csv(*file)) {
         if (row.cells.size() != 2)
-            throw support::InputError(
-                fmt::format("{}: the line has {} cells and not 2; correct it", row.place, row.cells.size()));
+            throw support::InputError("{}: the line has {} cells and not 2; correct it", row.place, row.cells.size());
         const double depth = number_in(row, 0), force = number_in(row, 1);
         if (!(depth >= -1e-3 && depth < deepest && std::abs(force) < strongest))
-            throw support::InputError(fmt::format("{}: {:g} m and {:g} N are no depth and force of a needle; give them "
-                                                  "in SI units",
-                                                  row.place, depth, force));
+            throw support::InputError("{}: {:g} m and {:g} N are no depth and force of a needle; give them in SI units",
+                                      row.place, depth, force);
         curve.depth.push_back(depth);
         curve.force.push_back(force);
     }
     if (curve.depth.empty())
-        throw support::InputError(fmt::format("{}: there are no points; take the public file", file.string()));
+        throw support::InputError("{}: there are no points; take the public file", file->string());
     return curve;
 }
 
 std::vector<CurveBin> binned(const NeedleCurve &curve, double width) {
-    std::map<int, std::vector<double>> of_bin;
+    std::map<int, std::vector<double>> bin_forces;
     for (std::size_t p = 0; p < curve.depth.size(); ++p)
-        of_bin[static_cast<int>(std::max(0.0, curve.depth[p]) / width)].push_back(curve.force[p]);
+        bin_forces[static_cast<int>(std::max(0.0, curve.depth[p]) / width)].push_back(curve.force[p]);
     std::vector<CurveBin> bins;
-    for (const auto &[number, forces] : of_bin) {
+    for (const auto &[number, forces] : bin_forces) {
         double sum = 0.0;
         for (const double force : forces)
             sum += force;
@@ -330,9 +330,9 @@ MeasuredPuncture puncture_of(const NeedleCurve &curve, double width) {
     double highest = 0.0;
     for (const auto &bin : binned(curve, width)) {
         // Before the surface is pressed at all there is nothing but noise.
-        if (bin.highest < of_puncture * highest && highest > 0.0) {
+        if (bin.highest < punctured * highest && highest > 0.0) {
             const auto at = std::ranges::find(curve.force, highest) - curve.force.begin();
-            if (highest >= of_puncture * *std::ranges::max_element(curve.force))
+            if (highest >= punctured * *std::ranges::max_element(curve.force))
                 return {curve.depth[static_cast<std::size_t>(at)], highest};
         }
         highest = std::max(highest, bin.highest);

@@ -11,19 +11,6 @@
 
 namespace livermark::experiments {
 
-/// The cells of a CSV file from outside. Quotes and blanks around cells are left out; lines without any text are no
-/// rows.
-struct CsvRow {
-    std::string place; ///< "file:line", for messages
-    std::vector<std::string> cells;
-};
-/// @throws support::InputError if it cannot be read
-std::vector<CsvRow> read_csv(const std::filesystem::path &file);
-
-/// A finite number of a cell.
-/// @throws support::InputError
-double number_in(const CsvRow &row, std::size_t column);
-
 /// A table of markers:
 ///
 ///     marker,drives,x,y,z,pressed_x,pressed_y,pressed_z
@@ -105,11 +92,8 @@ struct CurveBin {
 };
 
 /// A steel needle of 18 G driven into bovine liver at 3 mm/s, as read off a published figure.
-/// @throws support::InputError if the data are not below data_folder(), with where to get them, or are damaged
+/// @throws support::InputError if the data are not there (public_data()), with where to get them, or are damaged
 NeedleCurve read_needle_curve();
-
-/// Whether its data are there.
-bool has_needle_curve();
 
 /// Stretches of a width from the surface on, without those that have no point.
 /// @param width  [m], > 0

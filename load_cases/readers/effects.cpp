@@ -1,4 +1,4 @@
-#include "load_cases/readers/effects.hpp"
+#include "load_cases/readers/event_reader.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/support/input_error.hpp"
-#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
 
 namespace livermark::load_cases {
 
@@ -27,11 +27,7 @@ namespace {
 /// facets and nearest to 1 - (r/a)^2 / 2, and not below 0, in the mean square over their area. Values at the nodes
 /// alone would make the place too shallow between them, the more so the coarser the mesh is. 1 at all other nodes.
 std::vector<double> sinking(const core::RoundLoad &tool, const core::TetraMesh &mesh, const std::vector<int> &facets) {
-    std::vector<int> nodes;
-    for (const int f : facets)
-        nodes.insert(nodes.end(), mesh.boundary_triangles[f].begin(), mesh.boundary_triangles[f].end());
-    std::ranges::sort(nodes);
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    const auto nodes = nodes_of(facets, mesh);
     const auto num_nodes = std::ssize(nodes);
     Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(num_nodes, num_nodes);
     Eigen::VectorXd moment = Eigen::VectorXd::Zero(num_nodes);
@@ -70,9 +66,7 @@ Effect prescribed(const core::Vector3 &value, const Selection &selection, const 
 Effect read_displacement(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const auto value = support::required_vector(table, "displacement", true);
     if (value.array().isNaN().all())
-        throw support::InputError(
-            fmt::format("{}: a displacement that is free in every direction constrains nothing; give a number",
-                        support::place_of(table)));
+        support::refuse(table, "a displacement that is free in every direction constrains nothing; give a number");
     return prescribed(value, selection, mesh);
 }
 
@@ -122,8 +116,7 @@ Effect read_force(const toml::table &table, const Selection &selection, const co
 Effect pressing_to(double depth, const core::Vector3 &direction, const toml::node &place, const Selection &selection,
                    const core::TetraMesh &mesh) {
     if (depth == 0.0)
-        throw support::InputError(
-            fmt::format("{}: a place that presses by 0 m presses nothing; give a depth", support::place_of(place)));
+        support::refuse(place, "a place that presses by 0 m presses nothing; give a depth");
     auto effect = with_resultant(direction, selection, mesh);
     effect.kind = core::ConditionKind::press;
     effect.press_depth = depth;
@@ -143,8 +136,8 @@ Effect read_press_along(const toml::table &table, const Selection &selection, co
 Effect read_tangential_force(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const core::Vector3 force = support::required_vector(table, "tangential_force");
     if (!(force.norm() > 0.0))
-        throw support::InputError(fmt::format("{}: the 'tangential_force' is zero; give one that pulls somewhere",
-                                              support::place_of(*table.get("tangential_force"))));
+        support::refuse(*table.get("tangential_force"),
+                        "the 'tangential_force' is zero; give one that pulls somewhere");
     const core::Vector3 direction = force / force.norm();
     const auto along = along_surface(selection, mesh);
     double resultant = 0.0; // of a unit traction
@@ -177,8 +170,7 @@ Effect read_follower_pressure(const toml::table &table, const Selection &selecti
 Effect read_torque(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const auto torque = support::required_vector(table, "torque");
     if (selection.tool)
-        throw support::InputError(fmt::format("{}: a round tool takes no torque; let its profile be \"flat\"",
-                                              support::place_of(*table.get("torque"))));
+        support::refuse(*table.get("torque"), "a round tool takes no torque; let its profile be \"flat\"");
     const core::Vector3 middle = middle_of(selection.facets, mesh);
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
     for (const int f : selection.facets) {
@@ -241,21 +233,21 @@ const Quantities &effect_quantities() {
     return quantities;
 }
 
+namespace {
+
+/// @param table  of the condition; the effect uses the mesh later on
+/// @throws support::InputError unless it has one of the keys, with a value that makes sense
 Effect read_effect(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const auto is_given = [&](const EffectReader &reader) { return table.contains(reader.key); };
     if (std::ranges::count_if(effect_readers, is_given) != 1)
-        throw support::InputError(fmt::format(
-            "{}: a condition is either a 'displacement', a 'push', a 'press', a 'press_along', a 'traction', a "
-            "'tangential_traction', a 'force', a 'tangential_force', a 'pressure', a 'follower_pressure' or a "
-            "'torque'; give one of them",
-            support::place_of(table)));
+        support::refuse(table, "a condition is either a 'displacement', a 'push', a 'press', a 'press_along', a "
+                               "'traction', a 'tangential_traction', a 'force', a 'tangential_force', a 'pressure', a "
+                               "'follower_pressure' or a 'torque'; give one of them");
     auto effect = std::ranges::find_if(effect_readers, is_given)->read(table, selection, mesh);
     if (effect.kind != core::ConditionKind::displacement)
         effect.round = selection.tool;
     return effect;
 }
-
-namespace {
 
 using core::Vector3;
 

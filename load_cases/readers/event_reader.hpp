@@ -1,13 +1,17 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/load_case.hpp"
+#include "core/problem.hpp"
 #include "core/support/toml_input.hpp"
+#include "load_cases/places/selector.hpp"
 
 namespace livermark::load_cases {
 
@@ -66,5 +70,66 @@ struct FirstTouch {
 /// @param direction  along which it comes, of length 1
 FirstTouch first_touch(const core::TetraMesh &mesh, const core::Vector3 &onto, const core::Vector3 &direction,
                        double radius);
+
+/// Effect of a condition on facets.
+struct Effect {
+    core::ConditionKind kind;
+    std::function<core::Vector3(int facet)> value;
+    /// (N) what a prescribed displacement is multiplied by at each node. Empty where it is the same everywhere.
+    std::vector<double> node_factor{};
+    std::optional<core::RoundLoad> round{}; ///< how a traction is spread, unless it is even
+    double press_depth = 0.0;               ///< of a place that presses, whose traction is one newton, see LoadCase
+};
+
+/// The keys that say what a condition puts on its place, see load_case_reader.hpp.
+std::span<const std::string_view> effect_keys();
+
+/// Keys among them whose values are lengths or vectors, and the place that stands beside them.
+const Quantities &effect_quantities();
+
+/// A place that stands apart from the places above it, with what is put on it.
+struct PlacedCondition {
+    Selection selection;
+    Effect effect;
+    double lost_area = 0.0; ///< part of the area of the selection that was given up, 0 to 1/4
+};
+
+/// Lets a new place yield to the conditions above it: it gives up the facets that have a condition already, and, where
+/// it prescribes a displacement, those with a node to which a condition above prescribes another one. The effect is
+/// that on what is left: a disc keeps its resultant.
+/// @param table      the [[condition]]
+/// @param selection  at least one facet
+/// @param above      the load case with the conditions above this one
+/// @throws NotOnBody if less than three quarters of the area are left; what read_effect() throws
+PlacedCondition place_apart(const toml::table &table, Selection selection, const core::TetraMesh &mesh,
+                            const core::LoadCase &above);
+
+/// Brings the lengths of a load case to metres, by the 'unit' that it says, and takes the 'unit' out. Forces,
+/// tractions, times and accelerations are in SI units whatever it says, and so are the lengths in these. The [[cut]]
+/// stays as it is: meshes::cuts_of_file() reads it.
+/// @param load_case  whose numbers, all of them, are ones that arithmetic can square
+/// @throws support::InputError with file, line and remedy
+void bring_to_metres(toml::table &load_case);
+
+/// Turns the directions in a load case with a body, from LPS to the coordinates of its mesh: accelerations, all vectors
+/// of conditions, the direction of a disc and the way that a tool or a ball slides. Points are places in the mesh and
+/// stay. Nothing happens on a body in LPS, nor where the load case names none of the patches of BodyAxes.
+/// @param load_case  the whole file; keeps the places of its lines
+/// @throws NotOnBody where something has a direction and the axes of the body are in doubt, and where a disc is found
+///         by a point of the mesh and a direction of the patient; support::InputError where a displacement is free
+///         along an axis that is none of the mesh
+void turn_directions(toml::table &load_case, const core::BodyAxes &axes);
+
+/// Says at once what a load case lacks, where that is more than one thing: the conditions, a place or what happens
+/// there in each of them, a condition that constrains, keys of its events. One thing alone is refused by who reads it.
+/// @throws support::InputError
+void refuse_missing_parts(const toml::table &load_case);
+
+/// A load case that is a part of another file; see read_load_case() for what a table may hold.
+/// @param file  gives the name of the load case, and the place in messages
+/// @param table  gets its lengths in metres, see bring_to_metres()
+/// @return without its text
+/// @throws support::InputError as read_load_case()
+core::LoadCase load_case_of_table(toml::table &table, const std::filesystem::path &file, const core::TetraMesh &mesh);
 
 } // namespace livermark::load_cases

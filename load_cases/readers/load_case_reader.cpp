@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <functional>
 #include <iterator>
 #include <string_view>
@@ -13,11 +12,8 @@
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
-#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
-#include "load_cases/readers/effects.hpp"
 #include "load_cases/readers/event_reader.hpp"
-#include "load_cases/readers/load_case_tables.hpp"
 
 namespace livermark::load_cases {
 
@@ -33,9 +29,10 @@ void refuse_unknown_condition_keys(const toml::table &table) {
 
 void take_depth(double depth, const toml::table &condition, core::LoadCase &load_case) {
     if (load_case.press_depth != 0.0 && load_case.press_depth != depth)
-        throw support::InputError(fmt::format("{}: the places that press are one instrument, and have depths of {:g} m "
-                                              "and {:g} m; give all the same depth",
-                                              support::place_of(condition), load_case.press_depth, depth));
+        support::refuse(
+            condition,
+            "the places that press are one instrument, and have depths of {:g} m and {:g} m; give all the same depth",
+            load_case.press_depth, depth);
     load_case.press_depth = depth;
 }
 
@@ -49,10 +46,9 @@ void share_newton(core::LoadCase &load_case, const std::string &file) {
         if (load_case.presses(f))
             others.value[f].setZero();
     if (core::is_driven(others))
-        throw support::InputError(
-            fmt::format("{}: a place that presses has to be the only load; leave out loads, accelerations and "
-                        "displacements other than 0, or write 'push', which fixes the place to the tool",
-                        file));
+        throw support::InputError("{}: a place that presses has to be the only load; leave out loads, accelerations "
+                                  "and displacements other than 0, or write 'push', which fixes the place to the tool",
+                                  file);
     const auto num_pressing = static_cast<double>(
         std::ranges::count(load_case.conditions, core::ConditionKind::press, &core::Condition::kind));
     for (int f = 0; f < load_case.num_facets(); ++f)
@@ -70,9 +66,8 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
     if (effect.kind == core::ConditionKind::press)
         take_depth(effect.press_depth, table, load_case);
     if (effect.kind == core::ConditionKind::pressure && load_case.regime == core::Regime::small)
-        throw support::InputError(fmt::format("{}: a pressure that follows the surface needs large deformations; "
-                                              "write regime = \"large\", or give a 'pressure'",
-                                              support::place_of(table)));
+        support::refuse(table, "a pressure that follows the surface needs large deformations; write regime = "
+                               "\"large\", or give a 'pressure'");
     for (const int f : selection.facets) {
         load_case.condition_on[f] = static_cast<int>(load_case.conditions.size());
         load_case.value[f] = effect.value(f);
@@ -113,8 +108,7 @@ core::Regime regime_of(const toml::table &table) {
     for (const auto regime : {core::Regime::small, core::Regime::large})
         if (word == core::to_string(regime))
             return regime;
-    throw support::InputError(fmt::format("{}: there is no regime '{}'; write \"small\" or \"large\"",
-                                          support::place_of(*table.get("regime")), word));
+    support::refuse(*table.get("regime"), "there is no regime '{}'; write \"small\" or \"large\"", word);
 }
 
 /// The parts of the loads at which solutions are kept.
@@ -123,15 +117,15 @@ std::vector<double> read_path(const toml::table &table, core::Regime regime) {
         return regime == core::Regime::large ? std::vector{0.2, 0.4, 0.6, 0.8, 1.0} : std::vector<double>{};
     const auto place = support::place_of(*table.get("path"));
     if (regime == core::Regime::small)
-        throw support::InputError(fmt::format("{}: small deformations are proportional to the load and need no path; "
-                                              "leave it out, or write regime = \"large\"",
-                                              place));
+        throw support::InputError("{}: small deformations are proportional to the load and need no path; leave it out, "
+                                  "or write regime = \"large\"",
+                                  place);
     auto path = support::required_numbers(table, "path");
     const bool ascends = std::ranges::adjacent_find(path, std::greater_equal<>()) == path.end();
     if (path.size() < 2 || path.size() > most_path_points || !ascends || !(path.front() > 0.0) || path.back() != 1.0)
-        throw support::InputError(fmt::format("{}: a path has 2 to {} parts of the load that ascend from above 0 to 1, "
-                                              "such as [0.25, 0.5, 0.75, 1.0]",
-                                              place, most_path_points));
+        throw support::InputError(
+            "{}: a path has 2 to {} parts of the load that ascend from above 0 to 1, such as [0.25, 0.5, 0.75, 1.0]",
+            place, most_path_points);
     return path;
 }
 
@@ -149,8 +143,7 @@ toml::table read_table(const std::string &text, const std::filesystem::path &fil
 const toml::array &required_conditions(const toml::table &table) {
     const auto *node = table.get("condition");
     if (!node || !node->is_array_of_tables())
-        throw support::InputError(
-            fmt::format("{}: there is no [[condition]]; add one that constrains the body", support::place_of(table)));
+        support::refuse(table, "there is no [[condition]]; add one that constrains the body");
     return *node->as_array();
 }
 
@@ -164,8 +157,7 @@ void read_target(const toml::table &table, core::LoadCase &load_case) {
         return;
     load_case.target_peak_displacement = support::required_number(table, "target_peak_displacement");
     if (!(load_case.target_peak_displacement > 0.0))
-        throw support::InputError(fmt::format("{}: 'target_peak_displacement' has to be positive",
-                                              support::place_of(*table.get("target_peak_displacement"))));
+        support::refuse(*table.get("target_peak_displacement"), "'target_peak_displacement' has to be positive");
 }
 
 /// Peak displacement where nothing says how far a load moves the body: as far as places are moved; or, where forces
@@ -236,8 +228,7 @@ core::LoadCase load_case_of_table(toml::table &table, const std::filesystem::pat
     refuse_unknown_keys_of_load_case(table);
     bring_to_metres(table);
     if (table.contains("cut") && std::ranges::find(mesh.patch_names, "wound") == mesh.patch_names.end())
-        throw support::InputError(fmt::format("{}: the load case cuts the body, and this one is not cut; cut it first",
-                                              support::place_of(*table.get("cut"))));
+        support::refuse(*table.get("cut"), "the load case cuts the body, and this one is not cut; cut it first");
     core::LoadCase load_case;
     load_case.name = file.stem().string();
     if (const auto *conditions = table["condition"].as_array(); conditions && conditions->is_array_of_tables())
@@ -262,15 +253,14 @@ core::LoadCase load_case_of_table(toml::table &table, const std::filesystem::pat
         apply_condition(*condition.as_table(), mesh, load_case);
     share_newton(load_case, file.string());
     if (!load_case.has(core::ConditionKind::displacement))
-        throw support::InputError(
-            fmt::format("{}: nothing constrains the body; add a [[condition]] with a displacement", file.string()));
+        throw support::InputError("{}: nothing constrains the body; add a [[condition]] with a displacement",
+                                  file.string());
     for_each_named(&EventReader::refuse_company);
     for_each_named(&EventReader::read);
     if (load_case.scale_to_target && !core::is_driven(load_case))
-        throw support::InputError(
-            fmt::format("{}: nothing moves the body, so no factor reaches the target; add a load, a "
-                        "displacement or an acceleration, or leave 'scale_to_target' out",
-                        support::place_of(*table.get("scale_to_target"))));
+        support::refuse(*table.get("scale_to_target"),
+                        "nothing moves the body, so no factor reaches the target; add a load, a displacement or an "
+                        "acceleration, or leave 'scale_to_target' out");
     if (!table.contains("target_peak_displacement"))
         load_case.target_peak_displacement = expected_peak(mesh, load_case);
     refuse_free_body(mesh, load_case, file.string());

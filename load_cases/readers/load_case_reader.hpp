@@ -5,7 +5,9 @@
 #include <string_view>
 #include <vector>
 
+#include "core/load_case.hpp"
 #include "core/problem.hpp"
+#include "core/tool/needle/needle.hpp"
 
 namespace livermark::load_cases {
 
@@ -147,16 +149,6 @@ core::LoadCase parse_load_case(const std::string &text, const std::filesystem::p
 core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::Body &body);
 core::LoadCase parse_load_case(const std::string &text, const std::filesystem::path &file, const core::Body &body);
 
-/// Reads a Prony series:
-///
-///     title = "what relaxes"
-///     moduli = [0.3, 0.3]   # g_k, parts of the shear modulus of the elastic law that fade; their sum is below 1
-///     times = [1.86, 51.3]  # tau_k [s], as many
-///     source = "where the numbers come from"
-///
-/// @throws support::InputError with file, line and remedy
-core::PronySeries read_prony_series(const std::filesystem::path &toml_file);
-
 /// A load case in which a ball moves as its tool does: it touches the place that the tool has hold of otherwise, and
 /// that is free. The ball has the radius that the [tool] says, comes the way that the place is pushed, through the
 /// centroid of the place (weighted with how far it is pushed), and begins where it just touches the body at rest.
@@ -164,5 +156,31 @@ core::PronySeries read_prony_series(const std::filesystem::path &toml_file);
 /// @param friction   Coulomb's coefficient, >= 0
 /// @throws support::InputError if the [tool] has no radius, or if the place is pushed nowhere
 core::LoadCase with_touching_ball(core::LoadCase load_case, const core::TetraMesh &mesh, double friction);
+
+/// Reads the needles of a load case, whose lengths are in its 'unit', and puts them on a body. Its conditions hold the
+/// body, and nothing else acts.
+///
+///     [[needle]]
+///     name = "to the largest"        # in tables and files
+///     entry = "anterior"             # a patch: of its surface the point that is nearest to the target; or
+///                                    # [x, y, z] [m], moved to the nearest point of the surface
+///     target = "tumour_1"            # the centroid of a region, or [x, y, z] [m]; or instead
+///     depth = 0.06                   # [m], below the middle of the patch, against its normal there
+///     diameter = 0.00127             # [m]
+///     spread = 0.006                 # [m], radius of the places that forces are spread over: that of the needle or
+///                                    # more, and no less than core::smallest_spread()
+///     toughness = 164.0              # [J/m^2], see core::Needle
+///     friction = 20.0                # [N/m]
+///     puncture_force = 1.4           # [N]; what tearing takes if it is left out: a nick was made first
+///     step = 0.0005                  # [m], may be left out
+///
+/// @param toml_file   the load case
+/// @param load_case   the same, put on the mesh of the body
+/// @return one or more
+/// @throws support::InputError with file, line and remedy: nothing is driven in, numbers out of range, an entry that is
+///   held or no surface, a target outside, a way that leaves the body, two needles of one name or one way; NotOnBody
+///   for a patch or region that this body lacks
+std::vector<core::Needle> read_needles(const std::filesystem::path &toml_file, const core::Body &body,
+                                       const core::LoadCase &load_case);
 
 } // namespace livermark::load_cases

@@ -1,4 +1,4 @@
-#include "load_cases/readers/load_case_tables.hpp"
+#include "load_cases/readers/event_reader.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,6 @@
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
 #include "load_cases/places/selector.hpp"
-#include "load_cases/readers/effects.hpp"
-#include "load_cases/readers/event_reader.hpp"
 
 namespace livermark::load_cases {
 
@@ -53,10 +51,10 @@ void refuse_beyond_arithmetic(const toml::node &node, std::string_view key) {
     } else if (node.is_number()) {
         const double size = std::abs(node.value<double>().value_or(0.0));
         if (std::isfinite(size) && (size > largest_number || (size > 0.0 && size < smallest_number)))
-            throw support::InputError(
-                fmt::format("{}: '{}' has a number of the size {:g}, which is no length, load or time of a body; give "
-                            "one from {:g} to {:g} in SI units",
-                            support::place_of(node), key, size, smallest_number, largest_number));
+            support::refuse(node,
+                            "'{}' has a number of the size {:g}, which is no length, load or time of a body; give one "
+                            "from {:g} to {:g} in SI units",
+                            key, size, smallest_number, largest_number);
     }
 }
 
@@ -179,10 +177,8 @@ class Directions {
                 if (std::abs(entry) == 1.0)
                     turned[row] = entry * vector[column];
                 else if (entry != 0.0)
-                    throw support::InputError(
-                        fmt::format("{}: a displacement is free along an axis of the patient, which is none of this "
-                                    "mesh; turn the mesh to LPS, or give all three components",
-                                    support::place_of(place)));
+                    support::refuse(place, "a displacement is free along an axis of the patient, which is none of this "
+                                           "mesh; turn the mesh to LPS, or give all three components");
             }
         return turned;
     }
@@ -269,8 +265,7 @@ void refuse_missing_parts(const toml::table &load_case) {
     for (const auto &event : all_events())
         look_at_event(event, load_case, missing);
     if (missing.size() > 1)
-        throw support::InputError(fmt::format("{}: {} things are missing: {}; add them", support::place_of(load_case),
-                                              missing.size(), fmt::join(missing, "; ")));
+        support::refuse(load_case, "{} things are missing: {}; add them", missing.size(), fmt::join(missing, "; "));
 }
 
 } // namespace livermark::load_cases

@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 
 namespace livermark::load_cases::selectors {
@@ -46,8 +45,7 @@ Place seen_from(const toml::table &disc, const core::TetraMesh &mesh, double rad
     }
     const auto direction = support::required_vector(disc, "direction");
     if (!(direction.norm() > 0.0))
-        throw support::InputError(fmt::format("{}: the 'direction' is zero; give one that points somewhere",
-                                              support::place_of(*disc.get("direction"))));
+        support::refuse(*disc.get("direction"), "the 'direction' is zero; give one that points somewhere");
     place.middle = exit_point(mesh, origin, direction, Exit::last);
     return place;
 }
@@ -55,17 +53,13 @@ Place seen_from(const toml::table &disc, const core::TetraMesh &mesh, double rad
 Place find_place(const toml::table &disc, const core::TetraMesh &mesh, double radius) {
     const int num_origins = int{disc.contains("patch")} + int{disc.contains("point")} + int{disc.contains("region")};
     if (num_origins != 1)
-        throw support::InputError(
-            fmt::format("{}: a disc lies on a 'patch', or at a 'point' or over a 'region'; give one "
-                        "of them",
-                        support::place_of(disc)));
+        support::refuse(disc, "a disc lies on a 'patch', or at a 'point' or over a 'region'; give one of them");
     if (!disc.contains("patch"))
         return seen_from(disc, mesh, radius);
     if (disc.contains("direction"))
-        throw support::InputError(
-            fmt::format("{}: a disc on a 'patch' lies in its middle; leave the 'direction' out, or "
-                        "give a 'point' or a 'region'",
-                        support::place_of(*disc.get("direction"))));
+        support::refuse(
+            *disc.get("direction"),
+            "a disc on a 'patch' lies in its middle; leave the 'direction' out, or give a 'point' or a 'region'");
     return around_patch(disc, mesh);
 }
 
@@ -98,8 +92,7 @@ Selection select(const toml::table &condition, const core::TetraMesh &mesh, cons
     support::refuse_unknown_keys(disc, {"patch", "point", "region", "direction", "radius", "opposite", "profile"});
     const double radius = support::required_number(disc, "radius");
     if (!(radius > 0.0))
-        throw support::InputError(
-            fmt::format("{}: the radius is {} m; it has to be positive", support::place_of(disc), radius));
+        support::refuse(disc, "the radius is {} m; it has to be positive", radius);
     refuse_beyond_body(disc, "radius", radius, mesh);
     const bool has_round_tool = is_round(disc);
     auto place = find_place(disc, mesh, radius);

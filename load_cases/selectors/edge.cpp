@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <fmt/format.h>
 
-#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 
 namespace livermark::load_cases::selectors {
@@ -9,15 +8,6 @@ namespace livermark::load_cases::selectors {
 namespace {
 
 using core::Vector3;
-
-std::vector<int> nodes_of(const std::vector<int> &facets, const core::TetraMesh &mesh) {
-    std::vector<int> nodes;
-    for (const int f : facets)
-        nodes.insert(nodes.end(), mesh.boundary_triangles[f].begin(), mesh.boundary_triangles[f].end());
-    std::ranges::sort(nodes);
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    return nodes;
-}
 
 double distance_to(const std::vector<Vector3> &points, const Vector3 &point) {
     double nearest = std::numeric_limits<double>::infinity();
@@ -29,8 +19,7 @@ double distance_to(const std::vector<Vector3> &points, const Vector3 &point) {
 double positive(const toml::table &table, const char *key) {
     const double value = support::required_number(table, key);
     if (!(value > 0.0))
-        throw support::InputError(
-            fmt::format("{}: '{}' is {} m; it has to be positive", support::place_of(table), key, value));
+        support::refuse(table, "'{}' is {} m; it has to be positive", key, value);
     return value;
 }
 
@@ -39,8 +28,7 @@ Selection select(const toml::table &condition, const core::TetraMesh &mesh, cons
     support::refuse_unknown_keys(edge, {"between", "width", "length"});
     const auto names = support::required_strings(edge, "between");
     if (names.size() != 2 || names[0] == names[1])
-        throw support::InputError(
-            fmt::format("{}: an edge is 'between' two patches; name two", support::place_of(*edge.get("between"))));
+        support::refuse(*edge.get("between"), "an edge is 'between' two patches; name two");
     const double width = positive(edge, "width");
     const double length = positive(edge, "length");
     refuse_beyond_body(edge, "width", width, mesh);

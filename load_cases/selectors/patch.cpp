@@ -1,4 +1,3 @@
-#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 
 namespace livermark::load_cases::selectors {

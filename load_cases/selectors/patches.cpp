@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <fmt/format.h>
 
-#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 
 namespace livermark::load_cases::selectors {

@@ -1,6 +1,4 @@
-#include <fmt/format.h>
 
-#include "load_cases/places/facets.hpp"
 #include "load_cases/places/selector.hpp"
 
 namespace livermark::load_cases::selectors {
@@ -9,8 +7,7 @@ namespace {
 
 Selection select(const toml::table &condition, const core::TetraMesh &mesh, const core::LoadCase &above) {
     if (!support::optional_flag(condition, "rest"))
-        throw support::InputError(fmt::format("{}: 'rest' can only be true; or name another place",
-                                              support::place_of(*condition.get("rest"))));
+        support::refuse(*condition.get("rest"), "'rest' can only be true; or name another place");
     Selection selection{"the rest of the surface", all_facets(mesh)};
     std::erase_if(selection.facets, [&](int f) { return !above.is_free(f); });
     return selection;

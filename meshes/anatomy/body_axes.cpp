@@ -1,4 +1,4 @@
-#include "meshes/anatomy/body_axes.hpp"
+#include "meshes/anatomy/liver_patches.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
@@ -13,8 +13,8 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/input_error.hpp"
-#include "meshes/anatomy/liver_patches.hpp"
 #include "meshes/cutting/cut.hpp"
+#include "meshes/io/mesh_checks.hpp"
 
 namespace livermark::meshes {
 
@@ -22,20 +22,6 @@ namespace {
 
 /// Below this another orientation fits about as well (docs/studies/segmentation.md).
 constexpr double doubtful = 0.06;
-
-/// Patches that no facet has any more lose their names.
-void drop_empty_patches(core::TetraMesh &mesh) {
-    std::vector<int> new_number(mesh.patch_names.size(), -1);
-    std::vector<std::string> names;
-    for (std::size_t patch = 0; patch < mesh.patch_names.size(); ++patch)
-        if (std::ranges::find(mesh.boundary_patch, static_cast<int>(patch)) != mesh.boundary_patch.end()) {
-            new_number[patch] = static_cast<int>(names.size());
-            names.push_back(mesh.patch_names[patch]);
-        }
-    for (int &patch : mesh.boundary_patch)
-        patch = new_number[patch];
-    mesh.patch_names = std::move(names);
-}
 
 /// Whether a name is one that meshes get where nobody has named a part of the surface.
 bool says_nothing(std::string_view name) {
@@ -61,7 +47,7 @@ std::optional<FoundPatches> find_anatomical_patches(core::TetraMesh &mesh,
     const auto fit = fit_liver(mesh, from_lps);
     auto liver = mesh;
     assign_liver_patches(liver, fit);
-    const auto of_file = mesh.patch_names;
+    const auto file_patches = mesh.patch_names;
     const auto is_there = [](const std::vector<std::string> &names, const std::string &name) {
         return std::ranges::find(names, name) != names.end();
     };
@@ -69,8 +55,8 @@ std::optional<FoundPatches> find_anatomical_patches(core::TetraMesh &mesh,
     std::vector<double> area(liver.patch_names.size(), 0.0);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
         const int found = liver.boundary_patch[f];
-        const auto &own = of_file[mesh.boundary_patch[f]], &name = liver.patch_names[found];
-        if (own == wound_patch || is_there(liver.patch_names, own) || is_there(of_file, name))
+        const auto &own = file_patches[mesh.boundary_patch[f]], &name = liver.patch_names[found];
+        if (own == wound_patch || is_there(liver.patch_names, own) || is_there(file_patches, name))
             continue;
         const auto [entry, is_new] =
             number.emplace(says_nothing(own) ? name : fmt::format("{}{}{}", own, core::patch_joint, name),
@@ -80,9 +66,9 @@ std::optional<FoundPatches> find_anatomical_patches(core::TetraMesh &mesh,
         mesh.boundary_patch[f] = entry->second;
         area[found] += core::area_vector(mesh, f).norm();
     }
-    drop_empty_patches(mesh);
+    keep_used_groups(mesh.boundary_patch, mesh.patch_names);
     std::vector<std::string> kept, clashes;
-    for (const auto &name : of_file)
+    for (const auto &name : file_patches)
         if (is_there(liver.patch_names, name))
             clashes.push_back(name);
         else if (!says_nothing(name))
@@ -281,11 +267,9 @@ SaidAxes read_axes(const toml::table &body) {
         return said;
     said.from_lps = as_rotation(node->is_string() ? lettered(word) : listed(*node));
     if (!said.from_lps)
-        throw support::InputError(fmt::format(
-            "{}: 'axes' has to be three letters that say where x, y and z of the mesh lead to, such as "
-            "\"LPS\" or \"RAS\", and make no mirror; or the patient's left, posterior and superior as three "
-            "perpendicular directions of length 1; or \"registered\" or \"unknown\"",
-            support::place_of(*node)));
+        support::refuse(*node, "'axes' has to be three letters that say where x, y and z of the mesh lead to, such as "
+                               "\"LPS\" or \"RAS\", and make no mirror; or the patient's left, posterior and superior "
+                               "as three perpendicular directions of length 1; or \"registered\" or \"unknown\"");
     return said;
 }
 

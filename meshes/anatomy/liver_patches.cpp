@@ -13,6 +13,7 @@
 #include "meshes/generators/liver_generator.hpp"
 #include "meshes/generators/liver_shape.hpp"
 #include "meshes/generators/surface_mesh.hpp"
+#include "meshes/io/mesh_checks.hpp"
 
 namespace livermark::meshes {
 
@@ -346,28 +347,20 @@ class Painter {
     }
 
     std::vector<int> island_facets() const {
-        std::vector<std::vector<int>> pieces;
-        std::vector<bool> is_seen(areas_.size(), false);
+        const auto pieces = parts_that_touch(std::vector(areas_.size(), true), [&](int t, const auto &visit) {
+            for (const int other : next_to(t))
+                visit(other);
+        });
         std::array<double, num_patches> largest{};
         std::array<int, num_patches> largest_piece{};
-        for (int start = 0; start < mesh_.num_boundary_triangles(); ++start) {
-            if (is_seen[start])
-                continue;
-            auto &piece = pieces.emplace_back(std::vector{start});
-            is_seen[start] = true;
+        for (int p = 0; p < static_cast<int>(pieces.size()); ++p) {
             double area = 0.0;
-            for (std::size_t i = 0; i < piece.size(); ++i) {
-                area += areas_[piece[i]];
-                for (const int other : next_to(piece[i]))
-                    if (!is_seen[other]) {
-                        is_seen[other] = true;
-                        piece.push_back(other);
-                    }
-            }
-            const int patch = mesh_.boundary_patch[start];
+            for (const int t : pieces[p])
+                area += areas_[t];
+            const int patch = mesh_.boundary_patch[pieces[p].front()];
             if (area > largest[patch]) {
                 largest[patch] = area;
-                largest_piece[patch] = static_cast<int>(pieces.size()) - 1;
+                largest_piece[patch] = p;
             }
         }
         std::vector<int> islands;

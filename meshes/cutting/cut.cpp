@@ -12,8 +12,7 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "meshes/cutting/parting.hpp"
-#include "meshes/cutting/splitting.hpp"
-#include "meshes/cutting/tool_geometry.hpp"
+#include "meshes/io/mesh_checks.hpp"
 
 namespace livermark::meshes {
 
@@ -30,7 +29,7 @@ struct CutMesh {
 };
 
 [[noreturn]] void refuse(const Cut &cut, const std::string &what, const std::string &remedy) {
-    throw support::InputError(fmt::format("{}: {}; {}", cut.place, what, remedy));
+    throw support::InputError("{}: {}; {}", cut.place, what, remedy);
 }
 
 /// A blade without thickness, which parts.
@@ -95,21 +94,6 @@ std::vector<std::array<int, 4>> patches_of_faces(const CutMesh &cut) {
     return patches;
 }
 
-/// Groups that occur keep their names, and their order.
-std::vector<int> keep_used(std::vector<int> &groups, std::vector<std::string> &names) {
-    const std::set<int> used(groups.begin(), groups.end());
-    std::vector<std::string> kept;
-    std::map<int, int> number;
-    for (const int group : used) {
-        number[group] = static_cast<int>(kept.size());
-        kept.push_back(names[group]);
-    }
-    for (int &group : groups)
-        group = number.at(group);
-    names = std::move(kept);
-    return {used.begin(), used.end()};
-}
-
 /// A piece as a body of its own.
 core::Body body_of(const CutMesh &cut, const std::vector<int> &piece, const Faces &is_wound,
                    const std::vector<std::array<int, 4>> &patches) {
@@ -145,9 +129,9 @@ core::Body body_of(const CutMesh &cut, const std::vector<int> &piece, const Face
             mesh.boundary_patch.push_back(patches[t][k] >= 0 ? patches[t][k] : static_cast<int>(wound));
         }
     }
-    for (const int region : keep_used(mesh.region, mesh.region_names))
+    for (const int region : keep_used_groups(mesh.region, mesh.region_names))
         body.materials.push_back(cut.body.materials[region]);
-    keep_used(mesh.boundary_patch, mesh.patch_names);
+    keep_used_groups(mesh.boundary_patch, mesh.patch_names);
     return body;
 }
 

@@ -9,7 +9,7 @@
 
 #include "core/support/files.hpp"
 #include "core/support/toml_input.hpp"
-#include "meshes/anatomy/body_axes.hpp"
+#include "meshes/anatomy/liver_patches.hpp"
 #include "meshes/io/mesh_files.hpp"
 
 namespace livermark::meshes {
@@ -60,7 +60,7 @@ CutWords words_of(const toml::table &cut) {
 }
 
 CutTool tool_of(const CutWords &words, const std::string &place) {
-    const auto refuse = [&](const char *what) { throw support::InputError(fmt::format("{}: {}", place, what)); };
+    const auto refuse = [&](const char *what) { throw support::InputError("{}: {}", place, what); };
     if (int{words.region.has_value()} + int{!words.half_space.empty()} + int{!words.blade.empty()} != 1)
         refuse("a cut needs a region, a half-space or a blade; give one of them");
     if (words.margin && !words.region)
@@ -85,7 +85,7 @@ CutTool tool_of(const CutWords &words, const std::string &place) {
 
 CutWay way_of(const std::string &word, const std::string &place) {
     if (word != "facets" && word != "exact")
-        throw support::InputError(fmt::format("{}: there is no way '{}' to cut; give facets or exact", place, word));
+        throw support::InputError("{}: there is no way '{}' to cut; give facets or exact", place, word);
     return word == "exact" ? CutWay::exact : CutWay::facets;
 }
 
@@ -96,8 +96,8 @@ SmallPieces fate_of_small_pieces(const std::string &word, const std::string &pla
         return SmallPieces::remove;
     if (word == "keep")
         return SmallPieces::keep;
-    throw support::InputError(
-        fmt::format("{}: there is no way '{}' to treat small pieces; give refuse, remove or keep", place, word));
+    throw support::InputError("{}: there is no way '{}' to treat small pieces; give refuse, remove or keep", place,
+                              word);
 }
 
 } // namespace
@@ -112,8 +112,7 @@ std::vector<Cut> read_cuts(const toml::table &table) {
     if (!node)
         return cuts;
     if (!node->is_array_of_tables())
-        throw support::InputError(
-            fmt::format("{}: 'cut' is not a list of tables; write [[cut]] above each", support::place_of(*node)));
+        support::refuse(*node, "'cut' is not a list of tables; write [[cut]] above each");
     for (const auto &entry : *node->as_array())
         cuts.push_back(cut_of(words_of(*entry.as_table()), support::place_of(entry)));
     return cuts;
@@ -139,29 +138,23 @@ std::vector<Cut> cuts_of_file(const std::filesystem::path &toml_file) {
 
 namespace {
 
-std::string quoted(const std::string &text) {
-    std::ostringstream out;
-    out << toml::value<std::string>(text);
-    return out.str();
-}
-
 std::string key(const std::string &name) {
     const bool is_bare = std::ranges::all_of(
         name, [](unsigned char c) { return c < 0x80 && (std::isalnum(c) != 0 || c == '_' || c == '-'); });
-    return is_bare && !name.empty() ? name : quoted(name);
+    return is_bare && !name.empty() ? name : support::quoted(name);
 }
 
 std::filesystem::path write_body(std::filesystem::path mesh_file, const core::Body &body, const std::string &title,
                                  const std::string &command) {
-    auto text = fmt::format("title = {}\nmesh = {}\ngenerator = {}\n", quoted(title),
-                            quoted(mesh_file.filename().string()), quoted(command)) +
+    auto text = fmt::format("title = {}\nmesh = {}\ngenerator = {}\n", support::quoted(title),
+                            support::quoted(mesh_file.filename().string()), support::quoted(command)) +
                 axes_toml(body.axes);
     for (std::size_t region = 0; region < body.materials.size(); ++region) {
         const auto &material = body.materials[region];
         text += fmt::format("\n[regions.{}]\ndensity = {} # kg/m^3\nyoung_modulus = {} # Pa\npoisson_ratio = {}\n"
                             "source = {}\n",
                             key(body.mesh.region_names[region]), material.density, material.young_modulus,
-                            material.poisson_ratio, quoted(fmt::format("as of {}, which was cut", body.name)));
+                            material.poisson_ratio, support::quoted(fmt::format("as of {}, which was cut", body.name)));
     }
     write_msh(mesh_file, body.mesh);
     auto body_file = mesh_file.replace_extension(".toml");
@@ -170,12 +163,6 @@ std::filesystem::path write_body(std::filesystem::path mesh_file, const core::Bo
 }
 
 } // namespace
-
-void check_name_of_mesh(const std::filesystem::path &mesh_file) {
-    if (mesh_file.extension() != ".msh")
-        throw support::InputError(
-            fmt::format("{}: the mesh is written as MSH; end its name in .msh", mesh_file.string()));
-}
 
 std::vector<std::filesystem::path> write_cut_body(const std::filesystem::path &mesh_file, const CutBody &cut,
                                                   const std::string &command) {

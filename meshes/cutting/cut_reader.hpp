@@ -45,9 +45,6 @@ struct CutWords {
 /// @throws support::InputError for no tool or several, wrong words, and numbers that are too many or too few
 Cut cut_of(const CutWords &words, const std::string &place);
 
-/// @throws support::InputError if the name of a mesh to write does not end in .msh
-void check_name_of_mesh(const std::filesystem::path &mesh_file);
-
 /// Writes <stem>.msh, and <stem>.toml beside it with the materials that the body has; small pieces that are kept as
 /// <stem>_piece_2.msh and .toml and so on.
 /// @param mesh_file  ends in .msh

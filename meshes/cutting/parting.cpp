@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "meshes/cutting/tool_geometry.hpp"
+#include "meshes/io/mesh_checks.hpp"
 
 namespace livermark::meshes {
 
@@ -56,6 +56,33 @@ void smooth(Faces &faces, const std::vector<std::array<int, 4>> &neighbours) {
                 }
         }
     }
+}
+
+/// The tetrahedra around a node, by what hangs together by faces at it. The first group has the first tetrahedron.
+/// @param star   the tetrahedra at the node
+/// @param joins  (tetrahedron, face) -> whether the face, which has another tetrahedron of the star behind it, joins
+std::vector<std::vector<int>> groups_at_node(int node, std::span<const int> star,
+                                             std::span<const std::array<int, 4>> tetrahedra,
+                                             const std::vector<std::array<int, 4>> &neighbours,
+                                             const std::function<bool(int, std::size_t)> &joins) {
+    std::vector<std::vector<int>> groups;
+    std::vector<int> left(star.begin(), star.end());
+    while (!left.empty()) {
+        std::vector<int> group{left.front()};
+        left.erase(left.begin());
+        for (std::size_t at = 0; at < group.size(); ++at)
+            for (std::size_t k = 0; k < 4; ++k) {
+                const int t = group[at], other = neighbours[t][k];
+                if (tetrahedra[t][k] == node || other < 0) // face k is opposite of corner k
+                    continue;
+                if (const auto found = std::ranges::find(left, other); found != left.end() && joins(t, k)) {
+                    group.push_back(other);
+                    left.erase(found);
+                }
+            }
+        groups.push_back(std::move(group));
+    }
+    return groups;
 }
 
 /// Gives the tetrahedra around a node that other faces do not join to the first one a node of their own.
@@ -253,22 +280,13 @@ class CleanUp {
     /// Parts that hang together by faces; crumbs go.
     void find_pieces() {
         auto &pieces = result_.pieces;
-        pieces.clear();
-        std::vector<bool> is_seen(alive_.size(), false);
-        for (std::size_t first = 0; first < alive_.size(); ++first) {
-            if (!alive_[first] || is_seen[first])
-                continue;
-            std::vector<int> piece{static_cast<int>(first)};
-            is_seen[first] = true;
-            for (std::size_t at = 0; at < piece.size(); ++at)
-                for (std::size_t k = 0; k < 4; ++k)
-                    if (const int t = piece[at]; is_joined(t, k) && !is_seen[neighbours_[t][k]]) {
-                        is_seen[neighbours_[t][k]] = true;
-                        piece.push_back(neighbours_[t][k]);
-                    }
+        pieces = parts_that_touch(alive_, [&](int t, const auto &visit) {
+            for (std::size_t k = 0; k < 4; ++k)
+                if (is_joined(t, k))
+                    visit(neighbours_[t][k]);
+        });
+        for (auto &piece : pieces)
             std::ranges::sort(piece);
-            pieces.push_back(std::move(piece));
-        }
         std::ranges::stable_sort(pieces, std::ranges::greater(), [&](const auto &piece) { return volume_of(piece); });
         while (pieces.size() > 1 && volume_of(pieces.back()) < smallest_piece_) {
             for (const int t : pieces.back())
@@ -396,30 +414,6 @@ class CleanUp {
 CleanMesh clean_up(const core::TetraMesh &mesh, std::vector<bool> alive,
                    const std::vector<std::array<int, 4>> &neighbours, const Faces &was_outer) {
     return CleanUp(mesh, std::move(alive), neighbours, was_outer).run();
-}
-
-std::vector<std::vector<int>> groups_at_node(int node, std::span<const int> star,
-                                             std::span<const std::array<int, 4>> tetrahedra,
-                                             const std::vector<std::array<int, 4>> &neighbours,
-                                             const std::function<bool(int, std::size_t)> &joins) {
-    std::vector<std::vector<int>> groups;
-    std::vector<int> left(star.begin(), star.end());
-    while (!left.empty()) {
-        std::vector<int> group{left.front()};
-        left.erase(left.begin());
-        for (std::size_t at = 0; at < group.size(); ++at)
-            for (std::size_t k = 0; k < 4; ++k) {
-                const int t = group[at], other = neighbours[t][k];
-                if (tetrahedra[t][k] == node || other < 0) // face k is opposite of corner k
-                    continue;
-                if (const auto found = std::ranges::find(left, other); found != left.end() && joins(t, k)) {
-                    group.push_back(other);
-                    left.erase(found);
-                }
-            }
-        groups.push_back(std::move(group));
-    }
-    return groups;
 }
 
 std::vector<int> pinched_nodes(std::span<const int> inside, std::span<const std::array<int, 4>> tetrahedra,

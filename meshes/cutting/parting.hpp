@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -8,6 +10,39 @@
 #include "meshes/cutting/cut.hpp"
 
 namespace livermark::meshes {
+
+/// Distance from the surface of what a tool takes away [m], negative inside of it.
+struct ToolLevel {
+    /// Value of a point outside the region of the tool.
+    std::function<double(const core::Vector3 &)> at;
+    std::vector<double> node_values; ///< (N) of the mesh
+    std::vector<bool> is_in_region;  ///< (M) the tetrahedra of the region; empty where the tool has none
+};
+
+/// @param tool  that takes something away; its region is one of the mesh
+ToolLevel tool_level(const CutTool &tool, const core::TetraMesh &mesh);
+
+/// Whole tetrahedra that go: see CutWay::facets.
+/// @param tool  that takes something away; its region is one of the mesh
+/// @return shape (M)
+std::vector<bool> tetrahedra_taken(const CutTool &tool, const core::TetraMesh &mesh);
+
+/// Place where a segment goes through the quadrilateral of a blade: 0 at a, 1 at b; nothing if it does not.
+std::optional<double> crossing_of(const BladeCut &blade, const core::Vector3 &a, const core::Vector3 &b);
+
+/// Whether a point is on the side of a blade to which its normal, right-handed about the corners, points.
+bool is_above(const BladeCut &blade, const core::Vector3 &point);
+
+/// Smallest distance between the triangles of two surfaces [m]: 0 where they cross, infinity if one has none.
+/// @param triangles  corners of each [m], not on one line
+double distance_between(std::span<const std::array<core::Vector3, 3>> triangles,
+                        std::span<const std::array<core::Vector3, 3>> others);
+
+/// Whether the tool of a cut is one: its numbers are finite, a margin and a thickness are not negative, a normal is not
+/// zero, a blade has an area, and the mesh has the region.
+/// @throws support::InputError  if it is none
+/// @throws CutNotOnBody         if the mesh has no such region
+void check_cut(const Cut &cut, const core::TetraMesh &mesh);
 
 /// A mesh whose nodes are there twice along some faces.
 struct PartedMesh {
@@ -48,18 +83,26 @@ struct CleanMesh {
 CleanMesh clean_up(const core::TetraMesh &mesh, std::vector<bool> alive,
                    const std::vector<std::array<int, 4>> &neighbours, const Faces &was_outer);
 
-/// The tetrahedra around a node, by what hangs together by faces at it. The first group has the first tetrahedron.
-/// @param star   the tetrahedra at the node
-/// @param joins  (tetrahedron, face) -> whether the face, which has another tetrahedron of the star behind it, joins
-std::vector<std::vector<int>> groups_at_node(int node, std::span<const int> star,
-                                             std::span<const std::array<int, 4>> tetrahedra,
-                                             const std::vector<std::array<int, 4>> &neighbours,
-                                             const std::function<bool(int, std::size_t)> &joins);
-
 /// Nodes in the wound around which the boundary of some tetrahedra is not one ring of triangles.
 /// @param inside    the tetrahedra
 /// @param is_wound  (M, 4)
 std::vector<int> pinched_nodes(std::span<const int> inside, std::span<const std::array<int, 4>> tetrahedra,
                                const std::vector<std::array<int, 4>> &neighbours, const Faces &is_wound);
+
+/// A body whose tetrahedra are split where a cut goes through them. Its volume is that of the body before, to rounding.
+struct SplitBody {
+    core::Body body;
+    std::vector<int> parent_tetrahedron; ///< (M') ascending
+    std::vector<bool> is_on_cut;         ///< (N') nodes on the surface of the cut
+    std::vector<bool> taken;             ///< (M') what is inside of what the tool takes away
+};
+
+/// Splits tetrahedra along the surface of what a tool takes away, so that each part is inside or outside. A blade
+/// thinner than the edges is met by a node on its middle surface in each edge that goes through.
+/// @param tool  that takes something away; its region is one of the mesh
+SplitBody split_along(const core::Body &body, const CutTool &tool);
+
+/// Splits tetrahedra along a blade without thickness; nothing is taken.
+SplitBody split_along_blade(const core::Body &body, const BladeCut &blade);
 
 } // namespace livermark::meshes

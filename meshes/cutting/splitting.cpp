@@ -1,4 +1,4 @@
-#include "meshes/cutting/splitting.hpp"
+#include "meshes/cutting/parting.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,6 @@
 
 #include "core/mesh/refinement.hpp"
 #include "core/mesh/tetra_mesh.hpp"
-#include "meshes/cutting/tool_geometry.hpp"
 #include "meshes/io/mesh_checks.hpp"
 
 namespace livermark::meshes {
@@ -370,8 +369,8 @@ bool is_inside(const SplitBody &split, const ToolLevel &level, const std::array<
     for (const int node : nodes) {
         middle += 0.25 * split.body.mesh.points[node];
         if (!split.is_on_cut[node]) {
-            lowest = std::min(lowest, level.of_nodes[node]);
-            highest = std::max(highest, level.of_nodes[node]);
+            lowest = std::min(lowest, level.node_values[node]);
+            highest = std::max(highest, level.node_values[node]);
         }
     }
     return (lowest < 0.0) != (highest > 0.0) ? lowest < 0.0 : level.at(middle) < 0.0;
@@ -385,15 +384,15 @@ SplitBody split_along(const core::Body &body, const CutTool &tool) {
     auto &mesh = result.body.mesh;
     std::vector<bool> is_in_middle(mesh.points.size(), false);
     if (const auto *blade = std::get_if<BladeCut>(&tool)) {
-        meet_middle(result, *blade, level.of_nodes);
+        meet_middle(result, *blade, level.node_values);
         is_in_middle = std::exchange(result.is_on_cut, std::vector<bool>(mesh.points.size(), false));
     }
     const double rounding = 1e-12 * core::extent(mesh.points);
     for (std::size_t node = 0; node < mesh.points.size(); ++node)
-        if (std::abs(level.of_nodes[node]) < rounding)
+        if (std::abs(level.node_values[node]) < rounding)
             result.is_on_cut[node] = true;
     const Crossing crossing = [&](int a, int b) -> std::optional<double> {
-        const double at_a = level.of_nodes[a], at_b = level.of_nodes[b];
+        const double at_a = level.node_values[a], at_b = level.node_values[b];
         if ((at_a < 0.0) == (at_b < 0.0))
             return std::nullopt;
         const auto along = [&](double t) { return level.at(mesh.points[a] + t * (mesh.points[b] - mesh.points[a])); };
@@ -405,7 +404,7 @@ SplitBody split_along(const core::Body &body, const CutTool &tool) {
         return is_in_middle[node] ? Snap::no : by_place(node, fraction);
     };
     split(result, points_on_edges(mesh, result.is_on_cut, crossing, rule));
-    level.of_nodes.resize(mesh.points.size(), 0.0);
+    level.node_values.resize(mesh.points.size(), 0.0);
     for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
         result.taken.push_back((!level.is_in_region.empty() && level.is_in_region[result.parent_tetrahedron[t]]) ||
                                is_inside(result, level, mesh.tetrahedra[t]));

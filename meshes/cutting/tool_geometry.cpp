@@ -1,4 +1,4 @@
-#include "meshes/cutting/tool_geometry.hpp"
+#include "meshes/cutting/parting.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -195,11 +195,11 @@ ToolLevel level_around(const RegionCut &cut, const core::TetraMesh &mesh) {
         [surface, margin = cut.margin](const Vector3 &point) { return surface->distance(point, margin) - margin; },
         {},
         tetrahedra_in(region, mesh)};
-    level.of_nodes = levels_of_nodes(level, mesh);
+    level.node_values = levels_of_nodes(level, mesh);
     for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
         if (level.is_in_region[t])
             for (const int node : mesh.tetrahedra[t])
-                level.of_nodes[node] = -cut.margin;
+                level.node_values[node] = -cut.margin;
     return level;
 }
 
@@ -230,7 +230,7 @@ ToolLevel tool_level(const CutTool &tool, const core::TetraMesh &mesh) {
         level.at = [blade = std::get<BladeCut>(tool)](const Vector3 &x) {
             return distance_to(blade, x) - 0.5 * blade.thickness;
         };
-    level.of_nodes = levels_of_nodes(level, mesh);
+    level.node_values = levels_of_nodes(level, mesh);
     return level;
 }
 
@@ -279,7 +279,7 @@ double distance_between(std::span<const std::array<core::Vector3, 3>> triangles,
 namespace {
 
 [[noreturn]] void refuse_tool(const Cut &cut, const std::string &what, const std::string &remedy) {
-    throw support::InputError(fmt::format("{}: {}; {}", cut.place, what, remedy));
+    throw support::InputError("{}: {}; {}", cut.place, what, remedy);
 }
 
 void refuse_infinite(std::span<const core::Vector3> points, const Cut &cut) {
@@ -302,7 +302,7 @@ void check_blade(const BladeCut &blade, const Cut &cut) {
 } // namespace
 
 CutNotOnBody::CutNotOnBody(const std::string &place, std::string reason, std::string remedy)
-    : InputError(fmt::format("{}: {}; {}", place, reason, remedy)), place_(place), reason_(std::move(reason)),
+    : InputError("{}: {}; {}", place, reason, remedy), place_(place), reason_(std::move(reason)),
       remedy_(std::move(remedy)) {}
 
 void check_cut(const Cut &cut, const core::TetraMesh &mesh) {

@@ -6,13 +6,191 @@
 #include <fmt/format.h>
 #include <gmsh.h>
 #include <numbers>
+#include <numeric>
+#include <stdexcept>
 #include <string>
+#include <unordered_map>
+#include <vector>
 
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/support/input_error.hpp"
-#include "meshes/generators/delaunay.hpp"
 #include "meshes/io/mesh_checks.hpp"
 
 namespace livermark::meshes {
+
+namespace {
+
+/// The corners of a tetrahedron, the last two exchanged where its volume would be negative.
+/// @param nodes   node numbers, indices into points
+/// @param points  (N) [m]
+std::array<int, 4> with_positive_volume(std::array<int, 4> nodes, std::span<const core::Vector3> points) {
+    if (core::signed_volume(points[nodes[0]], points[nodes[1]], points[nodes[2]], points[nodes[3]]) < 0.0)
+        std::swap(nodes[2], nodes[3]);
+    return nodes;
+}
+
+/// gmsh from start to end of a scope, silent and repeatable. After a meshing exception gmsh yields empty meshes until
+/// it is finalised, so every mesh gets a session of its own. gmsh is global: one session at a time, in one thread.
+struct GmshSession {
+    GmshSession() {
+        gmsh::initialize();
+        gmsh::option::setNumber("General.Terminal", 0);
+        gmsh::option::setNumber("General.NumThreads", 1); // more threads: another mesh at every run
+        gmsh::option::setNumber("Mesh.Algorithm3D", 1);   // Delaunay, the one that is repeatable
+        gmsh::model::add("body");
+    }
+    ~GmshSession() { gmsh::finalize(); }
+    GmshSession(const GmshSession &) = delete;
+    GmshSession &operator=(const GmshSession &) = delete;
+};
+
+/// Takes nodes and tetrahedra out of the model of a GmshSession, in gmsh's order.
+class GmshCollector {
+  public:
+    /// Adds the nodes of an entity, or of a dimension, or of all.
+    void add_nodes(int dimension = -1, int entity = -1) {
+        std::vector<std::size_t> tags;
+        std::vector<double> coordinates, parameters;
+        gmsh::model::mesh::getNodes(tags, coordinates, parameters, dimension, entity);
+        for (std::size_t i = 0; i < tags.size(); ++i) {
+            number_.emplace(tags[i], mesh.num_nodes());
+            mesh.points.emplace_back(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
+        }
+    }
+
+    /// Adds the tetrahedra of a volume, or of all, with positive volume. Their nodes are there already.
+    void add_tetrahedra(int volume = -1) {
+        constexpr int gmsh_tetrahedron = 4;
+        std::vector<std::size_t> tags, corners;
+        gmsh::model::mesh::getElementsByType(gmsh_tetrahedron, tags, corners, volume);
+        for (std::size_t i = 0; i + 3 < corners.size(); i += 4) {
+            std::array<int, 4> nodes;
+            for (std::size_t c = 0; c < 4; ++c)
+                nodes[c] = number_.at(corners[i + c]);
+            mesh.tetrahedra.push_back(with_positive_volume(nodes, mesh.points));
+        }
+    }
+
+    core::TetraMesh mesh;
+
+  private:
+    std::unordered_map<std::size_t, int> number_; ///< in the mesh, by gmsh's tag
+};
+
+} // namespace
+
+double expected_tetrahedra(double side_of_cube, double edge_length) {
+    constexpr double per_cube_of_edge = 6.0 * std::numbers::sqrt2;
+    return per_cube_of_edge * std::pow(side_of_cube / edge_length, 3);
+}
+
+std::string text_of_expected_tetrahedra(double expected) {
+    constexpr double most_in_full = 1e12;
+    const double unit = std::pow(10.0, std::floor(std::log10(std::max(expected, 1.0))) - 1.0);
+    return expected < most_in_full ? fmt::format("about {:.0f} tetrahedra", std::round(expected / unit) * unit)
+                                   : fmt::format("about {:.2g} tetrahedra", expected);
+}
+
+namespace {
+
+/// Refuses a mesh before it is made, which may take hours and all of the memory.
+/// @param what  "a box of 0.1 x 0.2 x 0.1 m"
+void check_number_of_tetrahedra(const std::string &what, double side_of_cube, double edge_length) {
+    const double expected = expected_tetrahedra(side_of_cube, edge_length);
+    if (!(expected <= most_tetrahedra))
+        throw support::InputError("the edges are too short: {} with edges of {:g} m would have {}, and {:.0f} are the "
+                                  "most; make them longer, or check that lengths are in metres",
+                                  what, edge_length, text_of_expected_tetrahedra(expected), most_tetrahedra);
+}
+
+/// Nodes and tetrahedra of a solid, unstructured, and no boundary yet.
+/// @param name          "box", for messages
+/// @param size          "0.1 x 0.2 x 0.1 m", the same
+/// @param side_of_cube  of the same volume [m]
+/// @param longest_side  [m]
+/// @param add           adds it to gmsh's model, by OpenCASCADE
+template <class Add>
+core::TetraMesh delaunay_mesh(const std::string &name, const std::string &size, double side_of_cube,
+                              double longest_side, double edge_length, const Add &add) {
+    constexpr double longest = 1e6; // [m], of what OpenCASCADE calculates with
+    check_number_of_tetrahedra(fmt::format("a {} of {}", name, size), side_of_cube, edge_length);
+    if (!(longest_side <= longest))
+        throw support::InputError("a side of {:g} m is too long to mesh; give lengths in metres", longest_side);
+    try {
+        const GmshSession session;
+        add();
+        gmsh::model::occ::synchronize();
+        gmsh::option::setNumber("Mesh.CharacteristicLengthMin", edge_length);
+        gmsh::option::setNumber("Mesh.CharacteristicLengthMax", edge_length);
+        gmsh::model::mesh::generate(3);
+        GmshCollector collector;
+        collector.add_nodes();
+        collector.add_tetrahedra();
+        return std::move(collector.mesh);
+    } catch (const std::string &error) { // what Debian's gmsh throws
+        throw std::runtime_error(fmt::format("gmsh cannot mesh the {}: {}", name, error));
+    }
+}
+
+constexpr int gmsh_triangle = 2;
+
+/// @param num_nodes  nodes that gmsh has already; theirs are the tags 1 ... num_nodes
+void add_surface(int tag, const SurfaceMesh &surface, std::size_t num_nodes) {
+    std::vector<std::size_t> node_tags(surface.points.size());
+    std::iota(node_tags.begin(), node_tags.end(), num_nodes + 1);
+    std::vector<double> coordinates;
+    for (const auto &point : surface.points)
+        coordinates.insert(coordinates.end(), point.begin(), point.end());
+    std::vector<std::size_t> corners;
+    for (const auto &triangle : surface.triangles)
+        for (const int node : triangle)
+            corners.push_back(num_nodes + 1 + static_cast<std::size_t>(node));
+    gmsh::model::addDiscreteEntity(2, tag);
+    gmsh::model::mesh::addNodes(2, tag, node_tags, coordinates);
+    gmsh::model::mesh::addElementsByType(tag, gmsh_triangle, {}, corners);
+}
+
+core::TetraMesh collect(int num_volumes) {
+    GmshCollector collector;
+    for (const int dimension : {2, 3})
+        for (int entity = 1; entity <= num_volumes; ++entity)
+            collector.add_nodes(dimension, entity);
+    for (int entity = 1; entity <= num_volumes; ++entity) {
+        collector.add_tetrahedra(entity);
+        collector.mesh.region.resize(collector.mesh.tetrahedra.size(), entity - 1);
+    }
+    return std::move(collector.mesh);
+}
+
+} // namespace
+
+core::TetraMesh fill_with_tetrahedra(const SurfaceMesh &outer, const std::vector<SurfaceMesh> &inclusions,
+                                     double largest_size) {
+    const GmshSession session;
+    try {
+        gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.4);
+        std::size_t num_nodes = 0;
+        std::vector<int> loops;
+        const auto add = [&](const SurfaceMesh &surface) {
+            const int tag = static_cast<int>(loops.size()) + 1;
+            add_surface(tag, surface, num_nodes);
+            num_nodes += surface.points.size();
+            loops.push_back(gmsh::model::geo::addSurfaceLoop({tag}));
+        };
+        add(outer);
+        for (const auto &inclusion : inclusions)
+            add(inclusion);
+        gmsh::model::geo::addVolume(loops, 1);
+        for (std::size_t i = 1; i < loops.size(); ++i)
+            gmsh::model::geo::addVolume({loops[i]}, static_cast<int>(i) + 1);
+        gmsh::model::geo::synchronize();
+        gmsh::option::setNumber("Mesh.CharacteristicLengthMax", largest_size);
+        gmsh::model::mesh::generate(3);
+        return collect(static_cast<int>(loops.size()));
+    } catch (const std::string &error) { // what Debian's gmsh throws
+        throw std::runtime_error(fmt::format("gmsh cannot fill the body with tetrahedra: {}", error));
+    }
+}
 
 namespace {
 
@@ -20,9 +198,9 @@ using Cell = std::array<int, 3>;
 
 /// Mean edge over the side of a cube, for a node inside: of seven edges (halves of its fourteen) four lead to middles
 /// and three along sides; or three along sides, three across squares and one across the cube.
-double mean_edge_of_unit_cube(Lattice lattice) {
+double mean_edge_of_unit_cube(BoxTopology lattice) {
     using std::numbers::sqrt2, std::numbers::sqrt3;
-    return lattice == Lattice::body_centred ? (4.0 * sqrt3 / 2.0 + 3.0) / 7.0 : (3.0 + 3.0 * sqrt2 + sqrt3) / 7.0;
+    return lattice == BoxTopology::body_centred ? (4.0 * sqrt3 / 2.0 + 3.0) / 7.0 : (3.0 + 3.0 * sqrt2 + sqrt3) / 7.0;
 }
 
 /// A box of bricks and the numbers of its nodes: corners first, then middles.
@@ -115,48 +293,39 @@ void cut_around_middles(core::TetraMesh &mesh, const Bricks &bricks) {
     });
 }
 
-} // namespace
-
-core::TetraMesh lattice_box(const core::Vector3 &size, double mean_edge, Lattice lattice) {
+/// Points and tetrahedra of a box, and nothing else; the bricks are as close to cubes as a whole number of them can be.
+/// @param mean_edge  wanted mean length of the edges inside [m]
+core::TetraMesh lattice_box(const core::Vector3 &size, double mean_edge, BoxTopology lattice) {
     const auto bricks = bricks_of(size, mean_edge / mean_edge_of_unit_cube(lattice));
     core::TetraMesh mesh;
     bricks.for_each(1, [&](const Cell &cell) { mesh.points.push_back(bricks.place(cell, 0.0)); });
-    if (lattice == Lattice::kuhn)
+    if (lattice == BoxTopology::kuhn)
         cut_after_kuhn(mesh, bricks);
     else
         cut_around_middles(mesh, bricks);
     return mesh;
 }
 
-namespace {
-
-void check_length(double length, const std::string &what) {
+void check_length(const char *solid, double length, const std::string &what) {
     if (!(length > 0.0) || !std::isfinite(length))
-        throw support::InputError(fmt::format("the {} of a box is {} m; give a positive length", what, length));
-}
-
-void name_sides(core::TetraMesh &mesh) {
-    mesh.patch_names = {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};
-    mesh.boundary_triangles = core::outer_faces(mesh.tetrahedra);
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        const core::Vector3 area = core::area_vector(mesh, f);
-        int axis = 0;
-        area.cwiseAbs().maxCoeff(&axis);
-        mesh.boundary_patch.push_back(2 * axis + (area[axis] > 0.0 ? 1 : 0));
-    }
+        throw support::InputError("the {} of a {} is {} m; give a positive length", what, solid, length);
 }
 
 std::string text_of_size(const core::Vector3 &size) {
     return fmt::format("{:g} x {:g} x {:g} m", size.x(), size.y(), size.z());
 }
 
-core::TetraMesh delaunay_box(const core::Vector3 &size, double edge_length) {
-    return delaunay_mesh({.name = "box",
-                          .size = text_of_size(size),
-                          .side_of_cube = side_of_cube_like_box(size, edge_length),
-                          .longest_side = size.maxCoeff(),
-                          .add = [&] { gmsh::model::occ::addBox(0.0, 0.0, 0.0, size.x(), size.y(), size.z()); }},
-                         edge_length);
+/// Makes all of it the region "solid", and its boundary patches.
+/// @param patch_of  (normal of a facet) -> its patch
+template <class PatchOf>
+core::TetraMesh with_sides(core::TetraMesh mesh, std::vector<std::string> names, const PatchOf &patch_of) {
+    mesh.region.assign(mesh.tetrahedra.size(), 0);
+    mesh.region_names = {"solid"};
+    mesh.patch_names = std::move(names);
+    mesh.boundary_triangles = core::outer_faces(mesh.tetrahedra);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        mesh.boundary_patch.push_back(patch_of(core::Vector3(core::area_vector(mesh, f).normalized())));
+    return mesh;
 }
 
 } // namespace
@@ -167,18 +336,44 @@ double side_of_cube_like_box(const core::Vector3 &size, double edge_length) {
 
 core::TetraMesh generate_box(const core::Vector3 &size, double edge_length, BoxTopology topology) {
     for (int i = 0; i < 3; ++i)
-        check_length(size[i], fmt::format("size in {}", "xyz"[i]));
-    check_length(edge_length, "edge length");
-    if (topology != BoxTopology::delaunay)
-        check_number_of_tetrahedra("a box of " + text_of_size(size), side_of_cube_like_box(size, edge_length),
-                                   edge_length);
-    auto mesh = topology == BoxTopology::delaunay       ? delaunay_box(size, edge_length)
-                : topology == BoxTopology::body_centred ? lattice_box(size, edge_length, Lattice::body_centred)
-                                                        : lattice_box(size, edge_length, Lattice::kuhn);
-    mesh.region.assign(mesh.tetrahedra.size(), 0);
-    mesh.region_names = {"solid"};
-    name_sides(mesh);
-    return mesh;
+        check_length("box", size[i], fmt::format("size in {}", "xyz"[i]));
+    check_length("box", edge_length, "edge length");
+    const double side_of_cube = side_of_cube_like_box(size, edge_length);
+    core::TetraMesh mesh;
+    if (topology == BoxTopology::delaunay) {
+        mesh = delaunay_mesh("box", text_of_size(size), side_of_cube, size.maxCoeff(), edge_length,
+                             [&] { gmsh::model::occ::addBox(0.0, 0.0, 0.0, size.x(), size.y(), size.z()); });
+    } else {
+        check_number_of_tetrahedra("a box of " + text_of_size(size), side_of_cube, edge_length);
+        mesh = lattice_box(size, edge_length, topology);
+    }
+    return with_sides(std::move(mesh), {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"},
+                      [](const core::Vector3 &normal) {
+                          int axis = 0;
+                          normal.cwiseAbs().maxCoeff(&axis);
+                          return 2 * axis + (normal[axis] > 0.0 ? 1 : 0);
+                      });
+}
+
+double side_of_cube_like_cylinder(double radius, double height, double edge_length) {
+    return std::cbrt(std::numbers::pi) * std::pow(std::cbrt(radius), 2) * std::cbrt(std::max(height, edge_length));
+}
+
+core::TetraMesh generate_cylinder(double radius, double height, double edge_length) {
+    check_length("cylinder", radius, "radius");
+    check_length("cylinder", height, "height");
+    check_length("cylinder", edge_length, "edge length");
+    if (edge_length > radius)
+        throw support::InputError("the edges of a cylinder are {} m long and its radius is {} m; make them shorter",
+                                  edge_length, radius);
+    auto mesh =
+        delaunay_mesh("cylinder", fmt::format("{:g} m radius and {:g} m height", radius, height),
+                      side_of_cube_like_cylinder(radius, height, edge_length), std::max(2.0 * radius, height),
+                      edge_length, [&] { gmsh::model::occ::addCylinder(0.0, 0.0, 0.0, 0.0, 0.0, height, radius); });
+    return with_sides(std::move(mesh), {"side", "z_min", "z_max"}, [](const core::Vector3 &normal) {
+        constexpr double upright = 0.99; // triangles of the side are vertical
+        return normal.z() > upright ? 2 : normal.z() < -upright ? 1 : 0;
+    });
 }
 
 } // namespace livermark::meshes

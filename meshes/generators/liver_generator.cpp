@@ -11,7 +11,7 @@
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "meshes/anatomy/liver_patches.hpp"
-#include "meshes/generators/delaunay.hpp"
+#include "meshes/generators/box_generator.hpp"
 #include "meshes/generators/liver_shape.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
@@ -23,6 +23,9 @@ namespace {
 using core::Vector3;
 
 constexpr int smallest_target = 2000;
+/// Tetrahedra of the two canonical bodies: the counts of the seed paper (10.11113/jt.v75.5068).
+constexpr int healthy_liver_tetrahedra = 15806;
+constexpr int tumour_liver_tetrahedra = 19478;
 
 /// A triangulated lesion of the volume of its ellipsoid, with edges somewhat shorter than the capsule's: at least eight
 /// triangles to a great circle where that does not make edges below a third of the capsule's, which would set the time
@@ -131,11 +134,11 @@ int checked_target(int asked_for, bool has_lesions) {
     const int canonical = has_lesions ? tumour_liver_tetrahedra : healthy_liver_tetrahedra;
     const int target = asked_for == 0 ? canonical : asked_for;
     if (target < smallest_target)
-        throw support::InputError(fmt::format("a liver of {} tetrahedra cannot show its anatomy; ask for {} or more",
-                                              target, smallest_target));
+        throw support::InputError("a liver of {} tetrahedra cannot show its anatomy; ask for {} or more", target,
+                                  smallest_target);
     if (target > most_tetrahedra)
-        throw support::InputError(
-            fmt::format("a liver of {} tetrahedra is too large; ask for {:g} or fewer", target, most_tetrahedra));
+        throw support::InputError("a liver of {} tetrahedra is too large; ask for {:g} or fewer", target,
+                                  most_tetrahedra);
     return target;
 }
 
@@ -213,7 +216,7 @@ LiverShape shape_at(const Lengths &t, bool has_tongue) {
     return shape;
 }
 
-/// Of a map, along the axes it leads to, without its change of volume.
+/// Logarithmic strain of a map along the axes it leads to, without its change of volume.
 Matrix3d strain_of(const Matrix3d &linear) {
     const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(linear * linear.transpose());
     Vector3 logarithms = 0.5 * solver.eigenvalues().array().log().matrix();
@@ -259,13 +262,13 @@ class Adjustment {
         std::array<LiverShape, num_lengths> changed;
         for (int k = 0; k < num_lengths; ++k)
             changed[k] = shape_at(state.lengths + difference * Lengths::Unit(k), has_tongue_);
-        const Matrix3d of_normals = state.fit.linear.inverse().transpose();
+        const Matrix3d normal_map = state.fit.linear.inverse().transpose();
         const double part = 1.0 / static_cast<double>(samples_.size());
         for (const auto &sample : samples_) {
             const Vector3 place = state.fit.place(sample.place);
             const double level = liver_level(place, state.fit.shape);
             const Vector3 gradient = liver_gradient(place, state.fit.shape);
-            const double cosine = (of_normals * sample.area).normalized().dot(gradient.normalized());
+            const double cosine = (normal_map * sample.area).normalized().dot(gradient.normalized());
             if (std::abs(level) > far || cosine <= 0.0)
                 continue;
             Unknown row;
@@ -283,7 +286,8 @@ class Adjustment {
 
   private:
     void add_prior(const State &state, Square &matrix, Unknown &slope) const {
-        const double of_lengths = std::pow(weight_of_prior, 2), of_strain = of_lengths / std::pow(usual_strain, 2);
+        const double length_weight = std::pow(weight_of_prior, 2),
+                     strain_weight = length_weight / std::pow(usual_strain, 2);
         const Matrix3d strain = strain_of(state.fit.linear);
         // Among the entries of a small further map E, the strain changes by the symmetric part without the trace.
         for (int row = 0; row < 3; ++row)
@@ -293,12 +297,12 @@ class Adjustment {
                 change(column, row) += 0.5;
                 if (row == column)
                     change -= Matrix3d::Identity() / 3.0;
-                slope[3 * row + column] += of_strain * change.cwiseProduct(strain).sum();
+                slope[3 * row + column] += strain_weight * change.cwiseProduct(strain).sum();
                 for (int k = 0; k < 9; ++k)
-                    matrix(3 * row + column, k) += of_strain * change(k / 3, k % 3);
+                    matrix(3 * row + column, k) += strain_weight * change(k / 3, k % 3);
             }
-        matrix.diagonal().tail<num_lengths>().array() += of_lengths;
-        slope.tail<num_lengths>() += of_lengths * state.lengths;
+        matrix.diagonal().tail<num_lengths>().array() += length_weight;
+        slope.tail<num_lengths>() += length_weight * state.lengths;
     }
 
     const std::vector<BoundarySample> &samples_;
@@ -308,12 +312,12 @@ class Adjustment {
 } // namespace
 
 double boundary_misfit(const LiverFit &fit, const std::vector<BoundarySample> &samples) {
-    const Matrix3d of_normals = fit.linear.inverse().transpose();
+    const Matrix3d normal_map = fit.linear.inverse().transpose();
     double sum = 0.0;
     for (const auto &sample : samples) {
         const Vector3 place = fit.place(sample.place);
         const double off =
-            1.0 - (of_normals * sample.area).normalized().dot(liver_gradient(place, fit.shape).normalized());
+            1.0 - (normal_map * sample.area).normalized().dot(liver_gradient(place, fit.shape).normalized());
         sum += std::min(std::pow(liver_level(place, fit.shape), 2), far * far) + right_angle * right_angle * off;
     }
     return sum / static_cast<double>(samples.size());
@@ -349,9 +353,7 @@ LiverFit adjusted(const LiverFit &fit, const std::vector<BoundarySample> &sample
 
 void write_liver_body(const std::filesystem::path &mesh_file, const core::TetraMesh &mesh, const LiverVariant &variant,
                       const std::string &command) {
-    if (mesh_file.extension() != ".msh")
-        throw support::InputError(
-            fmt::format("{}: the mesh is written as MSH; end its name in .msh", mesh_file.string()));
+    check_name_of_mesh(mesh_file);
     auto text = fmt::format("# Axes: x to the patient's left, y posterior, z superior (LPS) [m].\n"
                             "title = \"Liver of {:.2f} L, {} lesions\"\nmesh = '{}'\ngenerator = '{}'\n",
                             1e3 * variant.volume, variant.lesions.size(), mesh_file.filename().string(), command);

@@ -10,13 +10,9 @@
 
 namespace livermark::meshes {
 
-/// Tetrahedra of the two canonical bodies: the counts of the seed paper (10.11113/jt.v75.5068).
-inline constexpr int healthy_liver_tetrahedra = 15806;
-inline constexpr int tumour_liver_tetrahedra = 19478;
-
 struct LiverOptions {
     bool tumours = false;
-    int target_tetrahedra = 0; ///< 0: healthy_liver_tetrahedra or tumour_liver_tetrahedra
+    int target_tetrahedra = 0; ///< 0: 15,806, or 19,478 with tumours
 };
 
 /// An adult liver of 1.50 L, drawn by liver_level and meshed by gmsh (Delaunay, one thread), with or without six
@@ -33,7 +29,7 @@ struct LiverOptions {
 core::TetraMesh generate_liver(const LiverOptions &options);
 
 /// The liver of another person in the same way: its volume is met to the last digits of the file, its regions are
-/// "parenchyma" and "tumour_1" ... for its lesions, largest first. From healthy_liver_tetrahedra on its quality and its
+/// "parenchyma" and "tumour_1" ... for its lesions, largest first. From 15,806 tetrahedra on its quality and its
 /// shortest edge are those of the bodies that ship.
 /// @param target_tetrahedra  0: as many as the body that ships with or without lesions has
 /// @throws support::InputError   as above

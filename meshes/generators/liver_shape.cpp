@@ -10,7 +10,7 @@
 
 #include "core/support/input_error.hpp"
 #include "core/support/random_numbers.hpp"
-#include "meshes/generators/delaunay.hpp"
+#include "meshes/generators/box_generator.hpp"
 #include "meshes/generators/surface_mesh.hpp"
 
 namespace livermark::meshes {
@@ -163,10 +163,6 @@ std::array<core::Vector3, 2> liver_bounding_box(const LiverShape &shape) {
             (high - shape.centroid).cwiseProduct(shape.metres_per_unit)};
 }
 
-double left_lobe_border(const LiverShape &shape) {
-    return (15.0 - shape.centroid.x()) * shape.metres_per_unit.x();
-}
-
 double left_lobe_tip_begin(const LiverShape &shape) {
     // As in the liver that ships, where the tip begins at x = 0.105 m.
     constexpr double part = 0.522;
@@ -219,6 +215,11 @@ LiverShape draw_shape(RandomNumbers &random) {
     if (random.below(6) == 0)
         shape.tongue_length = random.uniform(20.0, 60.0);
     return shape;
+}
+
+/// Plane where the falciform ligament parts the left lobe from the rest: x [m].
+double left_lobe_border(const LiverShape &shape) {
+    return (15.0 - shape.centroid.x()) * shape.metres_per_unit.x();
 }
 
 /// Volume and centroid, and the part of the volume on the left of the falciform ligament, which is summed over columns
@@ -326,8 +327,8 @@ std::vector<Lesion> draw_lesions(RandomNumbers &random, const LiverShape &shape)
 
 LiverVariant draw_liver(int number) {
     if (number < 1)
-        throw support::InputError(fmt::format(
-            "there is no variant {} of the liver; give a number from 1, or 0 for the one that ships", number));
+        throw support::InputError(
+            "there is no variant {} of the liver; give a number from 1, or 0 for the one that ships", number);
     RandomNumbers random(static_cast<std::uint64_t>(number));
     LiverVariant variant;
     variant.number = number;

@@ -46,9 +46,6 @@ std::array<core::Vector3, 2> liver_bounding_box();
 /// The same for any shape.
 std::array<core::Vector3, 2> liver_bounding_box(const LiverShape &shape);
 
-/// Plane where the falciform ligament parts the left lobe from the rest: x [m].
-double left_lobe_border(const LiverShape &shape);
-
 /// Begin of the patch of the left lobe's tip: x [m].
 double left_lobe_tip_begin(const LiverShape &shape);
 

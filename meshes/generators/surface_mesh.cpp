@@ -300,14 +300,14 @@ class Remesher {
 
     /// Merges b into a, unless that would tie the surface in a knot, fold it or make an edge too long.
     void collapse(int a, int b, double longest) {
-        const auto of_a = neighbours(a);
-        const auto of_b = neighbours(b);
+        const auto ring_a = neighbours(a);
+        const auto ring_b = neighbours(b);
         std::vector<int> shared;
-        std::ranges::set_intersection(of_a, of_b, std::back_inserter(shared));
+        std::ranges::set_intersection(ring_a, ring_b, std::back_inserter(shared));
         if (shared.size() != 2 || std::ranges::any_of(shared, [&](int node) { return around_[node].size() <= 4; }))
             return;
         const Vector3 merged = project_(0.5 * (points_[a] + points_[b]));
-        for (const auto *list : {&of_a, &of_b})
+        for (const auto *list : {&ring_a, &ring_b})
             for (const int node : *list)
                 if (node != a && node != b && (points_[node] - merged).norm() > longest)
                     return;

@@ -12,7 +12,7 @@
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
-#include "meshes/anatomy/body_axes.hpp"
+#include "meshes/anatomy/liver_patches.hpp"
 #include "meshes/cutting/cut_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
@@ -26,39 +26,38 @@ constexpr double heaviest = 1e5;  // [kg/m^3] metals have 2e4
 constexpr double stiffest = 1e13; // [Pa] diamond has 1e12
 constexpr double lightest = 1e-6, softest = 1e-6;
 
-} // namespace
-
+/// Refuses what no material has.
+/// @param place  where it is from, for messages
+/// @throws support::InputError for a density or Young's modulus that is not positive, a Poisson's ratio outside (-1,
+/// 0.5)
+///   or too close to 0.5
 void check_material(const core::Material &material, const std::string &place) {
     if (!(material.density > 0.0))
-        throw support::InputError(
-            fmt::format("{}: the density is {} kg/m^3; it has to be positive", place, material.density));
+        throw support::InputError("{}: the density is {} kg/m^3; it has to be positive", place, material.density);
     if (!(material.young_modulus > 0.0))
-        throw support::InputError(
-            fmt::format("{}: Young's modulus is {} Pa; it has to be positive", place, material.young_modulus));
+        throw support::InputError("{}: Young's modulus is {} Pa; it has to be positive", place, material.young_modulus);
     if (!(material.density >= lightest && material.density <= heaviest))
         throw support::InputError(
-            fmt::format("{}: the density is {:g} kg/m^3, which no matter has; give one from {:g} to "
-                        "{:g} kg/m^3",
-                        place, material.density, lightest, heaviest));
+            "{}: the density is {:g} kg/m^3, which no matter has; give one from {:g} to {:g} kg/m^3", place,
+            material.density, lightest, heaviest);
     if (!(material.young_modulus >= softest && material.young_modulus <= stiffest))
-        throw support::InputError(
-            fmt::format("{}: Young's modulus is {:g} Pa, which no matter has; give one from {:g} to "
-                        "{:g} Pa",
-                        place, material.young_modulus, softest, stiffest));
+        throw support::InputError("{}: Young's modulus is {:g} Pa, which no matter has; give one from {:g} to {:g} Pa",
+                                  place, material.young_modulus, softest, stiffest);
     if (!(material.poisson_ratio > -1.0 && material.poisson_ratio < 0.5))
-        throw support::InputError(
-            fmt::format("{}: Poisson's ratio is {}; it has to lie between -1 and 0.5, both excluded", place,
-                        material.poisson_ratio));
+        throw support::InputError("{}: Poisson's ratio is {}; it has to lie between -1 and 0.5, both excluded", place,
+                                  material.poisson_ratio);
     if (material.poisson_ratio > core::largest_poisson_ratio)
-        throw support::InputError(
-            fmt::format("{}: Poisson's ratio is {:.12g}, so close to 0.5 that its equations have no "
-                        "solution in double precision; take {} at most",
-                        place, material.poisson_ratio, core::largest_poisson_ratio));
+        throw support::InputError("{}: Poisson's ratio is {:.12g}, so close to 0.5 that its equations have no solution "
+                                  "in double precision; take {} at most",
+                                  place, material.poisson_ratio, core::largest_poisson_ratio);
 }
 
+/// @throws support::InputError for a key that no material has
 void refuse_unknown_material_keys(const toml::table &table) {
     support::refuse_unknown_keys(table, {"density", "young_modulus", "poisson_ratio", "source"});
 }
+
+} // namespace
 
 core::Material read_material(const toml::table &table) {
     refuse_unknown_material_keys(table);
@@ -93,8 +92,7 @@ void refuse_missing_materials(const toml::table &body, const core::TetraMesh &me
                     missing.push_back(fmt::format("'{}' [{}] in [regions.{}]", key, unit, support::shown(name)));
     }
     if (missing.size() > 1 || !regions)
-        throw support::InputError(
-            fmt::format("{}: missing is {}; add it", support::place_of(body), fmt::join(missing, "; ")));
+        support::refuse(body, "missing is {}; add it", fmt::join(missing, "; "));
 }
 
 void check_patches(const toml::table &body, const core::TetraMesh &mesh) {
@@ -102,11 +100,9 @@ void check_patches(const toml::table &body, const core::TetraMesh &mesh) {
         return;
     for (const auto &[name, patch] : support::required_table(body, "patches")) {
         if (const auto known = core::patches_of(mesh); std::ranges::find(known, name.str()) == known.end())
-            throw support::InputError(fmt::format("{}: the mesh has no patch '{}'; it has {}", support::place_of(patch),
-                                                  name.str(), fmt::join(known, ", ")));
+            support::refuse(patch, "the mesh has no patch '{}'; it has {}", name.str(), fmt::join(known, ", "));
         if (!patch.is_table())
-            throw support::InputError(fmt::format("{}: patch '{}' has to be a table with a description",
-                                                  support::place_of(patch), name.str()));
+            support::refuse(patch, "patch '{}' has to be a table with a description", name.str());
         support::refuse_unknown_keys(*patch.as_table(), {"description"});
         support::required_string(*patch.as_table(), "description");
     }
@@ -116,14 +112,12 @@ std::vector<core::Material> read_materials(const toml::table &body, const core::
     const auto &regions = support::required_table(body, "regions");
     for (const auto &[name, region] : regions)
         if (std::ranges::find(mesh.region_names, name.str()) == mesh.region_names.end())
-            throw support::InputError(fmt::format("{}: the mesh has no region '{}'; it has {}",
-                                                  support::place_of(region), name.str(),
-                                                  fmt::join(mesh.region_names, ", ")));
+            support::refuse(region, "the mesh has no region '{}'; it has {}", name.str(),
+                            fmt::join(mesh.region_names, ", "));
     std::vector<core::Material> materials;
     for (const auto &name : mesh.region_names) {
         if (!regions.contains(name))
-            throw support::InputError(fmt::format("{}: region '{}' of the mesh has no material; add [regions.{}]",
-                                                  support::place_of(regions), name, name));
+            support::refuse(regions, "region '{}' of the mesh has no material; add [regions.{}]", name, name);
         materials.push_back(read_material(support::required_table(regions, name)));
     }
     return materials;

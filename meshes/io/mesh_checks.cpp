@@ -47,6 +47,20 @@ MeshFigures mesh_figures(const core::TetraMesh &mesh) {
     return figures;
 }
 
+std::vector<int> keep_used_groups(std::vector<int> &groups, std::vector<std::string> &names) {
+    const std::set<int> used(groups.begin(), groups.end());
+    std::vector<std::string> kept;
+    std::map<int, int> number;
+    for (const int group : used) {
+        number[group] = static_cast<int>(kept.size());
+        kept.push_back(names[group]);
+    }
+    for (int &group : groups)
+        group = number.at(group);
+    names = std::move(kept);
+    return {used.begin(), used.end()};
+}
+
 std::string to_text(const MeshFigures &figures) {
     return fmt::format("tetrahedra        {}\n"
                        "nodes             {}\n"
@@ -87,8 +101,8 @@ void refuse_coinciding_nodes(const RawMesh &raw, const std::string &file) {
     const auto is_in_wound = nodes_of_wound(raw);
     if (const auto two =
             core::nodes_in_one_place(raw.points, [&](int a, int b) { return is_in_wound[a] && is_in_wound[b]; }))
-        throw support::InputError(fmt::format("{}: {} and {} have the same coordinates; merge them", file,
-                                              node_name(raw, two->first), node_name(raw, two->second)));
+        throw support::InputError("{}: {} and {} have the same coordinates; merge them", file,
+                                  node_name(raw, two->first), node_name(raw, two->second));
 }
 
 /// Union-find over the nodes, with path halving.
@@ -107,13 +121,12 @@ void refuse_several_parts(const RawMesh &raw, const std::string &file) {
             parent[root_of(parent, node)] = root_of(parent, nodes[0]);
     for (std::size_t node = 1; node < parent.size(); ++node)
         if (root_of(parent, static_cast<int>(node)) != root_of(parent, 0))
-            throw support::InputError(fmt::format("{}: {} and {} are in parts that do not touch; keep one part", file,
-                                                  node_name(raw, 0), node_name(raw, static_cast<int>(node))));
+            throw support::InputError("{}: {} and {} are in parts that do not touch; keep one part", file,
+                                      node_name(raw, 0), node_name(raw, static_cast<int>(node)));
     if (const auto apart = core::apart_by_faces(raw.tetrahedra))
-        throw support::InputError(fmt::format("{}: tetrahedra {} and {} are in parts that share only an edge or a "
-                                              "node; join them by faces, or keep one part",
-                                              file, raw.tetrahedron_tag[apart->first],
-                                              raw.tetrahedron_tag[apart->second]));
+        throw support::InputError("{}: tetrahedra {} and {} are in parts that share only an edge or a node; join them "
+                                  "by faces, or keep one part",
+                                  file, raw.tetrahedron_tag[apart->first], raw.tetrahedron_tag[apart->second]);
 }
 
 } // namespace
@@ -125,11 +138,10 @@ void check_nodes(const RawMesh &raw, const std::string &file) {
             used[node] = true;
     for (int node = 0; node < static_cast<int>(raw.points.size()); ++node) {
         if (!raw.points[node].allFinite())
-            throw support::InputError(
-                fmt::format("{}: {} has a coordinate that is not finite; correct it", file, node_name(raw, node)));
+            throw support::InputError("{}: {} has a coordinate that is not finite; correct it", file,
+                                      node_name(raw, node));
         if (!used[node] && !raw.tetrahedra.empty())
-            throw support::InputError(
-                fmt::format("{}: {} belongs to no tetrahedron; remove it", file, node_name(raw, node)));
+            throw support::InputError("{}: {} belongs to no tetrahedron; remove it", file, node_name(raw, node));
     }
     if (!raw.points.empty())
         refuse_coinciding_nodes(raw, file);
@@ -137,8 +149,7 @@ void check_nodes(const RawMesh &raw, const std::string &file) {
 
 void check_tetrahedra(const RawMesh &raw, const std::string &file) {
     if (raw.tetrahedra.empty())
-        throw support::InputError(
-            fmt::format("{}: there are no tetrahedra; mesh the volume, not only the surface", file));
+        throw support::InputError("{}: there are no tetrahedra; mesh the volume, not only the surface", file);
     // A tetrahedron this flat has no stiffness or time step that a double can hold.
     constexpr double flat = 1e-9;
     for (std::size_t t = 0; t < raw.tetrahedra.size(); ++t) {
@@ -146,26 +157,24 @@ void check_tetrahedra(const RawMesh &raw, const std::string &file) {
         const auto &x = raw.points;
         const double quality = tetrahedron_quality(x[a], x[b], x[c], x[d]);
         if (!(quality > flat))
-            throw support::InputError(fmt::format("{}: tetrahedron {} {}; {}", file, raw.tetrahedron_tag[t],
-                                                  quality < -flat ? "is inverted" : "is flat",
-                                                  quality < -flat ? "exchange two of its nodes" : "remesh there"));
+            throw support::InputError("{}: tetrahedron {} {}; {}", file, raw.tetrahedron_tag[t],
+                                      quality < -flat ? "is inverted" : "is flat",
+                                      quality < -flat ? "exchange two of its nodes" : "remesh there");
     }
     if (const auto two = core::tetrahedra_of_same_nodes(raw.tetrahedra))
-        throw support::InputError(fmt::format("{}: tetrahedra {} and {} have the same nodes; remove one", file,
-                                              raw.tetrahedron_tag[two->first], raw.tetrahedron_tag[two->second]));
+        throw support::InputError("{}: tetrahedra {} and {} have the same nodes; remove one", file,
+                                  raw.tetrahedron_tag[two->first], raw.tetrahedron_tag[two->second]);
 }
 
 void check_faces(const RawMesh &raw, const std::string &file) {
     const auto faces = core::sorted_faces(raw.tetrahedra);
     if (const auto face = core::face_of_too_many(faces))
-        throw support::InputError(fmt::format("{}: more than two tetrahedra share the face of nodes {}; remesh without "
-                                              "overlaps",
-                                              file, corner_names(raw, *face)));
+        throw support::InputError("{}: more than two tetrahedra share the face of nodes {}; remesh without overlaps",
+                                  file, corner_names(raw, *face));
     for (const auto &triangle : raw.triangles)
         if (!std::ranges::binary_search(faces, core::face_key(triangle), {}, &core::TetrahedronFace::nodes))
-            throw support::InputError(
-                fmt::format("{}: the triangle of nodes {} is not a face of a tetrahedron; remove it", file,
-                            corner_names(raw, triangle)));
+            throw support::InputError("{}: the triangle of nodes {} is not a face of a tetrahedron; remove it", file,
+                                      corner_names(raw, triangle));
     refuse_several_parts(raw, file);
 }
 
@@ -196,10 +205,9 @@ std::vector<int> boundary_tags(const RawMesh &raw, const core::TetraMesh &mesh, 
     for (std::size_t f = 0; f < raw.triangles.size(); ++f) {
         const auto [entry, is_new] = tag_of.emplace(core::face_key(raw.triangles[f]), raw.patch_tag[f]);
         if (!is_new && entry->second != raw.patch_tag[f])
-            throw support::InputError(fmt::format("{}: the triangle of nodes {} {} {} lies in two patches; keep one",
-                                                  file, raw.node_tag[raw.triangles[f][0]],
-                                                  raw.node_tag[raw.triangles[f][1]],
-                                                  raw.node_tag[raw.triangles[f][2]]));
+            throw support::InputError("{}: the triangle of nodes {} {} {} lies in two patches; keep one", file,
+                                      raw.node_tag[raw.triangles[f][0]], raw.node_tag[raw.triangles[f][1]],
+                                      raw.node_tag[raw.triangles[f][2]]);
     }
     std::vector<int> tags;
     tags.reserve(mesh.boundary_triangles.size());

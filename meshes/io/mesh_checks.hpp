@@ -12,15 +12,6 @@
 
 namespace livermark::meshes {
 
-/// The corners of a tetrahedron, the last two exchanged where its volume would be negative.
-/// @param nodes   node numbers, indices into points
-/// @param points  (N) [m]
-inline std::array<int, 4> with_positive_volume(std::array<int, 4> nodes, std::span<const core::Vector3> points) {
-    if (core::signed_volume(points[nodes[0]], points[nodes[1]], points[nodes[2]], points[nodes[3]]) < 0.0)
-        std::swap(nodes[2], nodes[3]);
-    return nodes;
-}
-
 /// Size and quality of a mesh. Quality is a performance feature: the shortest edge sets the time step of all.
 struct MeshFigures {
     int num_tetrahedra = 0;
@@ -33,6 +24,28 @@ struct MeshFigures {
     double smallest_quality = 0.0;          ///< min over tetrahedra of 6 sqrt(2) V / l_rms^3; 1 for a regular one
 };
 
+/// Lists of what hangs together, each in the order in which a search from its first item comes to the others.
+/// @param is_left   (n) items to list
+/// @param touching  (item, visit) calls visit(other) for each other item that hangs on it
+template <class Touching>
+std::vector<std::vector<int>> parts_that_touch(std::vector<bool> is_left, const Touching &touching) {
+    std::vector<std::vector<int>> parts;
+    for (int first = 0; first < std::ssize(is_left); ++first) {
+        if (!is_left[first])
+            continue;
+        auto &part = parts.emplace_back();
+        const auto visit = [&](int item) {
+            if (is_left[item])
+                part.push_back(item);
+            is_left[item] = false;
+        };
+        visit(first);
+        for (std::size_t at = 0; at < part.size(); ++at)
+            touching(part[at], visit);
+    }
+    return parts;
+}
+
 /// 6 sqrt(2) V / l_rms^3 with l_rms the root mean square of the six edges: 1 for a regular tetrahedron, 0 for a flat
 /// one.
 double tetrahedron_quality(const core::Vector3 &a, const core::Vector3 &b, const core::Vector3 &c,
@@ -42,6 +55,11 @@ MeshFigures mesh_figures(const core::TetraMesh &mesh);
 
 /// The figures as lines of "name value unit", for people.
 std::string to_text(const MeshFigures &figures);
+
+/// Takes the names out that no element has; the others keep their order.
+/// @param groups  of each element the index into names, which follows them
+/// @return the former indices of the names that stay
+std::vector<int> keep_used_groups(std::vector<int> &groups, std::vector<std::string> &names);
 
 /// Contents of a mesh file, before anything is believed. Node numbers are indices into points; the tags are the file's
 /// own numbers and are kept to name places in messages.

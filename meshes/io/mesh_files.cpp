@@ -17,7 +17,6 @@
 #include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
 #include "core/support/toml_input.hpp"
-#include "meshes/io/msh_reader.hpp"
 
 namespace livermark::meshes {
 
@@ -82,15 +81,14 @@ core::TetraMesh read_converted(const fs::path &file, std::vector<std::string> &r
 /// Files that come from a segmentation and never hold tetrahedra.
 void refuse_segmentation(const fs::path &file) {
     constexpr std::array<std::string_view, 7> images{".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd", ".dcm"};
-    constexpr std::array<std::string_view, 4> surfaces{".stl", ".obj", ".ply", ".off"};
     const auto name = support::lower_case(file.filename().string());
     const auto ends_so = [&](std::string_view ending) { return name.ends_with(ending); };
     const bool is_image = std::ranges::any_of(images, ends_so);
-    if (is_image || std::ranges::any_of(surfaces, ends_so))
-        throw support::InputError(fmt::format(
+    if (is_image || has_surface_ending(file))
+        throw support::InputError(
             "{}: this is {}, not a mesh of tetrahedra; make a body of it with `livermark mesh {} {} -o body.msh`",
             file.string(), is_image ? "an image" : "a surface", is_image ? "--labels" : "--surfaces",
-            file.filename().string()));
+            file.filename().string());
 }
 
 } // namespace
@@ -107,8 +105,8 @@ UnitGuess guess_unit(const std::vector<core::Vector3> &points, double volume, co
         static_cast<std::size_t>(std::ranges::lower_bound(longest_organ, longest) - longest_organ.begin());
     if (!(longest > 0.0) || unit == longest_organ.size())
         throw support::InputError(
-            fmt::format("{}: its longest side is {:g}, which fits no organ in m, cm or mm; set 'unit' in a body .toml",
-                        file, longest));
+            "{}: its longest side is {:g}, which fits no organ in m, cm or mm; set 'unit' in a body .toml", file,
+            longest);
     const auto &[name, metres] = support::length_units[unit];
     const double litres = 1e3 * volume * metres * metres * metres;
     UnitGuess guess{std::string(name), metres, {}};
@@ -193,6 +191,11 @@ void print_elements(Text &text, const core::TetraMesh &mesh) {
 }
 
 } // namespace
+
+void check_name_of_mesh(const std::filesystem::path &mesh_file) {
+    if (mesh_file.extension() != ".msh")
+        throw support::InputError("{}: the mesh is written as MSH; end its name in .msh", mesh_file.string());
+}
 
 void write_msh(const std::filesystem::path &file, const core::TetraMesh &mesh) {
     Text text;

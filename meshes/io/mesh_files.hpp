@@ -41,6 +41,9 @@ struct UnitGuess {
 /// @throws support::InputError if the longest side is beyond all, or not positive
 UnitGuess guess_unit(const std::vector<core::Vector3> &points, double volume, const std::string &file);
 
+/// @throws support::InputError if the name of a mesh to write does not end in .msh
+void check_name_of_mesh(const std::filesystem::path &mesh_file);
+
 /// Writes a body as a gmsh file, MSH 4.1 ASCII: the same mesh gives the same bytes. Node tag i + 1 is node i; a
 /// physical group of dimension 3 stands for each region and one of dimension 2 for each patch, with their names and, as
 /// tags, their indices + 1. Elements come patch by patch and region by region, each in the order of the mesh.
@@ -48,5 +51,17 @@ UnitGuess guess_unit(const std::vector<core::Vector3> &points, double volume, co
 /// at all.
 /// @throws support::InputError  if the file cannot be written
 void write_msh(const std::filesystem::path &file, const core::TetraMesh &mesh);
+
+/// Reads and checks a gmsh mesh: MSH 1, 2.2 or 4.1, ASCII, coordinates in metres, linear tetrahedra. Physical volumes
+/// become regions, physical surfaces patches.
+/// The reader is our own because gmsh's crashes on damaged files and cannot name a line.
+/// @throws support::InputError with file, line or entity, and remedy
+/// @param remarks  gets a sentence where groups overlap, of which the smaller one counts, and for triangles that are no
+///                 faces, which are left out
+core::TetraMesh read_msh(const std::filesystem::path &file, std::vector<std::string> *remarks = nullptr);
+
+/// The same from text. The name is for messages.
+core::TetraMesh parse_msh(const std::string &text, const std::string &file,
+                          std::vector<std::string> *remarks = nullptr);
 
 } // namespace livermark::meshes

@@ -1,4 +1,4 @@
-#include "meshes/io/msh_reader.hpp"
+#include "meshes/io/mesh_files.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -65,7 +65,7 @@ template <class Number> bool is_read(std::string_view text, Number &value) {
 } // namespace
 
 void MshTokens::fail(const std::string &what) const {
-    throw support::InputError(fmt::format("{}:{}: {}", file_, line_, what));
+    throw support::InputError("{}:{}: {}", file_, line_, what);
 }
 
 bool MshTokens::at_word() {
@@ -201,14 +201,14 @@ void choose_groups(std::vector<Element> &elements, std::vector<Groups> &groups, 
     if (word == "region") // a triangle in two patches is for the user to decide
         merge_repeated(elements, groups, tags);
     std::map<int, std::size_t> size;
-    for (const auto &of_element : groups)
-        for (const int group : of_element)
+    for (const auto &own_groups : groups)
+        for (const int group : own_groups)
             ++size[group];
     std::map<std::pair<int, int>, std::size_t> shared; // by the group that counts and the other
-    for (const auto &of_element : groups) {
-        const int smallest = *std::ranges::min_element(of_element, {}, [&](int group) { return size[group]; });
+    for (const auto &own_groups : groups) {
+        const int smallest = *std::ranges::min_element(own_groups, {}, [&](int group) { return size[group]; });
         chosen.push_back(smallest);
-        for (const int group : of_element)
+        for (const int group : own_groups)
             if (group != smallest)
                 ++shared[{smallest, group}];
     }

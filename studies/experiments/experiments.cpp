@@ -14,9 +14,9 @@
 #include "core/mesh/refinement.hpp"
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
+#include "load_cases/experiments/experiment.hpp"
 #include "load_cases/experiments/markers.hpp"
-#include "load_cases/experiments/own_experiment.hpp"
-#include "meshes/generators/delaunay.hpp"
+#include "meshes/generators/box_generator.hpp"
 #include "results/provenance.hpp"
 #include "results/records/experiment.hpp"
 #include "studies/files.hpp"
@@ -316,11 +316,13 @@ ExperimentResults run_experiments(const ExperimentOptions &options, const std::s
                 : experiments::read_public(support::find_named(experiments::all_public_data(), name, "experiment")));
     if (options.names.empty())
         for (const auto &experiment : experiments::all_public_data()) {
-            if (experiments::has_data(experiment))
+            if (experiments::public_data(experiment.data))
                 read.push_back(experiments::read_public(experiment));
             else
-                found.notes.push_back(fmt::format("the data of {} are not in {}; get them from {}", experiment.name,
-                                                  experiments::data_folder().string(), experiment.source));
+                found.notes.push_back(
+                    fmt::format("the data of {} are not there; get them from {}, and set LIVERMARK_EXPERIMENTS to the "
+                                "folder that {} is in",
+                                experiment.name, experiment.source, experiment.data));
         }
     if (read.empty())
         throw support::InputError(

@@ -7,7 +7,7 @@
 
 #include "core/model.hpp"
 #include "core/rayleigh_damping.hpp"
-#include "load_cases/experiments/ringing.hpp"
+#include "load_cases/experiments/experiment.hpp"
 #include "results/records/experiment.hpp"
 
 namespace livermark::studies {

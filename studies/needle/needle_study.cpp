@@ -11,7 +11,7 @@
 #include "core/support/input_error.hpp"
 #include "load_cases/experiments/markers.hpp"
 #include "load_cases/places/selector.hpp"
-#include "load_cases/readers/needle_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"
 #include "results/records/needle.hpp"

@@ -15,8 +15,8 @@
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
 #include "core/tool/tool_stiffness.hpp"
-#include "load_cases/places/facets.hpp"
-#include "load_cases/readers/load_case_tables.hpp"
+#include "load_cases/places/selector.hpp"
+#include "load_cases/readers/event_reader.hpp"
 
 namespace livermark::studies {
 

@@ -10,14 +10,14 @@
 #include "tests/fuzz/mutations.hpp"
 #include "tests/fuzz/seed_files.hpp"
 
-/// What has to come of damaged files of somebody else's formats: they are read, or refused in one sentence, in bounded
+/// Damaged files of somebody else's formats: they have to be read, or refused in one sentence, in bounded
 /// time, and nothing is left behind.
 namespace livermark::tests {
 
 /// All kinds that can be tried: those of fuzz::kinds_of_seeds(), and hdf5 for result files.
 std::vector<std::string> kinds_to_try();
 
-/// What came of one or several inputs.
+/// Ends that one or several inputs came to.
 struct Attempts {
     int num_tried = 0, num_read = 0, num_refused = 0;
     double longest = 0.0;              ///< [s]

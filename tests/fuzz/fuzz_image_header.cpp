@@ -1,7 +1,6 @@
 #include <array>
 
-#include "meshes/segmentation/images/image_bytes.hpp"
-#include "meshes/segmentation/images/nifti_header.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
 #include "tests/fuzz/fuzz_target.hpp"
 
 /// Everything that is checked in an image before and after ITK reads it. The first byte says what the file is called.

@@ -1,4 +1,4 @@
-#include "meshes/io/msh_reader.hpp"
+#include "meshes/io/mesh_files.hpp"
 #include "tests/fuzz/fuzz_target.hpp"
 
 void livermark::fuzz::read(Input input) {

@@ -62,74 +62,47 @@ std::uint32_t finished(State state) {
 
 /// Signatures of blocks with a checksum at their end (HDF5 File Format Specification 3.0). What begins with a
 /// superblock is found as well.
-constexpr std::array<std::string_view, 16> signatures{"\211HDF\r\n\032\n",
-                                                      "OHDR",
-                                                      "OCHK",
-                                                      "FRHP",
-                                                      "FHDB",
-                                                      "FHIB",
-                                                      "BTHD",
-                                                      "BTIN",
-                                                      "BTLF",
-                                                      "EAHD",
-                                                      "EAIB",
-                                                      "EASB",
-                                                      "EADB",
-                                                      "FAHD",
-                                                      "FADB",
-                                                      "SMTB"};
+constexpr std::string_view signatures =
+    "\211HDF\r\n\032\n|OHDR|OCHK|FRHP|FHDB|FHIB|BTHD|BTIN|BTLF|EAHD|EAIB|EASB|EADB|FAHD|FADB|SMTB";
 
 /// Numbers that no program should have written, and some will have.
-constexpr std::array<std::string_view, 26> absurd_numbers{"nan",
-                                                          "-nan",
-                                                          "inf",
-                                                          "-inf",
-                                                          "0",
-                                                          "-0",
-                                                          "-1",
-                                                          "1e308",
-                                                          "-1e308",
-                                                          "1e400",
-                                                          "1e-320",
-                                                          "1e-4000",
-                                                          "2147483647",
-                                                          "2147483648",
-                                                          "-2147483648",
-                                                          "4294967295",
-                                                          "4294967296",
-                                                          "9223372036854775807",
-                                                          "-9223372036854775808",
-                                                          "18446744073709551615",
-                                                          "99999999999999999999999999",
-                                                          "0x10",
-                                                          "1,5",
-                                                          "+1",
-                                                          "%s%n",
-                                                          ""};
-constexpr std::array<std::uint64_t, 14> absurd_integers{0,
-                                                        1,
-                                                        0x7f,
-                                                        0x80,
-                                                        0xff,
-                                                        0x7fff,
-                                                        0x8000,
-                                                        0xffff,
-                                                        0x7fffffff,
-                                                        0x80000000,
-                                                        0xffffffff,
-                                                        0x7fffffffffffffff,
-                                                        0x8000000000000000,
-                                                        0xffffffffffffffff};
-constexpr std::array<float, 10> absurd_floats{std::numeric_limits<float>::quiet_NaN(),
-                                              std::numeric_limits<float>::infinity(),
-                                              -std::numeric_limits<float>::infinity(),
-                                              std::numeric_limits<float>::max(),
-                                              std::numeric_limits<float>::lowest(),
-                                              std::numeric_limits<float>::denorm_min(),
-                                              0.0F,
-                                              -1.0F,
-                                              1e9F,
-                                              1e-9F};
+constexpr std::string_view absurd_numbers =
+    "nan|-nan|inf|-inf|0|-0|-1|1e308|-1e308|1e400|1e-320|1e-4000|2147483647|2147483648|-2147483648|4294967295|"
+    "4294967296|9223372036854775807|-9223372036854775808|18446744073709551615|99999999999999999999999999|0x10|1,5|+1|"
+    "%s%n|";
+
+/// Parts of a text between bars.
+std::vector<std::string_view> parts_of(std::string_view text) {
+    std::vector<std::string_view> parts;
+    for (auto end = text.find('|'); end != std::string_view::npos; end = text.find('|')) {
+        parts.push_back(text.substr(0, end));
+        text.remove_prefix(end + 1);
+    }
+    parts.push_back(text);
+    return parts;
+}
+
+/// 0, 1, and the ends of signed and unsigned integers of one byte to eight.
+std::vector<std::uint64_t> absurd_integers() {
+    std::vector<std::uint64_t> integers{0, 1};
+    for (const int bits : {8, 16, 32, 64}) {
+        const auto half = std::uint64_t{1} << (bits - 1);
+        integers.insert(integers.end(), {half - 1, half, half - 1 + half});
+    }
+    return integers;
+}
+
+using Float = std::numeric_limits<float>;
+const std::vector<float> absurd_floats{Float::quiet_NaN(),
+                                       Float::infinity(),
+                                       -Float::infinity(),
+                                       Float::max(),
+                                       Float::lowest(),
+                                       Float::denorm_min(),
+                                       0.0F,
+                                       -1.0F,
+                                       1e9F,
+                                       1e-9F};
 
 template <class Values> auto one_of(const Values &values, RandomNumbers &random) {
     return values.at(static_cast<std::size_t>(random.below(static_cast<int>(values.size()))));
@@ -164,7 +137,7 @@ std::string absurd_bytes(RandomNumbers &random) {
         std::memcpy(bytes.data(), &value, sizeof value);
         return bytes;
     }
-    auto bytes = little_endian(one_of(absurd_integers, random), 1 << random.below(4));
+    auto bytes = little_endian(one_of(absurd_integers(), random), 1 << random.below(4));
     if (random.below(3) == 0)
         std::ranges::reverse(bytes);
     return bytes;
@@ -275,7 +248,8 @@ std::string with_other_word(const std::string &text, RandomNumbers &random) {
                          [&](const Word &word) { return is_number(text.substr(word.begin, word.length)); });
     if (random.below(4) != 0 && !numbers.empty()) {
         const auto &[begin, length] = numbers[some_of(numbers.size(), random)];
-        return text.substr(0, begin) + std::string(one_of(absurd_numbers, random)) + text.substr(begin + length);
+        return text.substr(0, begin) + std::string(one_of(parts_of(absurd_numbers), random)) +
+               text.substr(begin + length);
     }
     const auto &[begin, length] = words[some_of(words.size(), random)];
     const auto &other = words[some_of(words.size(), random)];
@@ -304,7 +278,7 @@ std::vector<ChecksummedBlock> checksummed_blocks(std::string_view file) {
     // Their lengths stand in many forms, and the right one is known by its checksum.
     constexpr std::size_t shortest = 8, longest = 8192;
     std::vector<ChecksummedBlock> blocks;
-    for (const auto signature : signatures)
+    for (const auto signature : parts_of(signatures))
         for (auto begin = file.find(signature); begin != std::string_view::npos;
              begin = file.find(signature, begin + 1))
             for (std::size_t length = shortest; length < longest && begin + length + 4 <= file.size(); ++length)
@@ -382,7 +356,7 @@ void damage_nifti_header(std::string &bytes, RandomNumbers &random) {
     const auto field = one_of(fields, random);
     const auto place = static_cast<std::size_t>(field.place + field.bytes * random.below(field.count));
     if (!field.is_float)
-        return overwrite(bytes, place, little_endian(one_of(absurd_integers, random), field.bytes));
+        return overwrite(bytes, place, little_endian(one_of(absurd_integers(), random), field.bytes));
     const float value = one_of(absurd_floats, random);
     std::string four(sizeof value, '\0');
     std::memcpy(four.data(), &value, sizeof value);
@@ -398,7 +372,7 @@ void damage_elements(std::string &bytes, RandomNumbers &random) {
     switch (random.below(6)) {
     case 0:
         return overwrite(bytes, one.length_at,
-                         little_endian(one_of(absurd_integers, random), static_cast<int>(one.length_bytes)));
+                         little_endian(one_of(absurd_integers(), random), static_cast<int>(one.length_bytes)));
     case 1: {
         const auto length = bytes.substr(one.length_at, std::min(one.length_bytes, other.length_bytes));
         overwrite(bytes, one.length_at, bytes.substr(other.length_at, length.size()));
@@ -411,7 +385,7 @@ void damage_elements(std::string &bytes, RandomNumbers &random) {
         bytes.insert(other.begin, whole);
         return;
     case 4: // another value of the same length
-        if (const std::string text(one_of(absurd_numbers, random)); random.below(2) == 0)
+        if (const std::string text(one_of(parts_of(absurd_numbers), random)); random.below(2) == 0)
             return overwrite(bytes, one.value, text.substr(0, one.end - one.value));
         return overwrite(bytes, one.value, absurd_bytes(random).substr(0, one.end - one.value));
     default: // another kind

@@ -13,7 +13,6 @@
 #include "core/support/input_error.hpp"
 #include "core/tool/needle/needle.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "load_cases/readers/needle_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 
 namespace livermark::tests {

@@ -24,9 +24,7 @@ struct ExperimentCommand {
 void list_experiments() {
     for (const auto &experiment : experiments::all_public_data())
         fmt::print("{:<24} {} [{}]{}\n", experiment.name, experiment.title, experiment.source,
-                   experiments::has_data(experiment)
-                       ? ""
-                       : fmt::format(" (no data in {})", experiments::data_folder().string()));
+                   experiments::public_data(experiment.data) ? "" : " (its data are not there)");
 }
 
 /// A picture beside each file.

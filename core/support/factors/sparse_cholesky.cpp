@@ -4,20 +4,45 @@
 #include <Eigen/Cholesky>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <atomic>
 #include <cholmod.h>
 #include <cmath>
+#include <cstddef>
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <sys/mman.h>
 
 #include "core/support/factors/blas_memory.hpp"
 
 namespace livermark::support {
 
-/// A matrix as CHOLMOD sees it, without a copy.
-/// @param matrix        compressed; outlives the view
-/// @param is_symmetric  of which the upper triangle is there
-inline cholmod_sparse cholmod_view(const Eigen::Ref<const Eigen::SparseMatrix<double>> &matrix, bool is_symmetric) {
+namespace {
+
+/// Lets BLAS take its memory now if it has none yet in this process. OpenBLAS takes 128 MiB when it is called first,
+/// and tries again for ever where it gets none.
+/// @throws std::bad_alloc if there is not so much
+void reserve_blas_memory() {
+    static std::atomic<bool> is_there = false;
+    if (is_there)
+        return;
+    constexpr std::size_t enough = std::size_t{160} << 20; // its buffer, with room around it
+    void *probe = mmap(nullptr, enough, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (probe == MAP_FAILED) // NOLINT(performance-no-int-to-ptr): as POSIX has it
+        throw std::bad_alloc();
+    munmap(probe, enough);
+    // The routine takes the buffer however small the matrix is, and BLAS keeps it for the calls to come.
+    const auto lock = only_in_blas();
+    const int size = 1;
+    const double one = 1.0;
+    double product = 0.0;
+    dsyrk_("L", "N", &size, &size, &one, &one, &size, &one, &product, &size);
+    is_there = true;
+}
+
+/// A symmetric matrix as CHOLMOD sees it, without a copy.
+/// @param matrix  compressed, of which the upper triangle is there; outlives the view
+cholmod_sparse cholmod_view(const SparseCholesky::Matrix &matrix) {
     cholmod_sparse view{};
     view.nrow = static_cast<std::size_t>(matrix.rows());
     view.ncol = static_cast<std::size_t>(matrix.cols());
@@ -26,7 +51,7 @@ inline cholmod_sparse cholmod_view(const Eigen::Ref<const Eigen::SparseMatrix<do
     view.p = const_cast<int *>(matrix.outerIndexPtr());
     view.i = const_cast<int *>(matrix.innerIndexPtr());
     view.x = const_cast<double *>(matrix.valuePtr());
-    view.stype = is_symmetric ? 1 : 0;
+    view.stype = 1; // the upper triangle
     view.itype = CHOLMOD_INT;
     view.xtype = CHOLMOD_REAL;
     view.dtype = CHOLMOD_DOUBLE;
@@ -34,8 +59,6 @@ inline cholmod_sparse cholmod_view(const Eigen::Ref<const Eigen::SparseMatrix<do
     view.packed = 1;
     return view;
 }
-
-namespace {
 
 template <class Scalar> using DenseBlock = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
@@ -68,8 +91,9 @@ void with_space(const Supernodes &supernodes, Eigen::Ref<DenseBlock<Scalar>> x, 
         action(x, space);
 }
 
-} // namespace
-
+/// x = L^-1 x. Supernodes that would multiply zeros alone are not read.
+/// @param values  of L
+/// @param x       shape (n, any)
 template <class Scalar>
 void solve_lower(const Supernodes &supernodes, std::span<const Scalar> values, Eigen::Ref<DenseBlock<Scalar>> x) {
     with_space<Scalar>(supernodes, x, [&](auto &&all, auto &&space) {
@@ -88,6 +112,7 @@ void solve_lower(const Supernodes &supernodes, std::span<const Scalar> values, E
     });
 }
 
+/// x = L^-T x
 template <class Scalar>
 void solve_upper(const Supernodes &supernodes, std::span<const Scalar> values, Eigen::Ref<DenseBlock<Scalar>> x) {
     with_space<Scalar>(supernodes, x, [&](auto &&all, auto &&space) {
@@ -103,12 +128,6 @@ void solve_upper(const Supernodes &supernodes, std::span<const Scalar> values, E
         }
     });
 }
-
-template void solve_lower(const Supernodes &, std::span<const float>, Eigen::Ref<DenseBlock<float>>);
-template void solve_upper(const Supernodes &, std::span<const float>, Eigen::Ref<DenseBlock<float>>);
-template void solve_lower(const Supernodes &, std::span<const double>, Eigen::Ref<DenseBlock<double>>);
-
-namespace {
 
 using Dense = Eigen::MatrixXd;
 
@@ -191,7 +210,7 @@ SparseCholesky &SparseCholesky::operator=(SparseCholesky &&) noexcept = default;
 
 void SparseCholesky::order(const Matrix &matrix) {
     reserve_blas_memory();
-    auto upper = cholmod_view(matrix, true);
+    auto upper = cholmod_view(matrix);
     cholmod_free_factor(&impl_->factor, &impl_->common);
     {
         const auto lock = only_ordering();
@@ -202,7 +221,7 @@ void SparseCholesky::order(const Matrix &matrix) {
 
 void SparseCholesky::order(const Matrix &matrix, std::span<const int> order) {
     reserve_blas_memory();
-    auto upper = cholmod_view(matrix, true);
+    auto upper = cholmod_view(matrix);
     cholmod_free_factor(&impl_->factor, &impl_->common);
     std::vector<int> given(order.begin(), order.end());
     impl_->common.method[0].ordering = CHOLMOD_GIVEN;
@@ -214,7 +233,7 @@ void SparseCholesky::order(const Matrix &matrix, std::span<const int> order) {
 bool SparseCholesky::factorise(const Matrix &matrix) {
     constrain({});
     impl_->single = {};
-    auto upper = cholmod_view(matrix, true);
+    auto upper = cholmod_view(matrix);
     const auto lock = only_in_blas();
     cholmod_factorize(&upper, impl_->factor, &impl_->common);
     impl_->check("factor", upper.nrow);

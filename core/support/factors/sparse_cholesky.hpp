@@ -26,20 +26,6 @@ struct SupernodalFactor {
     std::span<const int> order;     ///< (n) of A, the row that each row of L is
 };
 
-/// x = L^-1 x. Supernodes that would multiply zeros alone are not read.
-/// @param values  of L
-/// @param x       shape (n, any)
-template <class Scalar>
-void solve_lower(const Supernodes &supernodes, std::span<const Scalar> values,
-                 Eigen::Ref<Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>> x);
-
-/// x = L^-T x
-template <class Scalar>
-void solve_upper(const Supernodes &supernodes, std::span<const Scalar> values,
-                 Eigen::Ref<Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>> x);
-
-struct SupernodalFactor;
-
 /// Sparse Cholesky factor (CHOLMOD, supernodal), P A P^T = L L^T, ordered by nested dissection: of a solid that fills
 /// half as much as minimum degree, and there is one ordering to find instead of the best of several. The same matrix
 /// gives the same bits every time.
@@ -90,7 +76,7 @@ class SparseCholesky {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Where a factor is to serve fewer unknowns than it has, which of its unknowns to constrain.
+/// Unknowns of a factor to constrain where it is to serve fewer than it has.
 /// @param has   shape (n) whether each unknown of a larger system is one of the factor
 /// @param free  shape (n) whether it is one of what is to be solved
 /// @return nothing if the factor lacks one, or if there are so many to constrain that another factor

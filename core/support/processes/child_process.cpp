@@ -121,6 +121,29 @@ void exchange(std::string_view input, const Channel &to_child, const std::vector
     }
 }
 
+/// Runs a program to its end, whose standard streams are channels.
+/// @param fault  gets why it could not be started
+/// @return its exit status; -1 if it could not be started or was killed
+int run_on(const std::vector<std::string> &words, std::string_view input, Channel &to_child,
+           const std::vector<Receiver> &receivers, std::string &fault) {
+    std::vector<Channel *> channels{&to_child};
+    for (const auto &receiver : receivers)
+        channels.push_back(receiver.channel);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    for (const auto *channel : channels)
+        posix_spawn_file_actions_adddup2(&actions, channel->theirs, channel->stream);
+    const auto [process, error] = start(words, actions);
+    for (auto *channel : channels)
+        channel->close_theirs();
+    if (error != 0) {
+        fault = fmt::format("{}: {}", words.front(), std::strerror(error));
+        return -1;
+    }
+    exchange(input, to_child, receivers);
+    return end_of(process);
+}
+
 /// Folders that go when a signal ends this process. A handler may neither allocate nor lock, so they are kept as plain
 /// characters.
 struct FolderToRemove {
@@ -183,13 +206,13 @@ ScratchFolder::ScratchFolder() {
     const bool is_empty = named && *named == '\0';
     auto parent = is_empty ? std::filesystem::path("/tmp") : std::filesystem::temp_directory_path(error);
     if (error) {
-        throw InputError(fmt::format("TMPDIR: '{}' is not a folder ({}); set it to one that is writable, or unset it",
-                                     named ? named : "", error.message()));
+        throw InputError("TMPDIR: '{}' is not a folder ({}); set it to one that is writable, or unset it",
+                         named ? named : "", error.message());
     }
     auto name = (parent / "livermark_XXXXXX").string();
     if (!mkdtemp(name.data()))
-        throw InputError(fmt::format("{}: no folder can be made here ({}); set TMPDIR to one that is writable",
-                                     parent.string(), std::strerror(errno)));
+        throw InputError("{}: no folder can be made here ({}); set TMPDIR to one that is writable", parent.string(),
+                         std::strerror(errno));
     path = name;
     remove_when_ended(path.string());
 }
@@ -217,57 +240,23 @@ ChildOutcome run_program(const std::vector<std::string> &words) {
 
 Printed run_printing(const std::vector<std::string> &words) {
     Channel input(STDIN_FILENO), output(STDOUT_FILENO);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    for (const auto *channel : {&input, &output})
-        posix_spawn_file_actions_adddup2(&actions, channel->theirs, channel->stream);
-    const auto [process, error] = start(words, actions);
-    for (auto *channel : {&input, &output})
-        channel->close_theirs();
-    if (error != 0)
-        return {.status = -1, .output = fmt::format("{}: {}", words.front(), std::strerror(error))};
     Printed printed;
-    exchange({}, input, {{&output, &printed.output}});
-    printed.status = end_of(process);
+    std::string fault;
+    printed.status = run_on(words, {}, input, {{&output, &printed.output}}, fault);
+    if (!fault.empty())
+        printed.output = fault;
     return printed;
 }
 
 FilterOutcome run_filter(const std::vector<std::string> &words, std::string_view input) {
     // A reader of a socket may be gone without a signal to this process.
     Channel to_child(STDIN_FILENO), output(STDOUT_FILENO), errors(STDERR_FILENO);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    for (const auto *channel : {&to_child, &output, &errors})
-        posix_spawn_file_actions_adddup2(&actions, channel->theirs, channel->stream);
-    const auto [process, error] = start(words, actions);
-    for (auto *channel : {&to_child, &output, &errors})
-        channel->close_theirs();
-    if (error != 0)
-        return {.status = -1, .output = {}, .lines = {fmt::format("{}: {}", words.front(), std::strerror(error))}};
-    std::string of_errors;
+    std::string said;
     FilterOutcome outcome;
-    exchange(input, to_child, {{&output, &outcome.output}, {&errors, &of_errors}});
-    outcome.status = end_of(process);
-    std::istringstream stream(of_errors);
+    outcome.status = run_on(words, input, to_child, {{&output, &outcome.output}, {&errors, &said}}, said);
+    std::istringstream stream(said);
     outcome.lines = lines_of(stream);
     return outcome;
-}
-
-Converted convert_by_script(const std::string &script, const std::filesystem::path &file, const std::string &remedy) {
-    check_readable(file);
-    const ScratchFolder scratch;
-    const auto text = scratch.path / "converted";
-    auto words = start_of_python("/usr/bin/python3"); // of the distribution, as scripts are started by hand
-    words.insert(words.end(), {(root_folder() / "scripts" / script).string(), std::filesystem::absolute(file).string(),
-                               text.string()});
-    auto [status, lines] = run_program(words);
-    if (status != 0) {
-        const auto reason = lines.empty() ? std::string("no reason given") : lines.back();
-        const auto of_modules = remedy_for_modules(lines);
-        throw InputError(fmt::format("{}: cannot be converted ({}); {}", file.string(), reason,
-                                     of_modules.empty() ? remedy : of_modules));
-    }
-    return {read_text(text), std::move(lines)};
 }
 
 namespace {
@@ -297,8 +286,10 @@ bool is_lacking(const FilterOutcome &outcome, const std::string &last) {
            std::ranges::any_of(outcome.lines, [](const auto &line) { return line.starts_with("Unknown option: -P"); });
 }
 
-} // namespace
-
+/// Remedy where a program in Python could not import a module that is there, or could not start, and PYTHONPATH
+/// names places to look for modules, which may be those of another Python.
+/// @param lines  that it wrote to standard error
+/// @return empty for another end, or if there is no such variable
 std::string remedy_for_modules(const std::vector<std::string> &lines) {
     const char *places = std::getenv("PYTHONPATH"); // NOLINT(concurrency-mt-unsafe): nobody changes the environment
     if (!places || *places == '\0' || lines.empty())
@@ -309,8 +300,31 @@ std::string remedy_for_modules(const std::vector<std::string> &lines) {
     return is_foreign || cannot_start ? "unset PYTHONPATH, which may name modules of another Python" : "";
 }
 
+/// The words that start Python with a program behind them. Nothing of the working directory is run, which may be a
+/// folder of results that somebody was sent: no module there takes the place of one of Python's, neither by itself (-P,
+/// Python 3.11) nor by an empty or relative place in PYTHONPATH. PYTHONHOME of another interpreter is left out.
+/// @param interpreter  path or name
 std::vector<std::string> start_of_python(const std::string &interpreter) {
     return {"env", "-u", "PYTHONHOME", "-u", "PYTHONINSPECT", "-u", "PYTHONSTARTUP", search_path(), interpreter, "-P"};
+}
+
+} // namespace
+
+Converted convert_by_script(const std::string &script, const std::filesystem::path &file, const std::string &remedy) {
+    check_readable(file);
+    const ScratchFolder scratch;
+    const auto text = scratch.path / "converted";
+    auto words = start_of_python("/usr/bin/python3"); // of the distribution, as scripts are started by hand
+    words.insert(words.end(), {(root_folder() / "scripts" / script).string(), std::filesystem::absolute(file).string(),
+                               text.string()});
+    auto [status, lines] = run_program(words);
+    if (status != 0) {
+        const auto reason = lines.empty() ? std::string("no reason given") : lines.back();
+        const auto module_remedy = remedy_for_modules(lines);
+        throw InputError("{}: cannot be converted ({}); {}", file.string(), reason,
+                         module_remedy.empty() ? remedy : module_remedy);
+    }
+    return {read_text(text), std::move(lines)};
 }
 
 std::string run_python(const std::string &part, const std::vector<std::string> &arguments, std::string_view input,
@@ -335,9 +349,8 @@ std::string run_python(const std::string &part, const std::vector<std::string> &
         if (lacking.empty())
             lacking = last.find(": ") == std::string::npos ? last : last.substr(last.find(": ") + 2);
     }
-    throw InputError(fmt::format("{} needs libraries of Python ({}); {}", purpose,
-                                 lacking.empty() ? "it does not start" : lacking,
-                                 remedy.empty() ? "apt-get install " + packages : remedy));
+    throw InputError("{} needs libraries of Python ({}); {}", purpose, lacking.empty() ? "it does not start" : lacking,
+                     remedy.empty() ? "apt-get install " + packages : remedy);
 }
 
 namespace {

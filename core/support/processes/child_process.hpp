@@ -65,18 +65,6 @@ struct Converted {
 /// @throws InputError with the file, the last line that the script printed, and the remedy
 Converted convert_by_script(const std::string &script, const std::filesystem::path &file, const std::string &remedy);
 
-/// The words that start Python with a program behind them. Nothing of the working directory is run, which may be a
-/// folder of results that somebody was sent: no module there takes the place of one of Python's, neither by itself (-P,
-/// Python 3.11) nor by an empty or relative place in PYTHONPATH. PYTHONHOME of another interpreter is left out.
-/// @param interpreter  path or name
-std::vector<std::string> start_of_python(const std::string &interpreter);
-
-/// Remedy where a program in Python could not import a module that is there, or could not start, and PYTHONPATH
-/// names places to look for modules, which may be those of another Python.
-/// @param lines  that it wrote to standard error
-/// @return empty for another end, or if there is no such variable
-std::string remedy_for_modules(const std::vector<std::string> &lines);
-
 /// Runs a part of the Python package of this project as a program of its own: `python3 -m livermark.<part>`, with the
 /// interpreter of the distribution, or where that lacks a library with the first one in PATH.
 /// @param part       such as report

@@ -279,8 +279,8 @@ std::string megabytes(std::uint64_t bytes) {
 }
 
 [[noreturn]] void refuse_file(const std::filesystem::path &file, const std::string &why) {
-    throw InputError(fmt::format(
-        "{}: it cannot be read ({}), so it is damaged or not what its name says; export it again", file.string(), why));
+    throw InputError("{}: it cannot be read ({}), so it is damaged or not what its name says; export it again",
+                     file.string(), why);
 }
 
 } // namespace
@@ -321,7 +321,7 @@ std::string in_own_process(const std::filesystem::path &file, const ReaderLimits
     if (WIFSIGNALED(status)) {
         const int signal = WTERMSIG(status);
         if (signal == SIGINT || signal == SIGTERM)
-            throw InputError(fmt::format("{}: reading it was broken off from outside; start again", file.string()));
+            throw InputError("{}: reading it was broken off from outside; start again", file.string());
         if (signal == SIGXCPU || signal == SIGALRM || signal == SIGKILL)
             refuse_file(file, fmt::format("it takes more than {} s or {}", limits.seconds, megabytes(limits.bytes)));
         refuse_file(file, fmt::format("a library has broken off with {}", strsignal(signal)));

@@ -1,4 +1,4 @@
-#include "meshes/segmentation/images/dicom_segmentation.hpp"
+#include "meshes/segmentation/images/image_values.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
-#include "meshes/segmentation/images/image_bytes.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
 
 namespace livermark::segmentation {
 
@@ -29,9 +29,8 @@ constexpr const char *segmentation_storage = "1.2.840.10008.5.1.4.1.1.66.4";
 constexpr const char *label_map_storage = "1.2.840.10008.5.1.4.1.1.66.7";
 
 [[noreturn]] void refuse_dicom(const fs::path &file, const std::string &what) {
-    throw support::InputError(fmt::format("{}: {}; export it as NIfTI or NRRD, as with 3D Slicer or dcmqi's "
-                                          "segimage2itkimage",
-                                          file.string(), what));
+    throw support::InputError("{}: {}; export it as NIfTI or NRRD, as with 3D Slicer or dcmqi's segimage2itkimage",
+                              file.string(), what);
 }
 
 /// The first item of a sequence, if it is there.

@@ -1,4 +1,4 @@
-#include "meshes/segmentation/images/header_grid.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -11,8 +11,6 @@
 
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
-#include "meshes/segmentation/images/image_bytes.hpp"
-#include "meshes/segmentation/images/nifti_header.hpp"
 
 namespace livermark::segmentation {
 
@@ -46,9 +44,8 @@ std::optional<double> metres_of(const std::string &unit) {
 double metres_per_unit_in(const fs::path &file, const std::string &unit) {
     if (const auto metres = metres_of(unit))
         return *metres;
-    throw InputError(fmt::format("{}: its header gives lengths in '{}', which is no unit that is known here; write it "
-                                 "in mm",
-                                 file.string(), support::shown(unit)));
+    throw InputError("{}: its header gives lengths in '{}', which is no unit that is known here; write it in mm",
+                     file.string(), support::shown(unit));
 }
 
 Eigen::Matrix3d with_columns_of_length_1(Eigen::Matrix3d axes) {
@@ -81,10 +78,10 @@ void compare_forms(const Placement &qform, const Placement &sform, const fs::pat
     const double degrees = degrees_between(qform.direction, sform.direction);
     if (qform.direction.determinant() * sform.direction.determinant() < 0.0 ||
         (nearest_directions(qform.direction) != nearest_directions(sform.direction) && degrees > most))
-        throw InputError(fmt::format("{}: the header contradicts itself: by its qform the axes point elsewhere than by "
-                                     "its sform ({:.0f} degrees off), so left and right may be exchanged; export the "
-                                     "image again, with one of both",
-                                     file.string(), degrees));
+        throw InputError(
+            "{}: the header contradicts itself: by its qform the axes point elsewhere than by its sform ({:.0f} "
+            "degrees off), so left and right may be exchanged; export the image again, with one of both",
+            file.string(), degrees);
     if (degrees > noticed)
         remarks.push_back(fmt::format("the axes by its qform and by its sform are {:.0f} degrees apart; check how the "
                                       "body lies",
@@ -210,9 +207,9 @@ std::optional<Vector3> signs_of_space(std::string space, const fs::path &file) {
     if (is("leftanteriorsuperior", "las"))
         return Vector3(1.0, -1.0, 1.0);
     if (space == "3dlefthanded")
-        throw InputError(fmt::format("{}: its header says '{}', which does not say where the patient's left is and "
-                                     "would mirror the body; name its axes, such as left-posterior-superior",
-                                     file.string(), said));
+        throw InputError("{}: its header says '{}', which does not say where the patient's left is and would mirror "
+                         "the body; name its axes, such as left-posterior-superior",
+                         file.string(), said);
     return std::nullopt; // scanner-xyz, 3D-right-handed, or a number of dimensions
 }
 
@@ -336,8 +333,8 @@ void correct_by_header(ImageGrid &grid, const HeaderGrid &header, const std::str
     constexpr double most_off = 1e-3; // of a length; headers have six digits
     constexpr double most_degrees = 0.5;
     if (header.size && *header.size != grid.size)
-        throw InputError(fmt::format("{}: its header says {} voxels, and {} are read; export the image again", file,
-                                     fmt::join(*header.size, " x "), fmt::join(grid.size, " x ")));
+        throw InputError("{}: its header says {} voxels, and {} are read; export the image again", file,
+                         fmt::join(*header.size, " x "), fmt::join(grid.size, " x "));
     std::vector<std::string> corrected;
     if (header.spacing && ((*header.spacing - grid.spacing).array().abs() > most_off * header.spacing->array()).any()) {
         grid.spacing = *header.spacing;

@@ -1,4 +1,4 @@
-#include "meshes/segmentation/images/image_bytes.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,6 @@
 
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
-#include "meshes/segmentation/images/nifti_header.hpp"
 
 namespace livermark::segmentation {
 
@@ -23,8 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void refuse(const fs::path &file, const std::string &what) {
-    throw support::InputError(
-        fmt::format("{}: {}; the file is damaged or cut off, so export or copy it again", file.string(), what));
+    throw support::InputError("{}: {}; the file is damaged or cut off, so export or copy it again", file.string(),
+                              what);
 }
 
 /// Hands the bytes of a file on piece by piece, inflated where they are compressed.
@@ -66,10 +65,9 @@ void check_finite(const fs::path &file, const fs::path &voxels, const NiftiHeade
             if (filled < width || voxel >= num_voxels)
                 continue;
             if (!is_finite({number.data(), width}, header.is_swapped))
-                throw support::InputError(
-                    fmt::format("{}: voxel {:.0f} is not a finite number; give it a label, or 0 for "
-                                "background, and export the image again",
-                                file.string(), voxel));
+                throw support::InputError("{}: voxel {:.0f} is not a finite number; give it a label, or 0 for "
+                                          "background, and export the image again",
+                                          file.string(), voxel);
             voxel += 1.0;
             filled = 0;
         }

@@ -27,9 +27,8 @@
 #include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
 #include "core/support/processes/own_process.hpp"
-#include "meshes/segmentation/images/dicom_segmentation.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
 #include "meshes/segmentation/images/image_values.hpp"
-#include "meshes/segmentation/images/nifti_header.hpp"
 
 namespace livermark::segmentation {
 
@@ -47,20 +46,20 @@ constexpr int max_labels_of_image = 1000;
 void check_grid(ImageGrid &grid, const std::string &name, std::vector<std::string> &remarks) {
     for (unsigned d = 0; d < 3; ++d) {
         if (grid.size.at(d) < 2)
-            throw InputError(fmt::format("{}: the image is {} voxel thick along axis {}; a body has three dimensions",
-                                         name, grid.size.at(d), d));
+            throw InputError("{}: the image is {} voxel thick along axis {}; a body has three dimensions", name,
+                             grid.size.at(d), d);
         if (!(grid.spacing[d] >= finest && grid.spacing[d] <= coarsest))
-            throw InputError(fmt::format("{}: the voxels are {:.3g} mm apart along axis {}, where {} to {} mm is "
-                                         "possible; check whether the header is in millimetres",
-                                         name, 1e3 * grid.spacing[d], d, 1e3 * finest, 1e3 * coarsest));
+            throw InputError("{}: the voxels are {:.3g} mm apart along axis {}, where {} to {} mm is possible; check "
+                             "whether the header is in millimetres",
+                             name, 1e3 * grid.spacing[d], d, 1e3 * finest, 1e3 * coarsest);
     }
     const auto off = off_right_angles(grid.direction);
     const Vector3 lengths = grid.direction.colwise().norm();
     if (!grid.origin.allFinite() || !lengths.allFinite() || !((lengths.array() - 1.0).abs() < 1e-2).all() ||
         !(off.degrees <= most_degrees_off))
-        throw InputError(fmt::format("{}: the axes of the image are not at right angles{}; resample it, as with 3D "
-                                     "Slicer's module Resample Scalar/Vector/DWI Volume",
-                                     name, off.text.empty() ? "" : " (" + off.text + ")"));
+        throw InputError("{}: the axes of the image are not at right angles{}; resample it, as with 3D Slicer's module "
+                         "Resample Scalar/Vector/DWI Volume",
+                         name, off.text.empty() ? "" : " (" + off.text + ")");
     constexpr double rounding = 0.01;
     if (off.degrees > rounding)
         remarks.push_back(off.text + ", and are turned to the nearest axes at right angles");
@@ -94,21 +93,20 @@ LabelImage labels_of(const Values &values, const HeaderGrid &header, const std::
     for (std::size_t v = 0; v < image.label.size(); ++v) {
         if (!std::isfinite(value[v]))
             throw InputError(
-                fmt::format("{}: voxel {} is not a finite number; give it a label, or 0 for background, and "
-                            "export the image again",
-                            name, v));
+                "{}: voxel {} is not a finite number; give it a label, or 0 for background, and export the image again",
+                name, v);
         const float label = std::round(value[v]);
         if (!(label >= 0.0F && label <= 65535.0F && std::abs(value[v] - label) <= most_off))
-            throw InputError(fmt::format("{}: voxel {} has the value {}, which is not a label; this is a scan or a map "
-                                         "of probabilities, so segment it first, as with 3D Slicer or TotalSegmentator",
-                                         name, v, value[v]));
+            throw InputError("{}: voxel {} has the value {}, which is not a label; this is a scan or a map of "
+                             "probabilities, so segment it first, as with 3D Slicer or TotalSegmentator",
+                             name, v, value[v]);
         image.label[v] = static_cast<std::uint16_t>(label);
         if (v == 0 || image.label[v] != image.label[v - 1])
             labels.insert(image.label[v]);
         if (labels.size() > max_labels_of_image)
-            throw InputError(fmt::format("{}: there are more than {} different values, so this is a scan and not a "
-                                         "label map; segment it first, as with 3D Slicer or TotalSegmentator",
-                                         name, max_labels_of_image));
+            throw InputError("{}: there are more than {} different values, so this is a scan and not a label map; "
+                             "segment it first, as with 3D Slicer or TotalSegmentator",
+                             name, max_labels_of_image);
     }
     return image;
 }
@@ -135,9 +133,9 @@ LabelImage read_folder(const fs::path &folder, const std::string &name) {
     names->SetDirectory(folder.string());
     const auto series = names->GetSeriesUIDs();
     if (series.size() != 1)
-        throw InputError(fmt::format("{}: the folder holds {} DICOM series; give a folder with the one of the "
-                                     "segmentation, or a file: {}",
-                                     folder.string(), series.size(), image_formats));
+        throw InputError(
+            "{}: the folder holds {} DICOM series; give a folder with the one of the segmentation, or a file: {}",
+            folder.string(), series.size(), image_formats);
     const auto files = names->GetFileNames(series.front());
     if (files.size() == 1 && is_dicom_segmentation(files.front()))
         return read_segmentation_object(files.front());
@@ -151,9 +149,9 @@ LabelImage read_folder(const fs::path &folder, const std::string &name) {
     double deviation = 0.0;
     itk::ExposeMetaData(reader->GetOutput()->GetMetaDataDictionary(), "ITK_non_uniform_sampling_deviation", deviation);
     if (deviation > 0.1)
-        throw InputError(fmt::format("{}: the slices are not evenly spaced ({:.2g} mm off); a slice may be missing, so "
-                                     "export the series again",
-                                     folder.string(), deviation));
+        throw InputError(
+            "{}: the slices are not evenly spaced ({:.2g} mm off); a slice may be missing, so export the series again",
+            folder.string(), deviation);
     return labels_of(*reader->GetOutput(), {}, name); // whose header GDCM reads
 }
 
@@ -168,8 +166,8 @@ LabelImage read_here(const fs::path &file, const fs::path &scratch) {
             return read_folder(file, name.string());
         return is_dicom_file(file) ? read_segmentation_object(file) : read_plain_image(file, name.string(), scratch);
     } catch (const itk::ExceptionObject & /*in words for programmers*/) {
-        throw InputError(fmt::format("{}: cannot be read as an image; it may be damaged or cut off, so export it again",
-                                     file.string()));
+        throw InputError("{}: cannot be read as an image; it may be damaged or cut off, so export it again",
+                         file.string());
     }
 }
 
@@ -237,16 +235,16 @@ LabelImage read_label_image(const fs::path &given) {
     const auto file = header_of_pair(given);
     const auto status = fs::status(file, error);
     if (!fs::exists(status))
-        throw InputError(fmt::format("{}: there is no such file or folder; check the path", file.string()));
+        throw InputError("{}: there is no such file or folder; check the path", file.string());
     if (access(file.c_str(), R_OK) != 0)
-        throw InputError(fmt::format("{}: cannot be read; check its permissions", file.string()));
+        throw InputError("{}: cannot be read; check its permissions", file.string());
     if (!fs::is_directory(status))
         support::check_readable(file);
     else
         for (const auto &entry : fs::directory_iterator(file, error))
             if (std::error_code ignored; fs::is_other(entry.status(ignored)))
-                throw InputError(fmt::format("{}: '{}' in it is not a plain file; remove it", file.string(),
-                                             entry.path().filename().string()));
+                throw InputError("{}: '{}' in it is not a plain file; remove it", file.string(),
+                                 entry.path().filename().string());
     std::optional<support::ScratchFolder> scratch; // of this process, which is there whatever becomes of the other
     if (!fs::is_directory(status) && needs_a_copy(file))
         scratch.emplace();
@@ -271,8 +269,8 @@ template <class Pixel> void write_image(const fs::path &file, const ImageGrid &g
     else if (name.ends_with(".mha"))
         io = itk::MetaImageIO::New();
     else
-        throw InputError(fmt::format("{}: no such format can be written; end the name in .nii.gz, .nii, .nrrd or .mha",
-                                     file.string()));
+        throw InputError("{}: no such format can be written; end the name in .nii.gz, .nii, .nrrd or .mha",
+                         file.string());
     using Image = itk::Image<Pixel, 3>;
     auto image = Image::New();
     typename Image::SizeType size;
@@ -305,11 +303,10 @@ template <class Pixel> void write_image(const fs::path &file, const ImageGrid &g
         fs::rename(temporary, file);
     } catch (const itk::ExceptionObject & /*in words for programmers*/) {
         fs::remove(temporary, error);
-        throw InputError(
-            fmt::format("{}: cannot be written; make room on the disk or choose another place", file.string()));
+        throw InputError("{}: cannot be written; make room on the disk or choose another place", file.string());
     } catch (const fs::filesystem_error &failure) {
         fs::remove(temporary, error);
-        throw InputError(fmt::format("{}: cannot be put there ({})", file.string(), failure.code().message()));
+        throw InputError("{}: cannot be put there ({})", file.string(), failure.code().message());
     }
 }
 

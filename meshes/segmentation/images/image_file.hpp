@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "meshes/segmentation/images/label_image.hpp"
+#include "meshes/segmentation/images/segmentation.hpp"
 
 namespace livermark::segmentation {
 

@@ -16,9 +16,8 @@
 
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
-#include "meshes/segmentation/images/dicom_segmentation.hpp"
-#include "meshes/segmentation/images/image_bytes.hpp"
-#include "meshes/segmentation/images/nifti_header.hpp"
+#include "meshes/io/mesh_files.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
 
 namespace livermark::segmentation {
 
@@ -30,29 +29,21 @@ using support::InputError;
 constexpr double largest_image = 1 << 28; // voxels; the largest abdominal scans have about this many
 constexpr double best_compression = 1100; // zlib cannot do better
 
-std::string first_bytes_of(const fs::path &file) {
-    std::string bytes(3, '\0');
-    std::ifstream(file, std::ios::binary).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    return bytes;
-}
-
 itk::ImageIOBase::Pointer reader_of(const fs::path &file) {
     for (const itk::ImageIOBase::Pointer &io :
          {itk::ImageIOBase::Pointer(itk::NiftiImageIO::New()), itk::ImageIOBase::Pointer(itk::NrrdImageIO::New()),
           itk::ImageIOBase::Pointer(itk::MetaImageIO::New())})
         if (io->CanReadFile(file.c_str()))
             return io;
-    if (const auto first = first_bytes_of(file); first.starts_with("\xef\xbb\xbf"))
-        throw InputError(
-            fmt::format("{}: it begins with a byte order mark, which no reader of such images passes over; "
-                        "save its header without one, as plain ASCII",
-                        file.string()));
+    if (const auto first = meshes::first_bytes(file); first.starts_with("\xef\xbb\xbf"))
+        throw InputError("{}: it begins with a byte order mark, which no reader of such images passes over; save its "
+                         "header without one, as plain ASCII",
+                         file.string());
     else if (first.starts_with("\x1f\x8b"))
-        throw InputError(fmt::format("{}: it is compressed by gzip, which its name does not say; call it {}.gz",
-                                     file.string(), file.filename().string()));
-    throw InputError(
-        fmt::format("{}: this is not an image that can be read here, or it is damaged from the start; give {}",
-                    file.string(), image_formats));
+        throw InputError("{}: it is compressed by gzip, which its name does not say; call it {}.gz", file.string(),
+                         file.filename().string());
+    throw InputError("{}: this is not an image that can be read here, or it is damaged from the start; give {}",
+                     file.string(), image_formats);
 }
 
 /// Type and region of a segment in the words of 3D Slicer's tags: "TerminologyEntry:context~category~type~modifier~
@@ -176,29 +167,29 @@ void check_header(itk::ImageIOBase &io, const fs::path &file) {
     io.ReadImageInformation();
     const auto dimensions = io.GetNumberOfDimensions();
     if (dimensions < 3)
-        throw InputError(fmt::format("{}: the image has {} dimensions; a segmentation of a body has three",
-                                     file.string(), dimensions));
+        throw InputError("{}: the image has {} dimensions; a segmentation of a body has three", file.string(),
+                         dimensions);
     for (unsigned d = 3; d < dimensions; ++d)
         if (io.GetDimensions(d) > 1)
-            throw InputError(fmt::format("{}: the image is a series of {} volumes; give one of them", file.string(),
-                                         io.GetDimensions(d)));
+            throw InputError("{}: the image is a series of {} volumes; give one of them", file.string(),
+                             io.GetDimensions(d));
     if (io.GetNumberOfComponents() != 1)
-        throw InputError(fmt::format("{}: each voxel has {} values; export it as a label map with one label a voxel",
-                                     file.string(), io.GetNumberOfComponents()));
+        throw InputError("{}: each voxel has {} values; export it as a label map with one label a voxel", file.string(),
+                         io.GetNumberOfComponents());
     double voxels = 1.0;
     for (unsigned d = 0; d < 3; ++d)
         voxels *= static_cast<double>(io.GetDimensions(d));
     if (!(voxels > 0.0 && voxels <= largest_image))
-        throw InputError(fmt::format("{}: the header speaks of {:.3g} voxels; between 1 and {:.3g} can be read, so "
-                                     "crop the image around the liver, or check whether the file is damaged",
-                                     file.string(), voxels, largest_image));
+        throw InputError("{}: the header speaks of {:.3g} voxels; between 1 and {:.3g} can be read, so crop the image "
+                         "around the liver, or check whether the file is damaged",
+                         file.string(), voxels, largest_image);
     const auto ending = support::file_ending(file);
     const bool is_detached = ending == ".nhdr" || ending == ".mhd" || ending == ".hdr" || ending == ".img";
     const double bytes = voxels * static_cast<double>(io.GetComponentSize());
     if (!is_detached && bytes > best_compression * static_cast<double>(fs::file_size(file)))
-        throw InputError(fmt::format("{}: the header speaks of {:.0f} bytes, more than {} bytes of file can hold; the "
-                                     "file is damaged or cut off",
-                                     file.string(), bytes, fs::file_size(file)));
+        throw InputError("{}: the header speaks of {:.0f} bytes, more than {} bytes of file can hold; the file is "
+                         "damaged or cut off",
+                         file.string(), bytes, fs::file_size(file));
     check_all_there(file, voxels, bytes);
 }
 
@@ -232,9 +223,9 @@ ReadValues read_image_values(const fs::path &file, const fs::path &scratch) {
         fs::create_symlink(fs::absolute(file), link);
         read = read_in_place_of(file, link);
     } else if (header->sform_code > 0 && header->qform_code <= 0 && off.degrees > most_degrees_off) {
-        throw InputError(fmt::format("{}: the axes of the image are not at right angles ({}); resample it, as with 3D "
-                                     "Slicer's module Resample Scalar/Vector/DWI Volume",
-                                     file.string(), off.text));
+        throw InputError("{}: the axes of the image are not at right angles ({}); resample it, as with 3D Slicer's "
+                         "module Resample Scalar/Vector/DWI Volume",
+                         file.string(), off.text);
     } else {
         read = read_values(file);
     }

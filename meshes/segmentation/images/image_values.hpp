@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "core/mesh/plausible_liver.hpp"
-#include "meshes/segmentation/images/header_grid.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
+#include "meshes/segmentation/images/segmentation.hpp"
 
 /// Contents of image files as ITK reads them, before anything is believed. Internal to segmentation/.
 namespace livermark::segmentation {
@@ -44,5 +45,21 @@ bool needs_a_copy(const std::filesystem::path &file);
 /// @param scratch  a folder for what is read in its place; empty if nothing is
 /// @throws support::InputError, itk::ExceptionObject
 ReadValues read_image_values(const std::filesystem::path &file, const std::filesystem::path &scratch);
+
+/// Whether a file is DICOM: "DICM" stands behind 128 bytes.
+bool is_dicom_file(const std::filesystem::path &file);
+
+/// Whether it is a segmentation object (SOP classes Segmentation Storage and Label Map Segmentation Storage).
+bool is_dicom_segmentation(const std::filesystem::path &file);
+
+/// Reads a DICOM segmentation object, as 3D Slicer, OHIF and dcmqi write it: each frame is a slice of one segment, in
+/// one bit a pixel, or the parts of a pixel that belong to it, of which a half and more counts (PS3.3 A.51); or the
+/// frames hold the numbers of segments. Labels are the numbers of the segments. Where segments overlap the smaller one
+/// has the voxel: a lesion in a liver. Slices without a frame are empty.
+/// @return grid in LPS; not checked yet
+/// @throws support::InputError with the file, what is wrong and a remedy: no segmentation object, compressed, frames
+/// that
+///         are not parallel and evenly spaced, less pixels than frames need
+LabelImage read_dicom_segmentation(const std::filesystem::path &file);
 
 } // namespace livermark::segmentation

@@ -1,4 +1,4 @@
-#include "meshes/segmentation/images/nifti_header.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
@@ -194,7 +194,7 @@ void write_as_nifti_1(const std::filesystem::path &file, const std::filesystem::
     const Stream stream(gzopen(file.c_str(), "rb"), gzclose);
     Bytes2 from{};
     if (!stream || gzread(stream.get(), from.data(), from.size()) != static_cast<int>(from.size()))
-        throw support::InputError(fmt::format("{}: its header ends too early; export it again", file.string()));
+        throw support::InputError("{}: its header ends too early; export it again", file.string());
     const bool is_swapped = number_at<std::int32_t>(from, 0, false) != static_cast<std::int32_t>(header_bytes_2);
     const auto real = [&](std::size_t place) { return number_at<double>(from, place, is_swapped); };
     const auto whole = [&](std::size_t place) { return number_at<std::int32_t>(from, place, is_swapped); };
@@ -208,9 +208,9 @@ void write_as_nifti_1(const std::filesystem::path &file, const std::filesystem::
     for (std::size_t d = 0; d < 8; ++d) {
         const auto extent = wide(16 + 8 * d);
         if (extent < 0 || extent > std::numeric_limits<std::int16_t>::max())
-            throw support::InputError(fmt::format("{}: its header speaks of {} voxels along an axis; crop the image "
-                                                  "around the liver, or check whether the file is damaged",
-                                                  file.string(), extent));
+            throw support::InputError("{}: its header speaks of {} voxels along an axis; crop the image around the "
+                                      "liver, or check whether the file is damaged",
+                                      file.string(), extent);
         put(dim_at + 2 * d, static_cast<std::int16_t>(extent));
         put_float(pixdim_at + 4 * d, real(104 + 8 * d));
     }

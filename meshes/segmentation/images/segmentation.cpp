@@ -1,17 +1,140 @@
 #include "meshes/segmentation/images/segmentation.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <functional>
 #include <itkBinaryFillholeImageFilter.h>
 #include <itkConnectedComponentImageFilter.h>
 #include <itkImage.h>
 #include <map>
+#include <random>
 #include <span>
 
 #include "core/support/input_error.hpp"
+#include "meshes/generators/liver_shape.hpp"
 
 namespace livermark::segmentation {
+
+std::size_t num_voxels(const ImageGrid &grid) {
+    return static_cast<std::size_t>(grid.size[0]) * static_cast<std::size_t>(grid.size[1]) *
+           static_cast<std::size_t>(grid.size[2]);
+}
+
+double voxel_volume(const ImageGrid &grid) {
+    return grid.spacing.prod();
+}
+
+core::Vector3 to_world(const ImageGrid &grid, const core::Vector3 &place) {
+    return grid.origin + grid.direction * place;
+}
+
+namespace {
+
+using core::Vector3;
+
+constexpr double margin = 0.01; // of air around the liver [m]
+constexpr double liver_value = 110.0, lesion_value = 70.0, fat_value = -90.0, noise = 12.0; // [HU]
+
+Eigen::Matrix3d rotation(const Vector3 &turn) {
+    const double angle = turn.norm();
+    return angle == 0.0 ? Eigen::Matrix3d::Identity().eval()
+                        : Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+}
+
+/// The smallest grid of these axes that holds the liver.
+ImageGrid grid_around_liver(const PhantomOptions &options) {
+    ImageGrid grid{.spacing = options.spacing, .direction = rotation(options.turn)};
+    const auto [low, high] = meshes::liver_bounding_box();
+    const Eigen::AlignedBox3d liver(low, high);
+    Eigen::AlignedBox3d along; // the axes of the grid
+    for (int corner = 0; corner < 8; ++corner) {
+        const Vector3 point = liver.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
+        along.extend(Vector3(grid.direction.transpose() * point));
+    }
+    const Vector3 first = along.min().array() - margin;
+    const Vector3 last = along.max().array() + margin;
+    grid.origin = grid.direction * first;
+    for (int d = 0; d < 3; ++d)
+        grid.size[static_cast<std::size_t>(d)] =
+            1 + static_cast<int>(std::ceil((last[d] - first[d]) / grid.spacing[d]));
+    return grid;
+}
+
+std::vector<meshes::Lesion> lesions(bool touching) {
+    auto all = meshes::liver_lesions();
+    if (touching) {
+        auto &outer = all[1];
+        while (meshes::liver_level(outer.center) < -0.5 * outer.semi_axes.minCoeff())
+            outer.center += 1e-3 * meshes::liver_gradient(outer.center).normalized();
+        auto &neighbour = all[4];
+        const Vector3 apart = neighbour.center - all[0].center;
+        neighbour.center =
+            all[0].center + (all[0].semi_axes.mean() + 0.8 * neighbour.semi_axes.mean()) * apart.normalized();
+    }
+    return all;
+}
+
+bool holds(const meshes::Lesion &lesion, const Vector3 &point) {
+    Vector3 scaled;
+    for (int d = 0; d < 3; ++d)
+        scaled[d] = lesion.axes[static_cast<std::size_t>(d)].dot(point - lesion.center) / lesion.semi_axes[d];
+    return scaled.squaredNorm() < 1.0;
+}
+
+/// @return label at a place in the world
+int label_at(const Vector3 &point, const std::vector<meshes::Lesion> &all) {
+    if (meshes::liver_level(point) >= 0.0)
+        return 0;
+    for (std::size_t l = 0; l < all.size(); ++l)
+        if (holds(all[l], point))
+            return phantom_first_tumour_label + static_cast<int>(l);
+    return phantom_liver_label;
+}
+
+/// Calls visit(voxel, its centre in the world) in the order of the data.
+template <class Visit> void for_each_voxel(const ImageGrid &grid, const Visit &visit) {
+    std::size_t voxel = 0;
+    for (int k = 0; k < grid.size[2]; ++k)
+        for (int j = 0; j < grid.size[1]; ++j)
+            for (int i = 0; i < grid.size[0]; ++i)
+                visit(voxel++, to_world(grid, Vector3(i, j, k).cwiseProduct(grid.spacing)));
+}
+
+} // namespace
+
+LabelImage phantom_labels(const PhantomOptions &options) {
+    const auto all = lesions(options.touching);
+    LabelImage image{.name = "phantom", .grid = grid_around_liver(options), .label = {}};
+    image.label.resize(num_voxels(image.grid));
+    for_each_voxel(image.grid, [&](std::size_t voxel, const Vector3 &centre) {
+        image.label[voxel] = static_cast<std::uint16_t>(label_at(centre, all));
+    });
+    return image;
+}
+
+Scan phantom_scan(const PhantomOptions &options) {
+    const auto all = lesions(options.touching);
+    Scan scan{.grid = grid_around_liver(options), .grey_value = {}};
+    scan.grey_value.resize(num_voxels(scan.grid));
+    std::mt19937 random(1);
+    for_each_voxel(scan.grid, [&](std::size_t voxel, const Vector3 &centre) {
+        double value = 0.0;
+        for (int part = 0; part < 8; ++part) { // a voxel shows the mean of what is in it
+            const Vector3 place((part & 1) - 0.5, (part >> 1 & 1) - 0.5, (part >> 2) - 0.5);
+            const int label =
+                label_at(centre + scan.grid.direction * (0.5 * place.cwiseProduct(scan.grid.spacing)), all);
+            value += (label == 0 ? fat_value : label == phantom_liver_label ? liver_value : lesion_value) / 8.0;
+        }
+        // Twelve uniform numbers add up to a normal one of variance 1, the same with every standard library.
+        double normal = -6.0;
+        for (int part = 0; part < 12; ++part)
+            normal += static_cast<double>(random()) / 4294967296.0;
+        scan.grey_value[voxel] = static_cast<std::int16_t>(std::lround(value + noise * normal));
+    });
+    return scan;
+}
 
 namespace {
 
@@ -101,13 +224,12 @@ void tell_of_codes(const LabelImage &image, std::vector<std::string> &remarks) {
 int guessed_liver(const LabelImage &image, const std::vector<int> &there, const std::vector<int> &tumours) {
     if (static_cast<int>(there.size()) > max_labels_to_guess)
         throw support::InputError(
-            fmt::format("{}: it has {} labels, more than a liver and its lesions; name them with --liver and --tumours",
-                        image.name, there.size()));
+            "{}: it has {} labels, more than a liver and its lesions; name them with --liver and --tumours", image.name,
+            there.size());
     const auto first =
         std::ranges::find_if(there, [&](int label) { return std::ranges::find(tumours, label) == tumours.end(); });
     if (first == there.end())
-        throw support::InputError(
-            fmt::format("{}: every label is a tumour's; name the liver's with --liver", image.name));
+        throw support::InputError("{}: every label is a tumour's; name the liver's with --liver", image.name);
     return *first;
 }
 
@@ -125,9 +247,9 @@ LabelChoice chosen_by_file(const LabelImage &image, const std::vector<int> &ther
         return choice;
     }
     if (roles[core::SegmentRole::unnamed].size() < there.size())
-        throw support::InputError(fmt::format("{}: none of its segments is a liver by its name: {}; if one is, give "
-                                              "its label to `livermark mesh --labels` with --liver",
-                                              image.name, shown_labels(image, there)));
+        throw support::InputError("{}: none of its segments is a liver by its name: {}; if one is, give its label to "
+                                  "`livermark mesh --labels` with --liver",
+                                  image.name, shown_labels(image, there));
     choice.liver = {guessed_liver(image, there, tumours)};
     if (tumours.empty())
         std::ranges::copy_if(there, std::back_inserter(choice.tumours), [&](int l) { return l != choice.liver[0]; });
@@ -144,15 +266,15 @@ LabelChoice chosen_by_file(const LabelImage &image, const std::vector<int> &ther
 LabelChoice completed(const LabelChoice &choice, const LabelImage &image, std::vector<std::string> &remarks) {
     const auto there = labels_of(image);
     if (there.empty())
-        throw support::InputError(fmt::format("{}: every voxel is background, so there is no liver in it", image.name));
+        throw support::InputError("{}: every voxel is background, so there is no liver in it", image.name);
     for (const auto *labels : {&choice.liver, &choice.tumours})
         for (const int label : *labels)
             if (std::ranges::find(there, label) == there.end())
-                throw support::InputError(
-                    fmt::format("{}: no voxel has the label {}; it has {}", image.name, label, fmt::join(there, ", ")));
+                throw support::InputError("{}: no voxel has the label {}; it has {}", image.name, label,
+                                          fmt::join(there, ", "));
     for (const int label : choice.tumours)
         if (std::ranges::find(choice.liver, label) != choice.liver.end())
-            throw support::InputError(fmt::format("label {} cannot be both liver and tumour; name it once", label));
+            throw support::InputError("label {} cannot be both liver and tumour; name it once", label);
     return choice.liver.empty() ? chosen_by_file(image, there, choice.tumours, remarks) : choice;
 }
 
@@ -299,8 +421,8 @@ Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, d
         }
         const auto number = result.region_names.size();
         if (number > max_lesions)
-            throw support::InputError(fmt::format(
-                "{}: there are more than {} lesions; name fewer labels with --tumours", image.name, max_lesions));
+            throw support::InputError("{}: there are more than {} lesions; name fewer labels with --tumours",
+                                      image.name, max_lesions);
         result.region_names.push_back(fmt::format("tumour_{}", number));
         result.remarks.push_back(fmt::format("tumour_{}: {} of label {}", number,
                                              millilitres(lesion.voxels.size(), image.grid), lesion.label));
@@ -312,9 +434,8 @@ Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, d
                                              "tetrahedra would resolve smaller ones",
                                              num_small, 1e6 * smallest_lesion, millilitres(small_voxels, image.grid)));
     if (std::ranges::find(result.region, 1) == result.region.end())
-        throw support::InputError(fmt::format("{}: nothing of the liver is left beside its lesions; check --liver and "
-                                              "--tumours",
-                                              image.name));
+        throw support::InputError("{}: nothing of the liver is left beside its lesions; check --liver and --tumours",
+                                  image.name);
     return result;
 }
 

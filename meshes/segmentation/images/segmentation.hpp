@@ -1,12 +1,66 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
 
-#include "meshes/segmentation/images/label_image.hpp"
+#include "core/mesh/plausible_liver.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::segmentation {
+
+/// Grid of the voxels of an image. Places in the image are given in metres along its axes from the centre of the
+/// first voxel; places in the world are LPS as in DICOM (x to the patient's left, y posterior, z superior).
+struct ImageGrid {
+    std::array<int, 3> size = {0, 0, 0};                            ///< voxels along each axis
+    core::Vector3 spacing = {0.0, 0.0, 0.0};                        ///< between voxel centres [m]
+    core::Vector3 origin = {0.0, 0.0, 0.0};                         ///< centre of the first voxel in the world [m]
+    Eigen::Matrix3d direction = Eigen::Matrix3d::Identity().eval(); ///< columns: the image's axes, orthonormal;
+                                                                    ///< determinant -1 if they are left-handed
+};
+
+std::size_t num_voxels(const ImageGrid &grid);
+
+double voxel_volume(const ImageGrid &grid); ///< [m^3]
+
+/// From a place in the image [m] to that place in the world [m].
+core::Vector3 to_world(const ImageGrid &grid, const core::Vector3 &place);
+
+/// An image whose values are numbers of labels, 0 for the background.
+struct LabelImage {
+    std::string name; ///< of the file or folder
+    ImageGrid grid;
+    std::vector<std::uint16_t> label;         ///< (num_voxels) the first axis runs fastest
+    std::map<int, std::string> label_names{}; ///< of segments, where the file has them
+    std::map<int, core::SegmentCode> label_codes{};
+    std::vector<std::string> remarks{}; ///< a sentence for what the file leaves in doubt
+};
+
+/// A scan, such as a computed tomography.
+struct Scan {
+    ImageGrid grid;
+    std::vector<std::int16_t> grey_value; ///< (num_voxels) [HU] the first axis runs fastest
+};
+
+inline constexpr int phantom_liver_label = 1;
+inline constexpr int phantom_first_tumour_label = 2; ///< of the largest lesion; the others follow
+
+/// Scan of the phantom.
+struct PhantomOptions {
+    core::Vector3 spacing = {0.8e-3, 0.8e-3, 3e-3}; ///< of the voxels [m]
+    core::Vector3 turn = {0.0, 0.0, 0.0};           ///< rotation vector of the image's axes against the patient's [rad]
+    bool touching = false; ///< the second lesion moved to the capsule, and the fifth to the first
+};
+
+/// The liver that ships with its six lesions, as somebody would have segmented it: a voxel is what lies at its centre.
+LabelImage phantom_labels(const PhantomOptions &options);
+
+/// A scan of it: grey values of a portal venous phase (liver 110 HU, lesions 70 HU, fat around it -90 HU), blurred over
+/// a voxel and with noise of 12 HU; the same every time.
+Scan phantom_scan(const PhantomOptions &options);
 
 /// Which labels of an image make the body. Where neither is given the codes and names of its segments decide, and where
 /// it has none the smallest label is the liver, and every other one a tumour's.

@@ -1,4 +1,4 @@
-#include "meshes/segmentation/meshing/edge_operations.hpp"
+#include "meshes/segmentation/meshing/mesh_operations.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,6 @@
 #include "core/mesh/tetra_mesh.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/segmentation/meshing/label_domain.hpp"
-#include "meshes/segmentation/meshing/node_moves.hpp"
 
 namespace livermark::segmentation {
 
@@ -45,6 +44,9 @@ int corner_of(const std::array<int, 4> &nodes, int node) {
     return place == nodes.end() ? -1 : static_cast<int>(place - nodes.begin());
 }
 
+namespace {
+
+/// The tetrahedra at both nodes, ascending.
 std::vector<int> tetrahedra_at_edge(const core::TetraMesh &mesh, const MeshLinks &links, int a, int b) {
     std::vector<int> shared;
     for (const int t : links.tetrahedra_of[a])
@@ -53,6 +55,7 @@ std::vector<int> tetrahedra_at_edge(const core::TetraMesh &mesh, const MeshLinks
     return shared;
 }
 
+/// Regions that meet at an edge, `outside` first if it is there.
 std::vector<int> labels_at_edge(const core::TetraMesh &mesh, const MeshLinks &links, int a, int b) {
     std::vector<int> labels;
     for (const int t : tetrahedra_at_edge(mesh, links, a, b)) {
@@ -63,6 +66,8 @@ std::vector<int> labels_at_edge(const core::TetraMesh &mesh, const MeshLinks &li
     }
     return labels;
 }
+
+} // namespace
 
 double quality_of(const core::TetraMesh &mesh, const std::array<int, 4> &nodes) {
     return meshes::tetrahedron_quality(mesh.points[nodes[0]], mesh.points[nodes[1]], mesh.points[nodes[2]],

@@ -1,14 +1,16 @@
-#include "meshes/segmentation/meshing/mesh_cleaning.hpp"
+#include "meshes/segmentation/meshing/mesh_operations.hpp"
 
 #include <algorithm>
 #include <cstdlib>
 #include <functional>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
 
+#include "meshes/cutting/parting.hpp"
 #include "meshes/generators/surface_mesh.hpp"
-#include "meshes/segmentation/meshing/edge_operations.hpp"
+#include "meshes/io/mesh_checks.hpp"
 
 namespace livermark::segmentation {
 
@@ -146,8 +148,6 @@ std::vector<BorderPoint> border_points(const LabelDomain &domain, const std::vec
 
 namespace {
 
-using Triangle = std::array<int, 3>;
-
 double volume_of(const core::TetraMesh &mesh, const std::vector<int> &piece) {
     double volume = 0.0;
     for (const int t : piece) {
@@ -160,22 +160,11 @@ double volume_of(const core::TetraMesh &mesh, const std::vector<int> &piece) {
 /// Lists of tetrahedra that hang together across faces, where `together` says so of two regions.
 template <class Together>
 std::vector<std::vector<int>> connected(const core::TetraMesh &mesh, const MeshLinks &links, Together together) {
-    std::vector<bool> seen(mesh.tetrahedra.size(), false);
-    std::vector<std::vector<int>> pieces;
-    for (int first = 0; first < mesh.num_tetrahedra(); ++first) {
-        if (seen[first])
-            continue;
-        seen[first] = true;
-        std::vector<int> piece{first};
-        for (std::size_t next = 0; next < piece.size(); ++next)
-            for (const int other : links.neighbour[piece[next]])
-                if (other >= 0 && !seen[other] && together(mesh.region[piece[next]], mesh.region[other])) {
-                    seen[other] = true;
-                    piece.push_back(other);
-                }
-        pieces.push_back(std::move(piece));
-    }
-    return pieces;
+    return meshes::parts_that_touch(std::vector(mesh.tetrahedra.size(), true), [&](int t, const auto &visit) {
+        for (const int other : links.neighbour[t])
+            if (other >= 0 && together(mesh.region[t], mesh.region[other]))
+                visit(other);
+    });
 }
 
 std::map<int, int> num_pieces_of(const std::vector<LabelPiece> &wanted) {
@@ -199,6 +188,13 @@ int region_around(const core::TetraMesh &mesh, const MeshLinks &links, const std
     return best;
 }
 
+/// The tetrahedra of each part of a region that hangs together across faces, largest part first.
+std::vector<std::vector<int>> mesh_pieces(const core::TetraMesh &mesh) {
+    auto pieces = connected(mesh, mesh_links(mesh), [](int a, int b) { return a == b; });
+    std::ranges::stable_sort(pieces, std::greater(), [&](const auto &piece) { return volume_of(mesh, piece); });
+    return pieces;
+}
+
 void dissolve_islands(core::TetraMesh &mesh, const std::vector<LabelPiece> &wanted) {
     auto left = num_pieces_of(wanted);
     const auto links = mesh_links(mesh);
@@ -219,46 +215,15 @@ void dissolve_islands(core::TetraMesh &mesh, const std::vector<LabelPiece> &want
     drop_unused(mesh);
 }
 
-/// The fans of boundary triangles at a node: triangles hang together across edges.
-std::vector<std::vector<Triangle>> fans_at(int node, const std::vector<Triangle> &triangles) {
-    std::vector<std::vector<Triangle>> fans;
-    for (const auto &triangle : triangles) {
-        std::vector<Triangle> merged{triangle};
-        std::erase_if(fans, [&](const auto &fan) {
-            const bool touches = std::ranges::any_of(fan, [&](const Triangle &other) {
-                return std::ranges::any_of(
-                    other, [&](int n) { return n != node && std::ranges::find(triangle, n) != triangle.end(); });
-            });
-            if (touches)
-                merged.insert(merged.end(), fan.begin(), fan.end());
-            return touches;
-        });
-        fans.push_back(std::move(merged));
-    }
-    return fans;
-}
-
 /// Nodes at which the boundary is not a disk.
 std::vector<int> pinched_nodes(const core::TetraMesh &mesh) {
-    std::vector<std::vector<Triangle>> triangles_of(mesh.points.size());
-    for (const auto &triangle : core::outer_faces(mesh.tetrahedra))
-        for (const int node : triangle)
-            triangles_of[node].push_back(triangle);
-    std::vector<int> pinched;
-    for (int node = 0; node < mesh.num_nodes(); ++node) {
-        const auto &triangles = triangles_of[node];
-        if (triangles.empty())
-            continue;
-        std::map<int, int> uses; // of an edge, by its other node
-        for (const auto &triangle : triangles)
-            for (const int other : triangle)
-                if (other != node)
-                    ++uses[other];
-        if (std::ranges::any_of(uses, [](const auto &use) { return use.second != 2; }) ||
-            fans_at(node, triangles).size() > 1)
-            pinched.push_back(node);
-    }
-    return pinched;
+    std::vector<int> all(mesh.tetrahedra.size());
+    std::iota(all.begin(), all.end(), 0);
+    const auto neighbours = core::face_neighbours(mesh.tetrahedra);
+    meshes::Faces is_outer(all.size());
+    for (std::size_t t = 0; t < all.size(); ++t)
+        std::ranges::transform(neighbours[t], is_outer[t].begin(), [](int other) { return other < 0; });
+    return meshes::pinched_nodes(all, mesh.tetrahedra, neighbours, is_outer);
 }
 
 /// Takes away the smallest bunch of tetrahedra that hang together across faces at a pinched node; where there is one
@@ -284,12 +249,6 @@ void open_pinch(core::TetraMesh &mesh, const MeshLinks &links, int node) {
 }
 
 } // namespace
-
-std::vector<std::vector<int>> mesh_pieces(const core::TetraMesh &mesh) {
-    auto pieces = connected(mesh, mesh_links(mesh), [](int a, int b) { return a == b; });
-    std::ranges::stable_sort(pieces, std::greater(), [&](const auto &piece) { return volume_of(mesh, piece); });
-    return pieces;
-}
 
 int num_wrong_pieces(const core::TetraMesh &mesh, const std::vector<LabelPiece> &wanted) {
     auto count = num_pieces_of(wanted);

@@ -1,12 +1,10 @@
-#include "meshes/segmentation/meshing/node_moves.hpp"
+#include "meshes/segmentation/meshing/mesh_operations.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
-
-#include "meshes/segmentation/meshing/edge_operations.hpp"
 
 namespace livermark::segmentation {
 

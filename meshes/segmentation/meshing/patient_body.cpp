@@ -19,11 +19,10 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "core/support/toml_input.hpp"
 #include "meshes/io/mesh_checks.hpp"
-#include "meshes/segmentation/meshing/edge_operations.hpp"
 #include "meshes/segmentation/meshing/label_domain.hpp"
-#include "meshes/segmentation/meshing/mesh_cleaning.hpp"
-#include "meshes/segmentation/meshing/node_moves.hpp"
+#include "meshes/segmentation/meshing/mesh_operations.hpp"
 
 namespace livermark::segmentation {
 
@@ -295,12 +294,12 @@ core::TetraMesh attempt(const LabelDomain &domain, const std::vector<LabelPiece>
 
 } // namespace
 
-LabelMesh mesh_labels(const LabelFields &fields, int target_tetrahedra) {
+PatientBody mesh_labels(const LabelFields &fields, int target_tetrahedra) {
     constexpr int max_attempts = 8;
     const LabelDomain domain = match_volumes(fields);
     double edge = first_edge(fields, target_tetrahedra);
-    LabelMesh best;
-    const auto misses_one = [](const LabelMesh &mesh) { // advice as well: another mesh may follow it
+    PatientBody best;
+    const auto misses_one = [](const PatientBody &mesh) { // advice as well: another mesh may follow it
         return mesh.quality_criteria.empty() || !std::ranges::all_of(mesh.quality_criteria, &QualityCriterion::is_met);
     };
     for (int i = 0; i < max_attempts && misses_one(best); ++i) {
@@ -325,13 +324,6 @@ LabelMesh mesh_labels(const LabelFields &fields, int target_tetrahedra) {
 
 namespace {
 
-/// A TOML string.
-std::string quoted(const std::string &text) {
-    std::ostringstream stream;
-    stream << toml::value<std::string>(text);
-    return stream.str();
-}
-
 /// Headers of images hold some seven digits.
 std::string numbers(const Vector3 &v) {
     return fmt::format("[{:.7g}, {:.7g}, {:.7g}]", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
@@ -350,15 +342,15 @@ std::string image_table(const PatientBody &body, const Segmentation &segmentatio
     const auto &grid = segmentation.grid;
     auto text =
         fmt::format("[image]\nname = {}\nsize = [{}]\nspacing = {}\norigin = {}\naxes = [{}, {}, {}]\n{}remarks = [\n",
-                    quoted(image), fmt::join(grid.size, ", "), numbers(grid.spacing), numbers(grid.origin),
+                    support::quoted(image), fmt::join(grid.size, ", "), numbers(grid.spacing), numbers(grid.origin),
                     numbers(grid.direction.col(0)), numbers(grid.direction.col(1)), numbers(grid.direction.col(2)),
                     segmentation.is_lps_by_header ? "orientation = \"LPS\" # as the header says\n" : "");
     for (const auto &remark : segmentation.remarks)
-        text += fmt::format("  {},\n", quoted(remark));
+        text += fmt::format("  {},\n", support::quoted(remark));
     text += "]\ngates = [\n";
     for (const auto &quality_criterion : body.quality_criteria)
         text += fmt::format("  {{ name = {}, value = {:.6g}, bound = {:.6g}, met = {}, advice = {} }},\n",
-                            quoted(quality_criterion.name), quality_criterion.value, quality_criterion.bound,
+                            support::quoted(quality_criterion.name), quality_criterion.value, quality_criterion.bound,
                             quality_criterion.is_met, quality_criterion.is_advice);
     text += "]\n[image.volumes] # of the voxels\n";
     const auto volumes = region_volumes(segmentation);
@@ -383,8 +375,7 @@ PatientBody patient_body(const Segmentation &segmentation, int target_tetrahedra
         volume += v;
     constexpr double samples_per_edge = 8.0;
     const double spacing = edge_for(volume, target_tetrahedra) / samples_per_edge;
-    auto labelled = mesh_labels(label_fields(segmentation, spacing), target_tetrahedra);
-    PatientBody body{std::move(labelled.mesh), std::move(labelled.quality_criteria), labelled.num_attempts};
+    auto body = mesh_labels(label_fields(segmentation, spacing), target_tetrahedra);
     const bool is_mirrored = segmentation.grid.direction.determinant() < 0.0;
     for (auto &point : body.mesh.points)
         for (auto &coordinate : point = to_world(segmentation.grid, point))
@@ -405,8 +396,9 @@ std::string body_toml(const PatientBody &body, const Segmentation &segmentation,
         "# Lengths in m, axes LPS: x to the patient's left, y posterior, z superior, as in the image.\ntitle = "
         "{}\nmesh = "
         "{}\ngenerator = {}\nfind_patches = true\n\n",
-        quoted(fmt::format("Liver of the segmentation {}, {} lesions", image, body.mesh.region_names.size() - 1)),
-        quoted(mesh_file), quoted(command));
+        support::quoted(
+            fmt::format("Liver of the segmentation {}, {} lesions", image, body.mesh.region_names.size() - 1)),
+        support::quoted(mesh_file), support::quoted(command));
     for (const auto &name : body.mesh.region_names)
         text += fmt::format("[regions.{}]\n{}\n", name, material(name != "parenchyma"));
     return text + image_table(body, segmentation, image);

@@ -19,10 +19,11 @@ struct QualityCriterion {
     bool is_advice = false; ///< a mesh that misses it has the right numbers all the same
 };
 
-struct LabelMesh {
-    core::TetraMesh
-        mesh; ///< in the axes of the image [m]; region r is that of the fields; no names, one patch "surface"
-    std::vector<QualityCriterion> quality_criteria; ///< of this mesh
+struct PatientBody {
+    /// In the axes of the image, with regions as in the fields, no names and one patch "surface"; or in the world
+    /// (LPS), in whole nanometres, with regions named as in the segmentation [m].
+    core::TetraMesh mesh;
+    std::vector<QualityCriterion> quality_criteria; ///< what this mesh has to reach, and whether it does
     int num_attempts = 0;                           ///< meshes that were made to get here
 };
 
@@ -40,19 +41,13 @@ struct LabelMesh {
 ///   tetrahedra                               within 10 % of the target *
 /// @param target_tetrahedra  how many, about
 /// @throws std::runtime_error  if no attempt gave a mesh at all
-LabelMesh mesh_labels(const LabelFields &fields, int target_tetrahedra);
+PatientBody mesh_labels(const LabelFields &fields, int target_tetrahedra);
 
 /// Whether all are met that are no advice.
 bool all_met(const std::vector<QualityCriterion> &quality_criteria);
 
 /// Edge of a regular tetrahedron of which that many fill a volume [m].
 double edge_for(double volume, int num_tetrahedra);
-
-struct PatientBody {
-    core::TetraMesh mesh; ///< in the world (LPS), whole nanometres, regions named as in the segmentation
-    std::vector<QualityCriterion> quality_criteria; ///< what the mesh has to reach, and whether it does
-    int num_attempts = 0;
-};
 
 /// The mesh of a segmentation where the patient lies in the scanner, so that results can be laid over the image.
 PatientBody patient_body(const Segmentation &segmentation, int target_tetrahedra);

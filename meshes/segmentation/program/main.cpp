@@ -28,11 +28,10 @@
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
 #include "meshes/segmentation/images/image_file.hpp"
-#include "meshes/segmentation/images/label_image.hpp"
-#include "meshes/segmentation/images/nifti_header.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
+#include "meshes/segmentation/images/segmentation.hpp"
 #include "meshes/segmentation/meshing/patient_body.hpp"
 #include "meshes/segmentation/surfaces/surface_file.hpp"
-#include "meshes/segmentation/surfaces/surface_voxels.hpp"
 
 /// The work of `livermark-segment`: bodies of segmentations, for `livermark`, which starts it.
 namespace livermark::segmentation {

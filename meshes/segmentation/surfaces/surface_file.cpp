@@ -1,21 +1,29 @@
 #include "meshes/segmentation/surfaces/surface_file.hpp"
 
+#include <CGAL/AABB_face_graph_triangle_primitive.h>
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
 #include <CGAL/IO/OBJ.h>
 #include <CGAL/IO/OFF.h>
 #include <CGAL/IO/PLY.h>
 #include <CGAL/IO/STL.h>
 #include <CGAL/IO/polygon_soup_io.h>
+#include <CGAL/Polygon_mesh_processing/connected_components.h>
+#include <CGAL/Side_of_triangle_mesh.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <numeric>
 #include <optional>
 #include <sstream>
 #include <string_view>
 #include <utility>
 
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
@@ -26,6 +34,9 @@
 namespace livermark::segmentation {
 
 namespace {
+
+namespace fs = std::filesystem;
+using support::InputError;
 
 /// Whether an STL file is text with keywords that are not in lower case. Binary files may begin with the same word.
 bool has_capitals(const std::string &text) {
@@ -58,8 +69,15 @@ std::string only_faces(const std::string &text, std::size_t &num_left_out) {
     return faces;
 }
 
-} // namespace
+/// Text of a surface file for a reader that takes its format strictly.
+struct PlainSurfaceText {
+    std::optional<std::string> text; ///< nothing if the file can be read as it is
+    std::size_t num_left_out = 0;    ///< lines and points of an OBJ file, which bound nothing
+};
 
+/// Takes away what formats allow, or programs write, and readers stumble over: a byte order mark, keywords of an ASCII
+/// STL in capitals, and elements of an OBJ that are no faces.
+/// @param ending  of the name, in lower case: .stl, .obj, .ply or .off
 PlainSurfaceText plain_surface_text(std::string text, const std::string &ending) {
     constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
     PlainSurfaceText plain;
@@ -74,11 +92,6 @@ PlainSurfaceText plain_surface_text(std::string text, const std::string &ending)
             plain.text = std::move(faces);
     return plain;
 }
-
-namespace {
-
-namespace fs = std::filesystem;
-using support::InputError;
 
 constexpr const char *formats = "STL, OBJ, PLY, OFF, VTK or VTP";
 
@@ -140,8 +153,7 @@ TriangleSoup read_plain(const fs::path &file, std::vector<std::string> &remarks)
     const bool is_read = plain.text ? read_soup_of_text(ending, *plain.text, soup)
                                     : CGAL::IO::read_polygon_soup(file.string(), soup.points, soup.triangles);
     if (!is_read || soup.triangles.empty())
-        throw InputError(
-            fmt::format("{}: no triangles can be read from it; export the surface as {}", file.string(), formats));
+        throw InputError("{}: no triangles can be read from it; export the surface as {}", file.string(), formats);
     cut_polygons(soup, file.string(), remarks);
     return soup;
 }
@@ -164,8 +176,7 @@ TriangleSoup read_converted(const fs::path &file, const support::Converted &conv
     std::istringstream text(converted.text);
     TriangleSoup soup;
     if (!CGAL::IO::read_OFF(text, soup.points, soup.triangles) || soup.triangles.empty())
-        throw InputError(
-            fmt::format("{}: no triangles can be read from it; export the surface as {}", file.string(), formats));
+        throw InputError("{}: no triangles can be read from it; export the surface as {}", file.string(), formats);
     return soup;
 }
 
@@ -178,8 +189,8 @@ TriangleSoup read_soup(const fs::path &file, const std::optional<support::Conver
 
 /// Programs write which axes they mean into the first lines, or into field data, which the conversion tells.
 void turn_to_lps(TriangleSoup &soup, const fs::path &file, std::vector<std::string> &remarks) {
-    const auto of_field_data = fmt::format("{}: SPACE=RAS", file.string());
-    const bool is_in_field_data = std::erase(remarks, of_field_data) > 0;
+    const auto axes_remark = fmt::format("{}: SPACE=RAS", file.string());
+    const bool is_in_field_data = std::erase(remarks, axes_remark) > 0;
     if (!is_in_field_data && meshes::first_bytes(file).find("SPACE=RAS") == std::string::npos)
         return;
     for (auto &p : soup.points)
@@ -250,13 +261,12 @@ ReadSurfaces read_surfaces_here(const fs::path &file, const std::optional<suppor
     auto soup = read_soup(file, converted, read.remarks);
     for (const auto &p : soup.points)
         if (!std::isfinite(p.x()) || !std::isfinite(p.y()) || !std::isfinite(p.z()))
-            throw InputError(
-                fmt::format("{}: a coordinate is not a finite number; export the surface again", file.string()));
+            throw InputError("{}: a coordinate is not a finite number; export the surface again", file.string());
     for (const auto &triangle : soup.triangles)
         for (const auto corner : triangle)
             if (corner >= soup.points.size())
-                throw InputError(fmt::format("{}: a triangle names corner {} of {}; export the surface again",
-                                             file.string(), corner, soup.points.size()));
+                throw InputError("{}: a triangle names corner {} of {}; export the surface again", file.string(),
+                                 corner, soup.points.size());
     turn_to_lps(soup, file, read.remarks);
     if (!are_lesions) {
         read.surfaces.push_back(united(closed_parts(std::move(soup), file.string(), read.remarks)));
@@ -270,7 +280,7 @@ ReadSurfaces read_surfaces_here(const fs::path &file, const std::optional<suppor
 std::vector<meshes::SurfaceMesh> read_apart(const fs::path &file, bool are_lesions, std::vector<std::string> &remarks) {
     std::error_code error;
     if (!fs::exists(file, error))
-        throw InputError(fmt::format("{}: there is no such file; check the path", file.string()));
+        throw InputError("{}: there is no such file; check the path", file.string());
     support::check_readable(file);
     const auto converted = converted_if_needed(file);
     constexpr double bytes_per_byte = 2000.0; // exact numbers where triangles cut each other
@@ -289,6 +299,157 @@ meshes::SurfaceMesh read_surface(const fs::path &file, std::vector<std::string> 
 
 std::vector<meshes::SurfaceMesh> read_lesions(const fs::path &file, std::vector<std::string> &remarks) {
     return read_apart(file, true, remarks);
+}
+
+namespace {
+
+using core::Vector3;
+
+CgalSurface to_cgal(const meshes::SurfaceMesh &mesh) {
+    CgalSurface surface;
+    std::vector<CgalSurface::Vertex_index> vertices;
+    for (const auto &p : mesh.points)
+        vertices.push_back(surface.add_vertex(Point(p.x(), p.y(), p.z())));
+    for (const auto &t : mesh.triangles)
+        surface.add_face(vertices[static_cast<std::size_t>(t[0])], vertices[static_cast<std::size_t>(t[1])],
+                         vertices[static_cast<std::size_t>(t[2])]);
+    return surface;
+}
+
+using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, CGAL::AABB_face_graph_triangle_primitive<CgalSurface>>>;
+
+/// Places where a row of voxels, which starts outside, meets a surface.
+/// @return x in ascending order [m]; nothing if the row meets an edge or lies in a triangle, so that counting fails
+std::optional<std::vector<double>> crossings(const Tree &tree, const Kernel::Segment_3 &row) {
+    constexpr double too_close = 1e-9; // [m]
+    std::vector<Tree::Intersection_and_primitive_id<Kernel::Segment_3>::Type> hits;
+    tree.all_intersections(row, std::back_inserter(hits));
+    std::vector<double> places;
+    for (const auto &hit : hits) {
+        const auto *point = boost::get<Point>(&hit.first);
+        if (!point)
+            return {};
+        places.push_back(point->x());
+    }
+    std::ranges::sort(places);
+    const auto meets_edge = std::ranges::adjacent_find(places, [](double a, double b) { return b - a < too_close; });
+    if (places.size() % 2 != 0 || meets_edge != places.end())
+        return {};
+    return places;
+}
+
+/// Number of voxels that a lesion took from each region before it.
+using Taken = std::map<std::uint8_t, std::size_t>;
+
+/// Gives a region to the voxels inside a surface of one part, of lesions within the liver.
+/// @return how many
+std::size_t fill(const CgalSurface &surface, std::uint8_t region, Segmentation &into, Taken &taken) {
+    const Tree tree(faces(surface).first, faces(surface).second, surface);
+    const CGAL::Side_of_triangle_mesh<CgalSurface, Kernel> side(tree);
+    const auto &grid = into.grid;
+    const auto place = [&](int i, int j, int k) {
+        const auto p = to_world(grid, Vector3(i, j, k).cwiseProduct(grid.spacing));
+        return Point(p.x(), p.y(), p.z());
+    };
+    // A lesion may reach beyond the box around the liver, and a row has to start outside of it all the same.
+    const double margin = grid.spacing.x();
+    const double first = std::min(place(0, 0, 0).x(), tree.bbox().xmin() - margin);
+    const double last = std::max(place(grid.size[0] - 1, 0, 0).x(), tree.bbox().xmax() + margin);
+    std::size_t voxel = 0, num_filled = 0;
+    for (int k = 0; k < grid.size[2]; ++k)
+        for (int j = 0; j < grid.size[1]; ++j) {
+            const auto row = place(0, j, k);
+            const auto changes = crossings(tree, {Point(first, row.y(), row.z()), Point(last, row.y(), row.z())});
+            for (int i = 0; i < grid.size[0]; ++i, ++voxel) {
+                const auto centre = place(i, j, k);
+                const bool is_inside =
+                    changes ? (std::ranges::lower_bound(*changes, centre.x()) - changes->begin()) % 2 != 0
+                            : side(centre) == CGAL::ON_BOUNDED_SIDE;
+                auto &known = into.region[voxel];
+                if (is_inside && (region == 1 || known != 0)) {
+                    if (known > 1 && known != region)
+                        ++taken[known];
+                    known = region;
+                    ++num_filled;
+                }
+            }
+        }
+    return num_filled;
+}
+
+/// The liver, then lesions from the largest to the smallest.
+std::vector<std::size_t> order_of(const std::vector<meshes::SurfaceMesh> &surfaces) {
+    std::vector<double> volume;
+    for (const auto &surface : surfaces)
+        volume.push_back(meshes::enclosed_volume(surface));
+    std::vector<std::size_t> order(surfaces.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin() + 1, order.end(),
+                     [&](std::size_t a, std::size_t b) { return volume[a] > volume[b]; });
+    return order;
+}
+
+/// The part of a lesion outside the liver is left out.
+void tell_of_outside(std::size_t surface, double volume, double inside, std::vector<std::string> &remarks) {
+    constexpr double most = 0.02; // of the lesion: voxels are no finer
+    if (volume - inside > most * volume)
+        remarks.push_back(fmt::format("tumour_{}: {:.3g} mL, {:.0f} % of it, are outside the liver and are left out",
+                                      surface, 1e6 * (volume - inside), 100.0 * (volume - inside) / volume));
+}
+
+} // namespace
+
+Segmentation voxels_within(const std::vector<meshes::SurfaceMesh> &surfaces, double spacing) {
+    const auto box = core::bounding_box(surfaces.front().points);
+    const auto &low = box.min(), &high = box.max();
+    constexpr double margin = 3.5; // voxels; a half, so that corners on round numbers are on no voxel's centre
+    Segmentation result{
+        .grid = {.spacing = Vector3::Constant(spacing)}, .region = {}, .region_names = {"parenchyma"}, .remarks = {}};
+    constexpr std::size_t most_lesions = 254;
+    if (surfaces.size() > most_lesions + 1)
+        throw InputError("there are {} lesions, and a body can have {}; leave out the smallest", surfaces.size() - 1,
+                         most_lesions);
+    constexpr double most_voxels = 1 << 28;
+    if (const double wanted = ((high - low) / spacing).prod(); !(wanted < most_voxels))
+        throw InputError("the first surface fills so little of the box around it that {:.2g} voxels would be needed; "
+                         "is it the liver's?",
+                         wanted);
+    result.grid.origin = low.array() - margin * spacing;
+    for (int d = 0; d < 3; ++d)
+        result.grid.size[static_cast<std::size_t>(d)] =
+            static_cast<int>(std::ceil((high[d] - low[d]) / spacing + 2.0 * margin)) + 1;
+    result.region.assign(num_voxels(result.grid), 0);
+    for (std::size_t s = 1; s < surfaces.size(); ++s)
+        result.region_names.push_back(fmt::format("tumour_{}", s));
+    for (const std::size_t s : order_of(surfaces)) {
+        std::vector<CgalSurface> parts;
+        CGAL::Polygon_mesh_processing::split_connected_components(to_cgal(surfaces[s]), parts);
+        std::size_t num_filled = 0;
+        Taken taken;
+        for (const auto &part : parts)
+            num_filled += fill(part, static_cast<std::uint8_t>(s + 1), result, taken);
+        for (const auto &[region, count] : taken)
+            result.remarks.push_back(fmt::format("tumour_{0} and tumour_{1} share {2:.3g} mL, which count as "
+                                                 "tumour_{1}, the smaller one",
+                                                 region - 1, s,
+                                                 1e6 * static_cast<double>(count) * voxel_volume(result.grid)));
+        if (s > 0)
+            tell_of_outside(s, meshes::enclosed_volume(surfaces[s]),
+                            static_cast<double>(num_filled) * voxel_volume(result.grid), result.remarks);
+        if (num_filled == 0)
+            throw InputError("surface {} of {} contains no part of the liver, which is the first; are both in the same "
+                             "coordinates, and is it larger than {:.2g} mm?",
+                             s + 1, surfaces.size(), 1e3 * spacing);
+    }
+    const auto volumes = region_volumes(result);
+    for (std::size_t r = 0; r < volumes.size(); ++r)
+        if (volumes[r] == 0.0)
+            throw InputError(r == 0 ? "the lesions fill all of the liver, which is the first surface; give the liver's "
+                                      "first, then those of lesions"
+                                    : fmt::format("all of surface {} of {} is in lesions that are smaller, or it is "
+                                                  "there twice; leave it out",
+                                                  r + 1, volumes.size()));
+    return result;
 }
 
 } // namespace livermark::segmentation

@@ -132,10 +132,9 @@ void remove_cuts(CgalSurface &part, const std::string &file, std::vector<std::st
     repaired.collect_garbage();
     const double change = volume_of(repaired) / volume_of(part) - 1.0;
     if (!is_done || open_place(repaired) || !cuts_of(repaired).empty() || !(std::abs(change) <= most_change))
-        throw InputError(fmt::format(
-            "{}: the surface cuts itself at {}, and in {} pairs of triangles in all, which CGAL cannot repair; repair "
-            "it, as with 3D Slicer's Surface Toolbox",
-            file, place, cuts.size()));
+        throw InputError("{}: the surface cuts itself at {}, and in {} pairs of triangles in all, which CGAL cannot "
+                         "repair; repair it, as with 3D Slicer's Surface Toolbox",
+                         file, place, cuts.size());
     remarks.push_back(fmt::format("{}: the surface cut itself at {}, and in {} pairs of triangles in all; CGAL has put "
                                   "other triangles there, and the volume has changed by {:.2g} %",
                                   file, place, cuts.size(), 100.0 * change));
@@ -207,7 +206,7 @@ std::vector<CgalSurface> parts_of(const CgalSurface &surface, const std::string 
     std::vector<CgalSurface> parts;
     pmp::split_connected_components(surface, parts);
     if (parts.empty())
-        throw InputError(fmt::format("{}: no triangle of it has an area; export the surface again", file));
+        throw InputError("{}: no triangle of it has an area; export the surface again", file);
     return parts;
 }
 
@@ -230,16 +229,16 @@ double area_of_part(const CgalSurface &part) {
 /// Parts of which the largest is closed, as they are or of a wrap.
 std::vector<CgalSurface> parts_or_wrap(TriangleSoup soup, const std::string &file, std::vector<std::string> &remarks) {
     pmp::repair_polygon_soup(soup.points, soup.triangles);
-    std::vector<std::string> of_parts;
-    auto parts = parts_of(surface_of(soup, file, of_parts), file);
+    std::vector<std::string> part_remarks;
+    auto parts = parts_of(surface_of(soup, file, part_remarks), file);
     if (const auto largest = std::ranges::max_element(parts, {}, area_of_part); open_place(*largest)) {
-        const WrapCause cause{.is_manifold = of_parts.empty(), .volume = volume_about_middle(*largest)};
-        if (const auto closed = wrapped(soup, cause, file, of_parts)) {
-            of_parts = {of_parts.back()}; // what was taken apart before does not matter any more
+        const WrapCause cause{.is_manifold = part_remarks.empty(), .volume = volume_about_middle(*largest)};
+        if (const auto closed = wrapped(soup, cause, file, part_remarks)) {
+            part_remarks = {part_remarks.back()}; // what was taken apart before does not matter any more
             parts = parts_of(*closed, file);
         }
     }
-    remarks.insert(remarks.end(), of_parts.begin(), of_parts.end());
+    remarks.insert(remarks.end(), part_remarks.begin(), part_remarks.end());
     return parts;
 }
 
@@ -251,9 +250,8 @@ std::vector<CgalSurface> take_largest(std::vector<CgalSurface> &parts, bool are_
     std::vector<CgalSurface> body{*largest_area};
     parts.erase(largest_area);
     if (const auto place = open_place(body.front()))
-        throw InputError(
-            fmt::format("{}: the surface is open at {}; fill its holes, as with 3D Slicer's Surface Toolbox", file,
-                        text_of(*place)));
+        throw InputError("{}: the surface is open at {}; fill its holes, as with 3D Slicer's Surface Toolbox", file,
+                         text_of(*place));
     look_outwards(body.front());
     remove_cuts(body.front(), file, remarks);
     auto others = sort_out(std::move(parts), body.front());

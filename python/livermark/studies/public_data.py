@@ -1,7 +1,7 @@
 """Readers of measurements that others have published: python3 -m livermark.studies.public_data NAME DATA
 
 `livermark experiment` calls it. Prints TOML: what was done to the body and measured, in SI units, and what has to be assumed to
-compute it. A reader of another data set is a function in READERS and a line in load_cases/experiments/public_data.cpp.
+compute it. A reader of another data set is a function in READERS and a line in load_cases/experiments/experiment_files.cpp.
 """
 from __future__ import annotations
 

@@ -5,14 +5,14 @@
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "meshes/io/msh_reader.hpp"
+#include "meshes/io/mesh_files.hpp"
 #include "studies/exchange/formats/outside_solution.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {
 
-/// What the fuzzers start from, and what they have found: every file is read or refused.
+/// Seeds that the fuzzers start from, and inputs that they have found: every file is read or refused.
 int num_read(const std::string &reader, const std::function<void(const std::filesystem::path &)> &read) {
     int count = 0;
     for (const auto &entry : std::filesystem::directory_iterator(LIVERMARK_SOURCE_DIR "/tests/fuzz/seeds/" + reader))

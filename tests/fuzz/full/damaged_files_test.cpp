@@ -15,7 +15,7 @@ namespace {
 /// So that all take less than a minute; scripts/fuzz tries more.
 constexpr std::uint64_t num_by_program = 4;
 
-/// Of surfaces fewer: what is open is wrapped, which takes a second.
+/// Fewer surfaces than others: what is open is wrapped, which takes a second.
 std::uint64_t num_by_reader(const std::string &kind) {
     return kind == "stl" || kind == "ply" || kind == "obj_off" ? 25 : 80;
 }

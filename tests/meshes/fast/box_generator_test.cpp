@@ -6,8 +6,6 @@
 
 #include "core/support/input_error.hpp"
 #include "meshes/generators/box_generator.hpp"
-#include "meshes/generators/cylinder_generator.hpp"
-#include "meshes/generators/delaunay.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "tests/bad_input.hpp"
 
@@ -114,12 +112,6 @@ TEST_P(BoxGenerator, MakesAboutAsManyTetrahedraAsExpected) {
 TEST(DelaunayBox, RefusesWhatGmshCannotCalculateWith) {
     EXPECT_THROW(meshes::generate_box({1e300, 1.0, 1.0}, 1e-3, BoxTopology::delaunay), support::InputError);
     EXPECT_THROW(meshes::generate_box({1e7, 1e7, 1e7}, 1e6, BoxTopology::delaunay), support::InputError);
-}
-
-TEST(WithPositiveVolume, KeepsItsNodesAndTurnsOnlyWhatIsInverted) {
-    const std::vector<core::Vector3> points{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
-    EXPECT_EQ(meshes::with_positive_volume({0, 1, 2, 3}, points), (std::array{0, 1, 2, 3}));
-    EXPECT_EQ(meshes::with_positive_volume({1, 0, 2, 3}, points), (std::array{1, 0, 3, 2}));
 }
 
 INSTANTIATE_TEST_SUITE_P(Topologies, BoxGenerator,

@@ -2,20 +2,19 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <gtest/gtest.h>
 #include <map>
 #include <numeric>
 #include <set>
-#include <sstream>
 
+#include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "meshes/generators/liver_generator.hpp"
 #include "meshes/generators/liver_shape.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
-#include "meshes/io/msh_reader.hpp"
+#include "tests/bad_input.hpp"
 
 namespace livermark::meshes {
 namespace {
@@ -24,14 +23,7 @@ using core::Vector3;
 
 const std::filesystem::path committed_meshes = std::filesystem::path(LIVERMARK_SOURCE_DIR) / "meshes";
 
-std::string bytes_in(const std::filesystem::path &file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream text;
-    text << stream.rdbuf();
-    return text.str();
-}
-
-/// What the two canonical bodies have in common, and what each of them has to be.
+/// Numbers that each of the two canonical bodies has to have.
 struct CanonicalBody {
     std::string name;
     bool tumours;
@@ -56,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(Bodies, CanonicalLiver,
 TEST_P(CanonicalLiver, IsReproducedByteForByte) {
     const auto file = std::filesystem::path(testing::TempDir()) / (GetParam().name + ".msh");
     write_msh(file, generate_liver({.tumours = GetParam().tumours}));
-    EXPECT_TRUE(bytes_in(file) == bytes_in(committed_meshes / file.filename()))
+    EXPECT_TRUE(support::read_text(file) == support::read_text(committed_meshes / file.filename()))
         << "if the generator was meant to change, make the mesh anew with the command in its .toml";
     std::filesystem::remove(file);
 }
@@ -241,7 +233,7 @@ TEST(MshWriter, WritesWhatTheReaderReads) {
     const auto mesh = read_msh(committed_meshes / "liver_tumours.msh");
     const auto file = std::filesystem::path(testing::TempDir()) / "written_again.msh";
     write_msh(file, mesh);
-    EXPECT_TRUE(bytes_in(file) == bytes_in(committed_meshes / "liver_tumours.msh"));
+    EXPECT_TRUE(support::read_text(file) == support::read_text(committed_meshes / "liver_tumours.msh"));
     const auto again = read_msh(file);
     EXPECT_EQ(again.points, mesh.points);
     EXPECT_EQ(again.tetrahedra, mesh.tetrahedra);
@@ -253,12 +245,7 @@ TEST(MshWriter, WritesWhatTheReaderReads) {
 TEST(MshWriter, SaysWhichFileCannotBeWritten) {
     core::TetraMesh mesh;
     mesh.points = {Vector3::Zero()};
-    try {
-        write_msh("/no such folder/body.msh", mesh);
-        FAIL() << "no error";
-    } catch (const support::InputError &error) {
-        EXPECT_NE(std::string(error.what()).find("/no such folder/body.msh"), std::string::npos);
-    }
+    tests::expect_input_error([&] { write_msh("/no such folder/body.msh", mesh); }, {"/no such folder/body.msh"});
 }
 
 TEST(MshWriter, WritesAFileThatGmshOpens) {

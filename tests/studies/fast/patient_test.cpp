@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "core/support/input_error.hpp"
-#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "studies/models/model_table.hpp"
 #include "tests/samples/test_meshes.hpp"

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "meshes/io/mesh_files.hpp"
-#include "meshes/io/msh_reader.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/tables/tool_cells.hpp"
 #include "tests/child.hpp"

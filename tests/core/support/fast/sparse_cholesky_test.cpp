@@ -43,7 +43,7 @@ MatrixXd some_vectors(Eigen::Index rows, Eigen::Index columns) {
     return MatrixXd::NullaryExpr(rows, columns, [&] { return number(generator); });
 }
 
-/// Of the matrix without the rows and columns of what is constrained.
+/// Solution with the matrix without the rows and columns of what is constrained.
 MatrixXd dense_solution(const Sparse &matrix, const std::vector<int> &constrained, MatrixXd right_hand_sides) {
     MatrixXd dense = matrix;
     for (const int unknown : constrained) {

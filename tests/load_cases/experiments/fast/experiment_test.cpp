@@ -9,10 +9,9 @@
 #include <vector>
 
 #include "load_cases/experiments/experiment.hpp"
-#include "load_cases/experiments/own_experiment.hpp"
-#include "load_cases/experiments/ringing.hpp"
 #include "studies/experiments/experiments.hpp"
 #include "tests/bad_input.hpp"
+#include "tests/golden.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -128,12 +127,6 @@ TEST(BestRigidMotion, IsNoReflection) {
     EXPECT_NEAR(best_rigid_motion(points, targets).rotation.determinant(), 1.0, 1e-12);
 }
 
-std::string with(std::string text, const std::string &from, const std::string &to) {
-    const auto at = text.find(from);
-    EXPECT_NE(at, std::string::npos) << from;
-    return text.replace(at, from.size(), to);
-}
-
 /// A short column that is clamped below and was pulled aside at its top.
 struct OwnRingDown : tests::ResultFolder {
     std::string text_ = R"(title = "A column of jelly"
@@ -197,8 +190,18 @@ added_mass = { mass = 0.002, low = [0.0, 0.0, 0.03], high = [0.02, 0.02, 0.04] }
         EXPECT_EQ(result.damping_from, "upright");
         return result.ring_downs.front();
     }
-    void expect_refused(const std::vector<std::string> &parts) {
-        tests::expect_input_error([&] { read(); }, parts);
+    /// Rows for what is refused after changes of one of the three texts.
+    std::string refusals_after(const std::vector<std::string> &changes, std::string &text) {
+        const auto good = text;
+        const auto rows = tests::refusals_after(
+            changes, good,
+            [&](const std::string &changed) {
+                text = changed;
+                read();
+            },
+            directory_.string());
+        text = good;
+        return rows;
     }
 };
 
@@ -249,40 +252,19 @@ TEST_F(OwnRingDown, ThatIsAKnownMotionHasNoError) {
     EXPECT_EQ(again.noise, 0.0); // of one motion
 }
 
-TEST_F(OwnRingDown, ThatSaysTooLittleOrTooMuchIsRefused) {
-    const auto good = text_;
-    text_ = with(good, "motions = [\"swings.csv\"]", "motions = [\"none.csv\"]");
-    expect_refused({"none.csv"});
-    text_ = with(good, "held =", "hold =");
-    expect_refused({"hold", "held"});
-    text_ = with(good, "force = [0.02, 0.0, 0.0]", "displacement = [0.0, 0.0, 0.0]");
-    expect_refused({"column.toml", "is not a force"});
-    text_ = with(good, "[state.ring_down]",
-                 "[[state.condition]]\npatch = \"x_max\"\nforce = [0.0, 0.0, -1.0]\n"
-                 "[state.ring_down]");
-    expect_refused({"upright", "added_mass"});
-    text_ = with(good, "mass = 0.002", "mass = -0.002");
-    expect_refused({"positive"});
-    text_ = with(good, "low = [0.0, 0.0, 0.03]", "low = [0.0, 0.0, 0.06]");
-    expect_refused({"no tetrahedra", "larger box"});
-}
-
-TEST_F(OwnRingDown, WithAMotionThatIsNoneIsRefused) {
-    const auto good = swings_;
-    swings_ = with(good, "time,", "t,");
-    expect_refused({"swings.csv:1", "first line"});
-    swings_ = with(good, "b_x", "d_x");
-    expect_refused({"swings.csv:1", "marker 'b'"});
-    swings_ = with(good, "\n0.04,", "\n0.045,");
-    expect_refused({"swings.csv:4", "evenly"});
-    swings_ = with(good, "\n0.04,", "\nnan,");
-    expect_refused({"swings.csv:4", "finite"});
-    swings_ = good.substr(0, good.find("\n0.1,") + 1);
-    expect_refused({"swings.csv", "16"});
-    swings_ = good;
-    markers_ = with(markers_, "c,,", "c,z_min,");
-    markers_ += "d,,0.01,0.02,0.02,0.01,0.02,0.0195\n";
-    expect_refused({"marker c drives"});
+TEST_F(OwnRingDown, ThatIsNoneIsRefused) {
+    auto refusals = refusals_after(
+        {"[\"swings.csv\"] -> [\"none.csv\"]",
+         "held = -> hold =", "force = [0.02, 0.0, 0.0] -> displacement = [0.0, 0.0, 0.0]",
+         "[state.ring_down] -> [[state.condition]]\npatch = \"x_max\"\nforce = [0.0, 0.0, -1.0]\n[state.ring_down]",
+         "mass = 0.002 -> mass = -0.002", "low = [0.0, 0.0, 0.03] -> low = [0.0, 0.0, 0.06]"},
+        text_);
+    refusals += refusals_after({"time, -> t,", "b_x -> d_x", "\n0.04, -> \n0.045,", "\n0.04, -> \nnan,"}, swings_);
+    swings_.resize(swings_.find("\n0.1,") + 1);
+    refusals += tests::refusal(
+        "a short motion", [&] { read(); }, directory_.string());
+    refusals += refusals_after({"c,, -> d,,0.01,0.02,0.02,0.01,0.02,0.0195\nc,z_min,"}, markers_);
+    tests::expect_golden("refusals_of_ring_downs", refusals);
 }
 
 constexpr double interval = 0.01, tau = 2.0 * std::numbers::pi;

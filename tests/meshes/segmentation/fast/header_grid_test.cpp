@@ -1,15 +1,15 @@
-#include "meshes/segmentation/images/header_grid.hpp"
+#include "meshes/segmentation/images/image_headers.hpp"
 
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <cstring>
 #include <fmt/format.h>
-#include <fstream>
 #include <gtest/gtest.h>
 #include <string>
 
 #include "core/support/input_error.hpp"
 #include "meshes/segmentation/images/image_file.hpp"
+#include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 
 /// Places of voxels that ITK gets wrong, or cannot know.
@@ -20,17 +20,8 @@ using core::Vector3;
 
 class HeaderOfAnImage : public tests::ResultFolder {
   protected:
-    std::filesystem::path written(const std::string &name, const std::string &bytes) const {
-        std::ofstream(directory_ / name, std::ios::binary) << bytes;
-        return directory_ / name;
-    }
-    std::string refusal(const std::string &name, const std::string &bytes) const {
-        try {
-            read_label_image(written(name, bytes));
-        } catch (const support::InputError &error) {
-            return error.what();
-        }
-        return "none";
+    void expect_refused(const std::string &name, const std::string &bytes, const std::string &part) const {
+        tests::expect_input_error([&] { read_label_image(written(name, bytes)); }, {part});
     }
     bool is_said(const LabelImage &image, const std::string &what) const {
         return std::ranges::any_of(image.remarks, [&](const auto &r) { return r.find(what) != std::string::npos; });
@@ -128,10 +119,9 @@ TEST_F(HeaderOfAnImage, WhoseFormsMirrorEachOtherIsRefused) {
         std::memcpy(&number, bytes.data() + 280 + 4 * c, sizeof number);
         put(bytes, 280 + 4 * c, -number);
     }
-    EXPECT_NE(refusal("a.nii", bytes).find("left and right may be exchanged"), std::string::npos)
-        << refusal("a.nii", bytes);
+    expect_refused("a.nii", bytes, "left and right may be exchanged");
     put<std::int16_t>(bytes, 252, 0);
-    EXPECT_EQ(refusal("a.nii", bytes), "none") << "one form cannot contradict itself";
+    EXPECT_NO_THROW(read_label_image(written("a.nii", bytes))) << "one form cannot contradict itself";
 }
 
 TEST_F(HeaderOfAnImage, WithoutAxesIsReadAndSaysSo) {
@@ -175,9 +165,7 @@ TEST_F(HeaderOfAnImage, MayBeOfTheSecondVersionOfNifti) {
     }
     auto wide = nifti_2(turned_grid(), "n+2") + labels();
     put<std::int64_t>(wide, 24, 1 << 20);
-    EXPECT_NE(refusal("c.nii", wide).find("c.nii: its header speaks of 1048576 voxels along an axis"),
-              std::string::npos)
-        << refusal("c.nii", wide);
+    expect_refused("c.nii", wide, "c.nii: its header speaks of 1048576 voxels along an axis");
 }
 
 std::string nrrd(const std::string &space, const std::string &more = "", double units = 1.0) {
@@ -220,7 +208,7 @@ TEST_F(HeaderOfAnImage, OfNrrdWithoutAnatomyIsTakenForLpsAndSaysSo) {
         EXPECT_TRUE(image.grid.direction.isIdentity(1e-9));
         EXPECT_TRUE(is_said(image, "look at the patches"));
     }
-    EXPECT_NE(refusal("a.nrrd", nrrd("space: 3D-left-handed")).find("would mirror the body"), std::string::npos);
+    expect_refused("a.nrrd", nrrd("space: 3D-left-handed"), "would mirror the body");
 }
 
 TEST_F(HeaderOfAnImage, OfNrrdMayHaveUnits) {
@@ -235,8 +223,7 @@ TEST_F(HeaderOfAnImage, OfNrrdMayHaveUnits) {
         EXPECT_LT((image.grid.spacing - Vector3(0.002, 0.003, 0.004)).norm(), 1e-9);
         EXPECT_LT((image.grid.origin - Vector3(0.010, 0.020, 0.030)).norm(), 1e-9);
     }
-    EXPECT_NE(refusal("a.nrrd", nrrd("space: LPS", "space units: \"mm\" \"furlong\" \"mm\"\n")).find("'furlong'"),
-              std::string::npos);
+    expect_refused("a.nrrd", nrrd("space: LPS", "space units: \"mm\" \"furlong\" \"mm\"\n"), "'furlong'");
 }
 
 TEST_F(HeaderOfAnImage, OfMetaImageMayHaveUnits) {

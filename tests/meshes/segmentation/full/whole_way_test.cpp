@@ -13,6 +13,7 @@
 #include "meshes/generators/surface_mesh.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "results/hdf5/result_file.hpp"
+#include "tests/bad_input.hpp"
 #include "tests/child.hpp"
 #include "tests/result_folder.hpp"
 
@@ -81,14 +82,14 @@ double distance(const core::TetraMesh &mesh, const std::vector<Vector3> &field, 
     return std::sqrt(apart / size);
 }
 
-/// Of the references, over the nodes of the second result.
+/// Distance of the references, over the nodes of the second result.
 double distance(const results::Result &from, const results::Result &to) {
     const auto &mesh = to.problem.body->mesh;
     return distance(mesh, reference_of(to).displacement,
                     carried(from.problem.body->mesh, reference_of(from).displacement, mesh));
 }
 
-/// What a field loses on its way from the nodes of one mesh to those of the other: half of what it loses there and
+/// Error of a field on its way from the nodes of one mesh to those of the other: half of what it loses there and
 /// back.
 double interpolation_error(const results::Result &from, const results::Result &to) {
     const auto &mesh = to.problem.body->mesh, &other = from.problem.body->mesh;
@@ -181,10 +182,6 @@ class MadeAgain : public tests::ResultFolder {
     }
 };
 
-bool has(const std::string &text, const std::string &part) {
-    return text.find(part) != std::string::npos;
-}
-
 TEST_F(MadeAgain, TheSameCommandLeavesTheBodyAndAnotherIsRefusedUnlessForced) {
     write_ball("liver.off", 70.0, 0.0);
     const std::vector<std::string> command{"mesh", "--surfaces", "liver.off", "--tetrahedra", "2000", "-o", "a.msh"};
@@ -193,17 +190,17 @@ TEST_F(MadeAgain, TheSameCommandLeavesTheBodyAndAnotherIsRefusedUnlessForced) {
     std::ofstream(directory_ / "a.toml", std::ios::app) << "# my material\n";
     end = livermark(command);
     EXPECT_EQ(end.status, 0) << end.errors;
-    EXPECT_TRUE(has(end.errors, "a.toml exists already, made by the same command")) << end.errors;
-    EXPECT_TRUE(has(support::read_text(directory_ / "a.toml"), "# my material"));
+    tests::expect_part(end.errors, "a.toml exists already, made by the same command");
+    tests::expect_part(support::read_text(directory_ / "a.toml"), "# my material");
     auto other = command;
     other[4] = "3000";
     end = livermark(other);
     EXPECT_EQ(end.status, 2);
-    EXPECT_TRUE(has(end.errors, "made by another command; give --force to overwrite it")) << end.errors;
+    tests::expect_part(end.errors, "made by another command; give --force to overwrite it");
     other.emplace_back("--force");
     end = livermark(other);
     EXPECT_EQ(end.status, 0) << end.errors;
-    EXPECT_FALSE(has(support::read_text(directory_ / "a.toml"), "# my material"));
+    EXPECT_EQ(support::read_text(directory_ / "a.toml").find("# my material"), std::string::npos);
     other.pop_back();
     EXPECT_EQ(livermark(other).status, 0) << "the same command but for --force";
 }
@@ -217,7 +214,7 @@ TEST_F(MadeAgain, ASurfaceOfAnotherContentIsSaidHoweverOldItsFileIs) {
                         fs::last_write_time(directory_ / "a.toml") - std::chrono::seconds(10));
     const auto end = livermark(command);
     EXPECT_EQ(end.status, 2);
-    EXPECT_TRUE(has(end.errors, "liver.off has changed since; give --force to make it again")) << end.errors;
+    tests::expect_part(end.errors, "liver.off has changed since; give --force to make it again");
 }
 
 /// Bodies of a run into one folder are known by what they are made of.
@@ -241,13 +238,13 @@ TEST_F(MadeAgain, TwoPatientsWithFilesOfOneNameAreTwoBodies) {
     write_ball("b/liver.off", 60.0, 0.0);
     run("a/liver.off");
     EXPECT_EQ(num_bodies(), 1);
-    EXPECT_TRUE(has(run("b/liver.off").errors, "liver.toml has other content than b/liver.off"));
+    tests::expect_part(run("b/liver.off").errors, "liver.toml has other content than b/liver.off");
     EXPECT_EQ(num_bodies(), 2);
-    EXPECT_TRUE(has(run("a/liver.off").errors, "runs/liver.toml is used for a/liver.off"));
-    EXPECT_TRUE(has(run("b/liver.off").errors, "is used for b/liver.off"));
+    tests::expect_part(run("a/liver.off").errors, "runs/liver.toml is used for a/liver.off");
+    tests::expect_part(run("b/liver.off").errors, "is used for b/liver.off");
     EXPECT_EQ(num_bodies(), 2);
     fs::rename(directory_ / "a" / "liver.off", directory_ / "liver.off");
-    EXPECT_TRUE(has(run("liver.off").errors, "runs/liver.toml is used for liver.off")) << "the same content";
+    tests::expect_part(run("liver.off").errors, "runs/liver.toml is used for liver.off");
     write_ball("liver.off", 71.0, 0.0);
     run("liver.off");
     EXPECT_EQ(num_bodies(), 3) << "an edited surface is another body";
@@ -273,8 +270,8 @@ TEST_F(MadeAgain, VoxelsInAFileWithASpaceInItsNameAreAPartOfTheBody) {
         return end.errors;
     };
     run_with(9.0);
-    EXPECT_TRUE(has(run_with(9.0), "runs/liver.toml is used for liver.nhdr"));
-    EXPECT_TRUE(has(run_with(8.0), "liver.toml has other content than liver.nhdr"));
+    tests::expect_part(run_with(9.0), "runs/liver.toml is used for liver.nhdr");
+    tests::expect_part(run_with(8.0), "liver.toml has other content than liver.nhdr");
 }
 
 TEST_F(MadeAgain, SurfacesOfALiverAndALesionGoStraightToTheTable) {
@@ -286,15 +283,15 @@ TEST_F(MadeAgain, SurfacesOfALiverAndALesionGoStraightToTheTable) {
                                            "runs"};
     auto end = livermark(command);
     EXPECT_EQ(end.status, 0) << end.errors;
-    EXPECT_TRUE(has(end.output, "liver: L2")) << end.output;
+    tests::expect_part(end.output, "liver: L2");
     const auto body = support::read_text(directory_ / "runs" / "liver.toml");
-    EXPECT_TRUE(has(body, "[regions.tumour_1]"));
-    EXPECT_TRUE(
-        has(body, "coordinates are assumed to be in mm, from its longest side, which is then 14 cm, and its volume"));
+    tests::expect_part(body, "[regions.tumour_1]");
+    tests::expect_part(
+        body, "coordinates are assumed to be in mm, from its longest side, which is then 14 cm, and its volume");
     EXPECT_TRUE(fs::exists(directory_ / "runs" / "liver" / "pressed.h5"));
     end = livermark(command);
     EXPECT_EQ(end.status, 0) << end.errors;
-    EXPECT_TRUE(has(end.errors, "is used for liver.off; --force meshes it again")) << end.errors;
+    tests::expect_part(end.errors, "is used for liver.off; --force meshes it again");
 }
 
 class EndedProgram : public tests::ResultFolder {};

@@ -1,19 +1,22 @@
-#include "load_cases/experiments/own_experiment.hpp"
+#include "load_cases/experiments/experiment.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <fmt/ranges.h>
 #include <memory>
 #include <utility>
 
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
+#include "core/support/processes/child_process.hpp"
 #include "core/support/toml_input.hpp"
 #include "load_cases/experiments/markers.hpp"
-#include "load_cases/readers/load_case_tables.hpp"
+#include "load_cases/readers/event_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/generators/box_generator.hpp"
-#include "meshes/generators/cylinder_generator.hpp"
-#include "meshes/generators/delaunay.hpp"
 #include "meshes/io/body_reader.hpp"
 
 namespace livermark::experiments {
@@ -52,12 +55,10 @@ void read_body(const toml::table &table, const std::filesystem::path &file, Expe
     const auto &body = support::required_table(table, "body");
     support::refuse_unknown_keys(body, {"box", "cylinder", "file"});
     if (body.size() != 1)
-        throw support::InputError(
-            fmt::format("{}: a body is one of box, cylinder and file; leave one of them in", support::place_of(body)));
+        support::refuse(body, "a body is one of box, cylinder and file; leave one of them in");
     if (body.contains("file")) {
         if (table.contains("material"))
-            throw support::InputError(fmt::format("{}: a body of a file has its materials there; leave [material] out",
-                                                  support::place_of(*table.get("material"))));
+            support::refuse(*table.get("material"), "a body of a file has its materials there; leave [material] out");
         const auto path = file.parent_path() / support::required_string(body, "file");
         experiment.body = [path](double) { return meshes::read_body(path); };
         return;
@@ -96,8 +97,7 @@ void read_body(const toml::table &table, const std::filesystem::path &file, Expe
 toml::array &states_of(toml::table &table) {
     auto *states = table.get("state");
     if (!states || !states->is_array_of_tables())
-        throw support::InputError(
-            fmt::format("{}: there is no [[state]]; add one for each state of the markers", support::place_of(table)));
+        support::refuse(table, "there is no [[state]]; add one for each state of the markers");
     return *states->as_array();
 }
 
@@ -141,8 +141,7 @@ core::Body body_of_ring_down(const toml::table &table, core::Body body) {
     support::refuse_unknown_keys(added, {"mass", "low", "high"});
     const double mass = support::required_number(added, "mass");
     if (!(mass > 0.0))
-        throw support::InputError(
-            fmt::format("{}: the added mass is {} kg; it has to be positive", support::place_of(added), mass));
+        support::refuse(added, "the added mass is {} kg; it has to be positive", mass);
     return with_added_mass(std::move(body), mass, support::required_vector(added, "low"),
                            support::required_vector(added, "high"));
 }
@@ -153,17 +152,17 @@ void read_ring_down(const toml::table &state, std::size_t number, const std::fil
     support::refuse_unknown_keys(table, {"motions", "held", "added_mass", "damping_from"});
     for (const auto &marker : experiment.markers)
         if (!marker.drives.empty())
-            throw support::InputError(fmt::format("{}: marker {} drives a place, and a body that rings down has none "
-                                                  "that is driven; leave the markers there out",
-                                                  support::place_of(table), marker.name));
+            support::refuse(table,
+                            "marker {} drives a place, and a body that rings down has none that is driven; leave the "
+                            "markers there out",
+                            marker.name);
     RingDown ring_down{.state = experiment.states[number].name, .repeats = {}, .body = {}, .load_case = {}};
     for (const auto &name : support::required_strings(table, "motions")) {
         const auto motion = read_motion(file.parent_path() / name, experiment.markers, unit);
         if (!ring_down.repeats.empty() && (motion.num_records() != ring_down.repeats.front().num_records() ||
                                            std::abs(motion.interval / ring_down.repeats.front().interval - 1.0) > 1e-3))
-            throw support::InputError(fmt::format("{}: {} has other times than the first of the motions; cut them to "
-                                                  "the same records",
-                                                  support::place_of(*table.get("motions")), name));
+            support::refuse(*table.get("motions"),
+                            "{} has other times than the first of the motions; cut them to the same records", name);
         ring_down.repeats.push_back(motion);
     }
     const auto table_of_state = [file, number](toml::table &again) -> toml::table & {
@@ -179,12 +178,12 @@ void read_ring_down(const toml::table &state, std::size_t number, const std::fil
     };
     const auto body = ring_down.body(experiment.edge_length);
     if (has_traction(experiment.states[number].load_case(body.mesh)))
-        throw support::InputError(fmt::format("{}: all forces are let go at the start of a ring-down, and state '{}' "
-                                              "has some that stay; give what hangs at the body as added_mass",
-                                              support::place_of(table), support::shown(ring_down.state)));
+        support::refuse(table,
+                        "all forces are let go at the start of a ring-down, and state '{}' has some that stay; give "
+                        "what hangs at the body as added_mass",
+                        support::shown(ring_down.state));
     if (!has_traction(ring_down.load_case(body.mesh)))
-        throw support::InputError(
-            fmt::format("{}: 'held' is not a force; give it a place and a force", support::place_of(table)));
+        support::refuse(table, "'held' is not a force; give it a place and a force");
     if (experiment.damping_from.empty() || support::optional_flag(table, "damping_from"))
         experiment.damping_from = ring_down.state;
     experiment.ring_downs.push_back(std::move(ring_down));
@@ -194,25 +193,21 @@ void read_states(toml::table &table, const std::filesystem::path &file, const Ma
                  Experiment &experiment) {
     double noise = 0.0;
     if (table.contains("noise") && !((noise = support::required_number(table, "noise")) >= 0.0))
-        throw support::InputError(fmt::format("{}: the noise is {} m; it has to be 0 or more",
-                                              support::place_of(*table.get("noise")), noise));
+        support::refuse(*table.get("noise"), "the noise is {} m; it has to be 0 or more", noise);
     auto &states = states_of(table);
     for (std::size_t s = 0; s < states.size(); ++s) {
         const auto &state = *states[s].as_table();
         const auto name = support::required_string(state, "name");
         for (const char *key : {"release", "tool", "scale_to_target", "target_peak_displacement"})
             if (state.contains(key))
-                throw support::InputError(fmt::format("{}: a state is at rest under what was done to the body; leave "
-                                                      "'{}' out",
-                                                      support::place_of(*state.get(key)), key));
+                support::refuse(*state.get(key), "a state is at rest under what was done to the body; leave '{}' out",
+                                key);
         const auto column = std::ranges::find(markers.states, name);
         if (column == markers.states.end())
-            throw support::InputError(fmt::format("{}: the markers have no state '{}'; they have {}",
-                                                  support::place_of(*state.get("name")), support::shown(name),
-                                                  fmt::join(markers.states, ", ")));
+            support::refuse(*state.get("name"), "the markers have no state '{}'; they have {}", support::shown(name),
+                            fmt::join(markers.states, ", "));
         if (std::ranges::find(experiment.states, name, &MeasuredState::name) != experiment.states.end())
-            throw support::InputError(
-                fmt::format("{}: state '{}' occurs twice; leave one out", support::place_of(state), name));
+            support::refuse(state, "state '{}' occurs twice; leave one out", name);
         experiment.states.push_back({name,
                                      [file, s](const core::TetraMesh &mesh) {
                                          auto again = parse(file);
@@ -237,8 +232,7 @@ Experiment read_experiment(const std::filesystem::path &toml_file,
     if (table.contains("fit_degree")) {
         const double degree = support::required_number(table, "fit_degree");
         if (degree != std::round(degree) || degree < 0.0 || degree > largest_degree)
-            throw support::InputError(fmt::format("{}: 'fit_degree' is a whole number from 0 to {}",
-                                                  support::place_of(*table.get("fit_degree")), largest_degree));
+            support::refuse(*table.get("fit_degree"), "'fit_degree' is a whole number from 0 to {}", largest_degree);
         experiment.fit_degree = static_cast<int>(degree);
     }
     read_body(table, toml_file, experiment);
@@ -256,6 +250,122 @@ Experiment read_experiment(const std::filesystem::path &toml_file,
             read_ring_down(*states[s].as_table(), s, toml_file, unit_of(table), experiment);
     check(experiment, file.string());
     return experiment;
+}
+
+namespace {
+
+const std::array<PublicExperiment, 2> public_experiments{
+    {{.name = "dragon_skin_beam",
+      .title = "Dragon Skin beam: a clamped beam of silicone under weights at its tip",
+      .data = "dragon_skin_beam",
+      .source = "Dubied et al. 2022, arXiv:2201.12560; python/realbeam_experiments/ of "
+                "github.com/srl-ethz/diffPD_sim2real, MIT"},
+     {.name = "truth_cube",
+      .title = "Truth Cube: beads in a cube of silicone that plates press together",
+      .data = "truth_cube/uniaxial_positions.csv",
+      .source = "Kerdok et al. 2003, Med. Image Anal. 7(3); SurgSim/Physics/RenderTests/Data/ of "
+                "github.com/simquest/opensurgsim"}}};
+
+std::vector<Vector3> vectors_of(const toml::array &numbers) {
+    std::vector<Vector3> vectors(numbers.size() / 3);
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+        vectors[i / 3][static_cast<Eigen::Index>(i % 3)] = numbers[i].value<double>().value();
+    return vectors;
+}
+
+/// A box at a corner, whose edges have about the length that is asked for.
+std::function<core::Body(double)> body_of(const toml::table &data, const std::string &name) {
+    const core::Material material{.density = support::required_number(data, "density"),
+                                  .young_modulus = support::required_number(data, "young_modulus"),
+                                  .poisson_ratio = support::required_number(data, "poisson_ratio")};
+    return [=, size = support::required_vector(data, "size"),
+            corner = support::required_vector(data, "corner")](double edge_length) {
+        core::Body body{.name = name,
+                        .mesh = meshes::generate_box(size, edge_length, meshes::BoxTopology::body_centred),
+                        .materials = {material}};
+        for (auto &point : body.mesh.points)
+            point += corner;
+        return body;
+    };
+}
+
+std::function<core::LoadCase(const core::TetraMesh &)> load_case_of(const toml::table &state, const char *key,
+                                                                    const std::string &experiment) {
+    return [text = support::required_string(state, key), name = support::required_string(state, "name"),
+            file = experiment + ".toml"](const core::TetraMesh &mesh) {
+        auto made = load_cases::parse_load_case(text, file, mesh);
+        made.name = name;
+        return made;
+    };
+}
+
+RingDown ring_down_of(const toml::table &state, const Experiment &experiment, const std::string &name) {
+    RingDown ring_down{.state = support::required_string(state, "name"),
+                       .repeats = {},
+                       .body = experiment.body,
+                       .load_case = load_case_of(state, "held", name)};
+    for (const auto &motion : *state["motions"].as_array())
+        ring_down.repeats.push_back({support::required_number(state, "interval"),
+                                     static_cast<int>(experiment.markers.size()), vectors_of(*motion.as_array())});
+    if (const double mass = support::required_number(state, "added_mass"); mass > 0.0)
+        ring_down.body = [=, body = experiment.body, low = support::required_vector(state, "low"),
+                          high = support::required_vector(state, "high")](double edge_length) {
+            return with_added_mass(body(edge_length), mass, low, high);
+        };
+    return ring_down;
+}
+
+/// The answer of python/livermark/studies/public_data.py.
+Experiment experiment_of(const toml::table &data, const std::string &name) {
+    Experiment experiment;
+    experiment.assumptions = support::required_strings(data, "assumptions");
+    experiment.body = body_of(data, name);
+    experiment.edge_length = support::required_number(data, "edge_length");
+    experiment.damping_from = support::required_string(data, "damping_from");
+    const auto names = support::required_strings(data, "markers"), drives = support::required_strings(data, "drives");
+    const auto positions = vectors_of(*data["positions"].as_array());
+    for (std::size_t k = 0; k < names.size(); ++k)
+        experiment.markers.push_back({names[k], positions[k], drives[k]});
+    for (const auto &entry : *data["state"].as_array()) {
+        const auto &state = *entry.as_table();
+        experiment.states.push_back({.name = support::required_string(state, "name"),
+                                     .load_case = load_case_of(state, "load_case", name),
+                                     .displacement = vectors_of(*state["displacement"].as_array()),
+                                     .noise = support::required_number(state, "noise")});
+        if (state.contains("motions"))
+            experiment.ring_downs.push_back(ring_down_of(state, experiment, name));
+    }
+    return experiment;
+}
+
+} // namespace
+
+std::span<const PublicExperiment> all_public_data() {
+    return public_experiments;
+}
+
+std::optional<std::filesystem::path> public_data(const std::string &data) {
+    const char *folder = std::getenv("LIVERMARK_EXPERIMENTS"); // NOLINT(concurrency-mt-unsafe): nobody changes it
+    std::error_code ignored;
+    if (!folder || !std::filesystem::exists(std::filesystem::path(folder) / data, ignored))
+        return std::nullopt;
+    return std::filesystem::path(folder) / data;
+}
+
+Experiment read_public(const PublicExperiment &experiment) {
+    const auto data = public_data(experiment.data);
+    if (!data)
+        throw support::InputError("experiment {}: its data are not there; get them from {}, and set the environment "
+                                  "variable LIVERMARK_EXPERIMENTS to the folder that {} is in",
+                                  experiment.name, experiment.source, experiment.data);
+    const auto answer = support::run_python("studies.public_data", {experiment.name, data->string()}, {},
+                                            "an experiment of public data", "python3-numpy");
+    auto result = experiment_of(support::parse_toml(answer, experiment.name + ".toml"), experiment.name);
+    result.name = experiment.name;
+    result.title = experiment.title;
+    result.source = experiment.source;
+    check(result, data->string());
+    return result;
 }
 
 } // namespace livermark::experiments

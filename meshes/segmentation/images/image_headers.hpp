@@ -9,7 +9,33 @@
 #include <string>
 #include <vector>
 
+#include "meshes/segmentation/images/segmentation.hpp"
+
 namespace livermark::segmentation {
+
+/// A piece of a header without spaces and ends of lines around it.
+std::string trimmed(const std::string &text);
+
+/// NIfTI and MetaImage files that were cut off come out of ITK with the rest as zeros: a liver without its top. Does
+/// the file hold as many bytes of voxels as its header says? Formats of which ITK takes care itself pass.
+/// A pattern of names that printf cannot be given is refused as well.
+/// @param data_bytes  of the voxels
+/// @throws support::InputError
+void check_all_there(const std::filesystem::path &file, double num_voxels, double data_bytes);
+
+/// Are the voxels of a NIfTI header in two files (.hdr, .img) there?
+/// @throws support::InputError
+void check_voxels_beside(const std::filesystem::path &file);
+
+/// Headers of NRRD and MetaImage may name files of voxels: devices and pipes among them never end. Nor, nearly, does
+/// MetaIO with absurdly many dimensions.
+/// @throws support::InputError for what is no plain file or not there, and for a number of dimensions that cannot be
+void check_text_of_header(const std::filesystem::path &file);
+
+/// The same for the pixels of a DICOM file, of which GDCM makes up what is not there.
+/// @param data_bytes  length of the pixel data element
+/// @throws support::InputError
+void check_dicom_pixels(const std::filesystem::path &file, std::size_t data_bytes);
 
 /// A NIfTI-1 header's words on voxels and their place: https://nifti.nimh.nih.gov/nifti-1/
 struct NiftiHeader {
@@ -67,5 +93,34 @@ AxesOff off_right_angles(const Eigen::Matrix3d &axes);
 /// @param to  a .nii file
 void write_with_right_angles(const std::filesystem::path &file, const NiftiHeader &header,
                              const std::filesystem::path &to);
+
+/// A way in which a header says how the image lies, in LPS and metres.
+struct Placement {
+    Eigen::Matrix3d direction = Eigen::Matrix3d::Identity().eval(); ///< columns: the image's axes, of length 1
+    std::optional<core::Vector3> origin{};                          ///< centre of the first voxel
+};
+
+/// Grid of a header, read without the library that reads the voxels.
+struct HeaderGrid {
+    std::optional<std::array<int, 3>> size{};
+    std::optional<core::Vector3> spacing{}; ///< [m]
+    std::vector<Placement> placements{};    ///< none if it says nothing; two if NIfTI has both its forms
+    std::vector<std::string> remarks{};     ///< a sentence for what it leaves in doubt
+};
+
+/// Reads the header of NIfTI-1 (.nii, .hdr, compressed or not), NRRD (https://teem.sourceforge.net/nrrd/format.html) or
+/// MetaImage; of other formats it says nothing.
+/// @throws support::InputError if the header contradicts itself, or says something whose meaning is not known: a unit,
+/// a space that would mirror the body
+HeaderGrid grid_in_header(const std::filesystem::path &file);
+
+/// Compares the grid that ITK has read with the header, and corrects it. Of two placements the one counts that ITK has
+/// chosen. ITK 5.2 takes the origin of NIfTI for millimetres whatever the unit is, turns left-anterior-superior NRRD by
+/// half a circle (InsightSoftwareConsortium/ITK#5207), and knows no unit of NRRD.
+/// @param file  for messages
+/// @param remarks  gets a sentence if something is corrected
+/// @throws support::InputError if both count other voxels
+void correct_by_header(ImageGrid &grid, const HeaderGrid &header, const std::string &file,
+                       std::vector<std::string> &remarks);
 
 } // namespace livermark::segmentation
