@@ -12,8 +12,8 @@
 #include <string_view>
 
 #include "core/support/input_error.hpp"
-#include "results/provenance.hpp"
 #include "results/quantile.hpp"
+#include "results/records/result.hpp"
 #include "results/records/timings.hpp"
 
 namespace livermark::benchmarks {

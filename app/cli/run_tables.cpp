@@ -14,7 +14,6 @@
 #include "core/tool/tool_stiffness.hpp"
 #include "results/one_reference.hpp"
 #include "results/records/arena.hpp"
-#include "results/tables/large_table.hpp"
 #include "results/tables/median_errors.hpp"
 #include "results/tables/overview.hpp"
 #include "results/tables/table.hpp"

@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "core/mesh/places.hpp"
-#include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/record_file.hpp"
 #include "results/hdf5/solution_group.hpp"
 
 namespace livermark::results {

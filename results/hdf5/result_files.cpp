@@ -1,4 +1,4 @@
-#include "results/hdf5/result_files.hpp"
+#include "results/hdf5/result_file.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -13,8 +13,7 @@
 
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
-#include "results/hdf5/io/hdf5_io.hpp"
-#include "results/hdf5/result_file.hpp"
+#include "results/hdf5/hdf5_io.hpp"
 #include "results/problem_key.hpp"
 
 namespace livermark::results {

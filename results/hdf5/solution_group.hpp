@@ -6,8 +6,8 @@
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "core/tool/tool_stiffness.hpp"
-#include "results/hdf5/io/described.hpp"
-#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/described.hpp"
+#include "results/hdf5/hdf5_io.hpp"
 #include "results/records/result.hpp"
 
 /// The group /load_case of a result file. Internal to results/.

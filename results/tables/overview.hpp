@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -40,5 +42,57 @@ Layout overview(std::span<const Result> results);
 /// of the relative L2 error of the static solution and of the absolute value of stiffness_at_tool() [%], as in
 /// overview().
 Layout mean_errors(std::span<const Result> results);
+
+/// Cost and error; NaN where that is not known.
+struct CostAndError {
+    double cost;
+    double error;
+};
+
+/// Membership of the Pareto front: no other is at least as good in both and better in one. What has a NaN is
+/// not.
+/// @return shape of points
+std::vector<bool> pareto_front(std::span<const CostAndError> points);
+
+/// The place of a model among those of one body, or of one body and load case.
+struct Standing {
+    std::string body;      ///< body_label()
+    std::string load_case; ///< empty for the mean over all
+    std::string model;
+    std::string integrator; ///< of a history, else empty
+    double time_step;       ///< [s]; NaN where that is not known
+    CostAndError at;        ///< seconds of one core per simulated second, relative L2 error
+    bool is_on_front;
+    /// Error of the motion that it is compared with, relative L2; NaN where that is not known, and at rest.
+    double uncertainty = std::numeric_limits<double>::quiet_NaN();
+    /// At rest the mean over the same load cases of the absolute value of stiffness_at_tool(); NaN where it is not
+    /// known.
+    double stiffness = std::numeric_limits<double>::quiet_NaN();
+    /// At rest, over how many load cases of how many of the body the mean is; equal in motion. Who has not solved all
+    /// is not ranked, and does not push others from the front.
+    std::size_t num_cases = 1, num_in_table = 1;
+    std::string reference{}; ///< whose motion a motion is compared with; empty at rest
+
+    bool is_ranked() const { return num_cases == num_in_table; }
+};
+
+/// The rows of static_accuracy() as numbers.
+std::vector<Standing> standings_at_rest(std::span<const Result> results);
+
+/// The rows of motion_accuracy() as numbers.
+std::vector<Standing> standings_in_motion(std::span<const Result> results);
+
+/// Error against cost at rest. One row per body_label() and model that moves in time, in the order in which they
+/// appear: the means over the load cases that count (see counts_in_means()) of the relative L2 error of the static
+/// solution [%] and of the absolute value of stiffness_at_tool() [%]; the time step, 0.8 of the shortest critical one
+/// over the load cases, or that of its history [ms]; and the seconds of one core that a simulated second takes with it.
+/// The Pareto front of each body is marked. Of several runs of one load case the last one's error counts.
+Layout static_accuracy(std::span<const Result> results);
+
+/// Error against cost in motion. One row per body_label(), load case, model, integrator and time step: the relative L2
+/// error of the history [%] and the seconds of one core that a simulated second took; and how uncertain the motion is
+/// that it is compared with [%], and whose that is. The Pareto front of each body and load case is marked. Results of
+/// one problem may come from several runs.
+Layout motion_accuracy(std::span<const Result> results);
 
 } // namespace livermark::results

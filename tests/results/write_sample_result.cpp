@@ -2,14 +2,13 @@
 // enough to be printed and fuzzed.
 #include <filesystem>
 
-#include "results/hdf5/files/cohort_file.hpp"
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "results/records/calibration.hpp"
+#include "results/records/cohort.hpp"
 #include "results/records/cut.hpp"
 #include "results/records/experiment.hpp"
 #include "results/records/needle.hpp"
-#include "results/records/stability.hpp"
+#include "results/records/springs.hpp"
 #include "results/records/timings.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "tests/samples/records/sample_arena.hpp"

@@ -1,4 +1,4 @@
-#include "results/tables/accuracy.hpp"
+#include "results/tables/overview.hpp"
 
 #include <gtest/gtest.h>
 #include <limits>

@@ -1,4 +1,4 @@
-#include "results/hdf5/result_files.hpp"
+#include "results/hdf5/result_file.hpp"
 
 #include <gtest/gtest.h>
 #include <memory>

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "results/tables/large_table.hpp"
+#include "results/tables/table.hpp"
 #include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::results {

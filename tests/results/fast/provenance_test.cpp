@@ -1,4 +1,4 @@
-#include "results/provenance.hpp"
+#include "results/records/result.hpp"
 
 #include <chrono>
 #include <ctime>

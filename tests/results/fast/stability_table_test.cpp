@@ -1,4 +1,4 @@
-#include "results/records/stability.hpp"
+#include "results/records/springs.hpp"
 
 #include <gtest/gtest.h>
 #include <limits>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "results/records/calibration.hpp"
+#include "results/records/springs.hpp"
 
 namespace livermark::tests {
 

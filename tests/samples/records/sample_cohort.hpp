@@ -3,7 +3,7 @@
 #include <limits>
 #include <string>
 
-#include "results/hdf5/files/cohort_file.hpp"
+#include "results/records/cohort.hpp"
 
 namespace livermark::tests {
 

@@ -7,7 +7,7 @@
 
 #include "meshes/io/body_reader.hpp"
 #include "results/one_reference.hpp"
-#include "results/records/calibration.hpp"
+#include "results/records/springs.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/run/run.hpp"
 #include "tests/bad_input.hpp"

@@ -7,7 +7,6 @@
 #include <memory>
 
 #include "results/hdf5/result_file.hpp"
-#include "results/hdf5/result_files.hpp"
 #include "results/records/experiment.hpp"
 #include "results/records/needle.hpp"
 #include "studies/report/report_data.hpp"

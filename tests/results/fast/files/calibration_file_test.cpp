@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/support/input_error.hpp"
-#include "results/records/stability.hpp"
+#include "results/records/springs.hpp"
 #include "studies/models/model_table.hpp"
 #include "tests/samples/records/sample_calibration.hpp"
 #include "tests/samples/test_meshes.hpp"

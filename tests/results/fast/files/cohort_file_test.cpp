@@ -1,14 +1,14 @@
-#include "results/hdf5/files/cohort_file.hpp"
+#include "results/records/cohort.hpp"
 
 #include <cmath>
 #include <filesystem>
 #include <gtest/gtest.h>
 
 #include "core/support/input_error.hpp"
-#include "results/hdf5/io/hdf5_io.hpp"
-#include "results/hdf5/result_files.hpp"
-#include "results/provenance.hpp"
+#include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/result_file.hpp"
 #include "results/quantile.hpp"
+#include "results/records/result.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_cohort.hpp"
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/support/input_error.hpp"
-#include "results/provenance.hpp"
+#include "results/records/result.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_cut.hpp"
 

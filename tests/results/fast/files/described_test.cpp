@@ -1,12 +1,12 @@
 // A record that is described once comes back as it was written, what it does not allow is refused with its place, and
 // its tables have the cells that it says.
-#include "results/hdf5/io/described.hpp"
+#include "results/hdf5/described.hpp"
 
 #include <functional>
 #include <gtest/gtest.h>
 
 #include "core/support/files.hpp"
-#include "results/hdf5/io/columns.hpp"
+#include "results/hdf5/record_file.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "core/support/files.hpp"
-#include "results/hdf5/io/hdf5_io.hpp"
-#include "results/hdf5/result_files.hpp"
+#include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/result_file.hpp"
 #include "results/records/experiment.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include "results/hdf5/result_file.hpp"
-#include "results/hdf5/result_files.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_result.hpp"

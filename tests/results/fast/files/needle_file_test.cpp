@@ -6,8 +6,8 @@
 #include <hdf5.h>
 
 #include "core/support/input_error.hpp"
-#include "results/hdf5/result_files.hpp"
-#include "results/provenance.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "results/records/result.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_needles.hpp"
 

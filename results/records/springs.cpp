@@ -1,13 +1,12 @@
-#include "results/records/stability.hpp"
+#include "results/records/springs.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <iterator>
 
 #include "core/units.hpp"
-#include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/record_file.hpp"
 
 namespace livermark::results {
 
@@ -37,7 +36,7 @@ template <class At> void describe_stability(At at, hdf5::Of<At, Stability> &stab
 }
 
 /// Cells of a predicted step, an observed one and their difference.
-std::array<std::string, 3> cells(const StepLimit &limit) {
+std::array<std::string, 3> step_cells(const StepLimit &limit) {
     if (!limit.has_number())
         return {limit.predicted > 0.0 ? "any" : "none", "-", "-"};
     const auto in_milliseconds = fmt::format("{:.4f}", milliseconds * limit.predicted);
@@ -59,21 +58,22 @@ Stability read_stability(const std::filesystem::path &path) {
 }
 
 Layout stability_table(const Stability &stability) {
-    auto layout = headed({"integrator"}, {"undamped, predicted [ms]", "observed [ms]", "difference [%]",
-                                          "damped, predicted [ms]", "observed [ms]", "difference [%]"});
-    for (const auto &limits : stability.limits) {
-        auto &row = layout.rows.emplace_back(std::vector{limits.integrator});
-        for (const auto *limit : {&limits.undamped, &limits.damped})
-            std::ranges::copy(cells(*limit), std::back_inserter(row));
-    }
-    return layout;
+    TableOf<IntegratorLimits> table(stability.limits);
+    table.text("integrator", &IntegratorLimits::integrator);
+    const auto add = [&](const char *predicted, StepLimit IntegratorLimits::*limit) {
+        for (std::size_t c = 0; const auto *title : {predicted, "observed [ms]", "difference [%]"}) {
+            table.number(title, [=](auto &limits) { return step_cells(limits.*limit)[c]; });
+            ++c;
+        }
+    };
+    add("undamped, predicted [ms]", &IntegratorLimits::undamped);
+    add("damped, predicted [ms]", &IntegratorLimits::damped);
+    return table.layout();
 }
 
 std::string step_advice(const Stability &stability, double part) {
-    const auto has_limit = [](const IntegratorLimits &limits) { return limits.undamped.has_number(); };
-    const auto is_usual = [&](const IntegratorLimits &limits) {
-        return limits.integrator == "symplectic_euler" && has_limit(limits);
-    };
+    const auto has_limit = [](auto &limits) { return limits.undamped.has_number(); };
+    const auto is_usual = [&](auto &limits) { return limits.integrator == "symplectic_euler" && has_limit(limits); };
     auto found = std::ranges::find_if(stability.limits, is_usual);
     if (found == stability.limits.end())
         found = std::ranges::find_if(stability.limits, has_limit);
@@ -89,6 +89,56 @@ std::string step_advice(const Stability &stability, double part) {
     };
     return fmt::format("{}: take {}, {:g} of the longest stable step of {}; with this damping {}", who,
                        step(found->undamped), part, found->integrator, step(found->damped));
+}
+
+namespace {
+
+/// A number of each spring, positive and finite.
+template <class At>
+void describe_of_springs(At at, const std::string &name, hdf5::Of<At, std::vector<double>> &values,
+                         const std::string &units, std::size_t num_springs) {
+    at.rows(name, values, units, num_springs);
+    const auto bad = std::ranges::find_if(values, [](double value) { return !(value > 0.0 && std::isfinite(value)); });
+    if (bad != values.end())
+        at.check(false, name,
+                 fmt::format("row {} is {}, which is not positive and finite", bad - values.begin(), *bad));
+}
+
+template <class At> void describe_calibration(At root, hdf5::Of<At, Calibration> &calibration) {
+    root.check(root.has("springs"), "holds no calibration");
+    root.text("body", calibration.body);
+    root.text("spring_law", calibration.spring_law);
+    root.text("volume_term", calibration.volume_term);
+    root.text("reference", calibration.reference);
+    root.text("held", calibration.constrained);
+    root.integer("seed", calibration.seed);
+    root.integer("iterations", calibration.iterations);
+    root.number("penalty", calibration.penalty);
+    auto &springs = calibration.springs;
+    hdf5::describe_materials(root, springs.materials);
+    const auto at = root.group("springs");
+    at.rows("edges", springs.edges);
+    const auto num_springs = springs.edges.size();
+    describe_of_springs(at, "rest_length", springs.rest_length, "m", num_springs);
+    describe_of_springs(at, "start_stiffness", calibration.start_stiffness, "N/m", num_springs);
+    describe_of_springs(at, "stiffness", springs.stiffness, "N/m", num_springs);
+    const auto loads = root.group("loads");
+    loads.rows("held_out", calibration.held_out);
+    loads.rows("error_before", calibration.error_before, "", calibration.held_out.size());
+    loads.rows("error_after", calibration.error_after, "", calibration.held_out.size());
+}
+
+} // namespace
+
+void write_calibration(const std::filesystem::path &path, const Calibration &calibration) {
+    hdf5::write_record(path, calibration, [](auto root, auto &record) { describe_calibration(root, record); });
+}
+
+Calibration read_calibration(const std::filesystem::path &path) {
+    auto calibration = hdf5::read_record<Calibration>(
+        path, "python3 -m livermark.calibration", [](auto root, auto &record) { describe_calibration(root, record); });
+    calibration.springs.origin = path.string();
+    return calibration;
 }
 
 } // namespace livermark::results

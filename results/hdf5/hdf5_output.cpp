@@ -8,7 +8,7 @@
 #include <pthread.h>
 #include <stdexcept>
 
-#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/hdf5_io.hpp"
 
 namespace livermark::results::hdf5 {
 
@@ -109,6 +109,34 @@ std::recursive_mutex &one_thread() {
     static const bool survives_forks [[maybe_unused]] =
         pthread_atfork([] { mutex.lock(); }, [] { mutex.unlock(); }, [] { new (&mutex) std::recursive_mutex; }) == 0;
     return mutex;
+}
+
+/// @param length         bytes, at least 1
+/// @param character_set  H5T_CSET_UTF8 or H5T_CSET_ASCII
+Handle text_type(std::size_t length, H5T_cset_t character_set) {
+    Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+    if (!type.valid() || H5Tset_size(type.get(), length) < 0 || H5Tset_strpad(type.get(), H5T_STR_NULLPAD) < 0 ||
+        H5Tset_cset(type.get(), character_set) < 0)
+        throw std::runtime_error("HDF5 cannot make a type of text");
+    return type;
+}
+
+/// As many bytes as the longest has, and never none, which HDF5 does not know.
+std::size_t common_length(std::span<const std::string> values) {
+    std::size_t length = 1;
+    for (const std::string &value : values)
+        length = std::max(length, value.size());
+    return length;
+}
+
+/// All values behind each other, each padded to the length.
+std::string padded(std::span<const std::string> values, std::size_t length) {
+    std::string characters;
+    for (const std::string &value : values) {
+        characters += value;
+        characters.append(length - value.size(), '\0');
+    }
+    return characters;
 }
 
 } // namespace

@@ -1,4 +1,4 @@
-#include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/record_file.hpp"
 
 #include <cstdint>
 #include <fmt/format.h>

@@ -16,12 +16,12 @@
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/solution.hpp"
 #include "core/support/input_error.hpp"
-#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/hdf5_io.hpp"
 #include "results/records/arena.hpp"
 
 /// A record is described once, and the description writes it, reads it and makes the columns of its tables. It is a
-/// template over the place, GroupWriter and GroupReader in a file or Cells of tables (columns.hpp), which have the same
-/// functions: the name in the file first, then what stands there.
+/// template over the place, GroupWriter and GroupReader in a file or Cells of tables (record_file.hpp), which have the
+/// same functions: the name in the file first, then what stands there.
 ///
 ///     template <class At> void describe_cut(At at, Of<At, CutFile> &cut) {
 ///         at.number("toughness", cut.toughness);
