@@ -13,10 +13,8 @@
 #include "studies/run/benchmark_case.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/samples/records/sample_experiment.hpp"
-#include "tests/samples/records/sample_needles.hpp"
+#include "tests/samples/records/sample_records.hpp"
 #include "tests/samples/records/sample_result.hpp"
-#include "tests/samples/records/sample_timings.hpp"
 
 namespace livermark::studies {
 namespace {

@@ -1,7 +1,5 @@
 // A record that is described once comes back as it was written, what it does not allow is refused with its place, and
 // its tables have the cells that it says.
-#include "results/hdf5/described.hpp"
-
 #include <functional>
 #include <gtest/gtest.h>
 
@@ -63,7 +61,7 @@ template <class At> void describe_sample(At root, Of<At, Sample> &sample) {
     at.matrix("table", sample.table, num_columns);
     at.node_numbers("triangles", sample.triangles, num_nodes);
     at.named_indices("region", sample.region, sample.regions, sample.triangles.size(), 0);
-    const auto describe_part = [](auto of_part, auto &part) { of_part.number("size", part.size); };
+    const auto describe_part = [](auto group, auto &part) { group.number("size", part.size); };
     at.group("named", Order::kept).each(sample.named, &Part::name, describe_part);
     at.group("numbered", Order::kept).each(sample.numbered, describe_part);
     auto columns = columns_of(at.group("rows"), sample.rows);
@@ -215,6 +213,41 @@ TEST(Cells, AreColumnsOfAllThatHasATitle) {
     EXPECT_TRUE(table.columns[0].is_number);
     EXPECT_FALSE(table.columns[4].is_number);
     EXPECT_THROW(cells.table({"is_large"}), std::out_of_range);
+}
+
+/// The record of a dripping tap, as results/records/<name>.hpp has one; its description is in the source beside it.
+struct Drop {
+    std::string place;
+    double height = 0.0; ///< [m]
+    int splashes = 0;
+    bool operator==(const Drop &) const = default;
+};
+struct Drops {
+    Provenance provenance;
+    std::vector<Drop> drops;
+};
+
+template <class At> void describe_drops(At root, Of<At, Drops> &record) {
+    auto columns = columns_of(root.group("drops"), record.drops);
+    columns.texts("places", &Drop::place, "place");
+    columns.column("height", &Drop::height, "m", {"height [mm]", 1e3, 1});
+    columns.column("splashes", &Drop::splashes, "", "splashes");
+}
+
+/// The walk of CONTRIBUTING.md: each number is named once, and its file and its table follow.
+TEST_F(Described, MakesTheFileAndTheTableOfANewRecord) {
+    const Drops written{.provenance = current_provenance("tap"), .drops = {{"sink", 0.25, 3}, {"floor", 1.0, 12}}};
+    const auto describe = [](auto root, auto &record) { describe_drops(root, record); };
+    write_record(path_, written, describe);
+    const auto read = read_record<Drops>(path_, "tap", describe);
+    EXPECT_EQ(read.drops, written.drops);
+    EXPECT_EQ(read.provenance, written.provenance);
+    const Cells cells;
+    describe_drops(cells, read);
+    EXPECT_EQ(to_text(cells.table({"places", "height", "splashes"})), "place  height [mm]  splashes\n"
+                                                                      "-----  -----------  --------\n"
+                                                                      "sink         250.0         3\n"
+                                                                      "floor       1000.0        12\n");
 }
 
 } // namespace
