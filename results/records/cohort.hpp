@@ -48,7 +48,7 @@ struct CohortLesion {
     core::Vector3 semi_axes; ///< [m], in any direction
 };
 
-/// What was drawn for one body.
+/// A body as it was drawn.
 struct CohortBody {
     int number = 0; ///< that it was drawn by
     std::string name;
