@@ -36,7 +36,6 @@ struct Sample {
     std::optional<double> said;
     std::optional<Part> part;
     std::vector<double> later;
-    std::vector<std::vector<double>> table;
     std::vector<std::array<int, 3>> triangles;
     std::vector<int> region;
     std::vector<std::string> regions;
@@ -45,7 +44,7 @@ struct Sample {
     bool operator==(const Sample &) const = default;
 };
 
-constexpr std::size_t num_nodes = 4, num_values = 2, num_columns = 3;
+constexpr std::size_t num_nodes = 4, num_values = 2;
 
 template <class At> void describe_sample(At root, Of<At, Sample> &sample) {
     const auto at = root.group("sample");
@@ -58,7 +57,6 @@ template <class At> void describe_sample(At root, Of<At, Sample> &sample) {
     at.optional("part", sample.part, [&](auto &part) { at.group("part").number("size", part.size); });
     if (at.has("later", !sample.later.empty()))
         at.rows("later", sample.later);
-    at.matrix("table", sample.table, num_columns);
     at.node_numbers("triangles", sample.triangles, num_nodes);
     at.named_indices("region", sample.region, sample.regions, sample.triangles.size(), 0);
     const auto describe_part = [](auto group, auto &part) { group.number("size", part.size); };
@@ -85,7 +83,6 @@ Sample full_sample() {
             .said = 0.5,
             .part = Part{"", 3.0},
             .later = {1.0, 2.0},
-            .table = {{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}},
             .triangles = {{0, 1, 2}, {1, 2, 3}},
             .region = {1, 0},
             .regions = {"liver", "tumour"},
