@@ -320,12 +320,14 @@ void write_vtkhdf(hdf5::OutputFile &file, const Result &result) {
     };
     for (const ModelResult &model : result.models) {
         array("displacement_" + model.name, solution_group(model.name) + "/displacement",
-              has_frames(model)         ? frames_of(model.name)
-              : has_path(model, result) ? path_group(model.name) + "/displacement"
+              has_frames(model)         ? solution_group(model.name) + "/history/frames"
+              : has_path(model, result) ? solution_group(model.name) + "/path/displacement"
                                         : "");
         if (const auto &comparison = model.comparison)
             array("error_" + model.name, comparison_group(model.name) + "/error",
-                  comparison->history && !comparison->history->error.empty() ? error_frames_of(model.name) : "");
+                  comparison->history && !comparison->history->error.empty()
+                      ? comparison_group(model.name) + "/error_frames"
+                      : "");
     }
 }
 
