@@ -48,13 +48,6 @@ template <> struct Words<ArenaOutcome> {
     static constexpr std::array all{ArenaOutcome::ok, ArenaOutcome::too_slow, ArenaOutcome::diverged};
 };
 
-/// The value that a word stands for; nothing if it stands for none.
-template <class Value> std::optional<Value> value_of_word(const std::string &word) {
-    const auto found =
-        std::ranges::find_if(Words<Value>::all, [&](const Value value) { return word == to_string(value); });
-    return found == Words<Value>::all.end() ? std::nullopt : std::optional(*found);
-}
-
 /// Words in the order of the enumeration.
 template <class Value> std::vector<std::string> all_words() {
     std::vector<std::string> words;
@@ -280,10 +273,11 @@ template <class File> class Group {
 
     /// @throws support::InputError for a word that the enumeration does not have
     template <class Value> Value value_of(const std::string &attribute, const std::string &word) const {
-        const auto value = value_of_word<Value>(word);
-        check(value.has_value(), fmt::format("attribute {} has '{}', which is none of {}", attribute,
-                                             support::shown(word), fmt::join(all_words<Value>(), ", ")));
-        return *value;
+        const auto found =
+            std::ranges::find_if(Words<Value>::all, [&](const Value value) { return word == to_string(value); });
+        check(found != Words<Value>::all.end(), fmt::format("attribute {} has '{}', which is none of {}", attribute,
+                                                            support::shown(word), fmt::join(all_words<Value>(), ", ")));
+        return *found;
     }
 
   private:

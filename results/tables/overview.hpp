@@ -29,18 +29,12 @@ bool has_several_poisson_ratios(std::span<const Result> results);
 /// that are given, so that every model has the same resultant.
 std::optional<double> told_reaction_error(const core::Comparison &comparison, const Result &result);
 
-/// One row per body and model, in the order in which they appear, and for each Poisson's ratio over all load cases that
-/// count (see counts_in_means()), with their number behind the mean of a model that has not solved all of them: the
-/// mean and the worst relative L2 error of the static solution [%], those of the absolute value of stiffness_at_tool()
-/// [%], the mean and the worst error of the reactions [%]
-/// and the shortest critical time step of explicit stepping [ms]; at the end the time that such a step takes [us]. The
-/// reference has its own uncertainty for an error. A load case that did not come to an end makes the mean "-" and its
-/// status the worst.
+/// A row for each body and model and columns for each Poisson's ratio, over the load cases that count
+/// (counts_in_means()); stiffness_at_tool() in absolute value. The reference has its own uncertainty for an error. A
+/// load case that did not come to an end makes the mean "-" and its status the worst.
 Layout overview(std::span<const Result> results);
 
-/// One row per model and two columns per body_label(), in the order in which they appear: the means over the load cases
-/// of the relative L2 error of the static solution and of the absolute value of stiffness_at_tool() [%], as in
-/// overview().
+/// The two means of overview(), in columns for each body_label().
 Layout mean_errors(std::span<const Result> results);
 
 /// Cost and error; NaN where that is not known.
@@ -82,17 +76,13 @@ std::vector<Standing> standings_at_rest(std::span<const Result> results);
 /// The rows of motion_accuracy() as numbers.
 std::vector<Standing> standings_in_motion(std::span<const Result> results);
 
-/// Error against cost at rest. One row per body_label() and model that moves in time, in the order in which they
-/// appear: the means over the load cases that count (see counts_in_means()) of the relative L2 error of the static
-/// solution [%] and of the absolute value of stiffness_at_tool() [%]; the time step, 0.8 of the shortest critical one
-/// over the load cases, or that of its history [ms]; and the seconds of one core that a simulated second takes with it.
-/// The Pareto front of each body is marked. Of several runs of one load case the last one's error counts.
+/// Error against cost at rest, a row for each body_label() and model that moves in time: means over the load cases that
+/// count, with 0.8 of the shortest critical step over the load cases, or the step of its history. Of several runs of
+/// one load case the last one's error counts.
 Layout static_accuracy(std::span<const Result> results);
 
-/// Error against cost in motion. One row per body_label(), load case, model, integrator and time step: the relative L2
-/// error of the history [%] and the seconds of one core that a simulated second took; and how uncertain the motion is
-/// that it is compared with [%], and whose that is. The Pareto front of each body and load case is marked. Results of
-/// one problem may come from several runs.
+/// The same of motions, a row for each load case, integrator and step. Results of one problem may come from several
+/// runs.
 Layout motion_accuracy(std::span<const Result> results);
 
 } // namespace livermark::results
