@@ -16,14 +16,14 @@ namespace {
 
 using Cells = std::vector<std::string>;
 
-constexpr int springs = 1; // of the models of sample_result()
+constexpr int spring_model = 1; // of the models of sample_result()
 
 /// A static load case without pressure, with the error of the springs and the reference's own uncertainty.
 Result named(const std::string &load_case, double error, double uncertainty, double poisson_ratio = 0.45) {
     auto result = tests::without_motion(tests::sample_result());
     result.models.resize(2);
     result.problem.load_case.name = load_case;
-    result.models[springs].comparison->relative_l2 = error;
+    result.models[spring_model].comparison->relative_l2 = error;
     result.reference_uncertainty->relative_l2 = uncertainty;
     auto body = *result.problem.body;
     body.materials.front().poisson_ratio = poisson_ratio;
@@ -122,12 +122,12 @@ TEST(MedianErrors, HaveTheMedianSizeOfStiffnessAtTheToolAndTheWorstWithItsLoadCa
                                 named("d", 0.1, 0.01), under_pressure(0.1, 0.01)};
     const std::vector<double> stiffness{-0.12, 0.05, 0.01, std::nan(""), 0.9};
     for (std::size_t r = 0; r < results.size(); ++r)
-        set_stiffness(results[r].models[springs], stiffness[r]);
+        set_stiffness(results[r].models[spring_model], stiffness[r]);
     auto row = medians_of(results);
     EXPECT_EQ(row.at(3), "5.0");
     EXPECT_EQ(row.at(4), "-12.0 ! a");
     for (auto &result : results)
-        result.models[springs].comparison->tool.reset();
+        result.models[spring_model].comparison->tool.reset();
     row = medians_of(results);
     EXPECT_EQ(row.at(3), "-");
     EXPECT_EQ(row.at(4), "-");
@@ -150,7 +150,7 @@ TEST(MedianErrors, SayUnderHowManyToolsTheReferenceKnowsItsOwnStiffness) {
 
 TEST(MedianErrors, ShowTheStatusOfWhatFailedWhereItFailed) {
     std::vector<Result> results{named("a", 0.10, 0.01), under_pressure(0.20, 0.01)};
-    results[1].models[springs].solution.status = core::SolutionStatus::diverged;
+    results[1].models[spring_model].solution.status = core::SolutionStatus::diverged;
     EXPECT_EQ(medians_of(results), (Cells{"box", "springs", "10.00", "20.0 !", "+20.0 ! a", "diverged"}));
 }
 
@@ -170,7 +170,7 @@ TEST(MedianErrors, SayOverHowManyLoadCasesTheyAreWhereAModelLacksSome) {
     results[1].models.resize(1);
     results[2].models.resize(1);
     for (const auto r : {1, 2}) { // somebody else was compared there
-        auto other = named("x", 0.5, 0.01).models[springs];
+        auto other = named("x", 0.5, 0.01).models[spring_model];
         other.name = "other";
         results[r].models.push_back(other);
     }
@@ -183,9 +183,9 @@ TEST(MedianErrors, SayOverHowManyLoadCasesTheyAreWhereAModelLacksSome) {
 /// With springs, and some that are softer under the tool and further off.
 Result brief_case(const std::string &load_case, double error, double stiffness, double poisson_ratio = 0.45) {
     auto result = named(load_case, error, 0.01, poisson_ratio);
-    result.models.push_back(tests::stiffer(result.models[springs]));
+    result.models.push_back(tests::stiffer(result.models[spring_model]));
     result.models.back().comparison->relative_l2 = 2.0 * error;
-    set_stiffness(result.models[springs], stiffness);
+    set_stiffness(result.models[spring_model], stiffness);
     set_stiffness(result.models.back(), 0.5 * stiffness);
     return result;
 }
