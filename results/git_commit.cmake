@@ -22,7 +22,7 @@ if(GIT)
 endif()
 file(CONFIGURE OUTPUT ${OUTPUT} @ONLY CONTENT [[
 // Written by results/git_commit.cmake.
-#include "results/provenance.hpp"
+#include "results/records/result.hpp"
 
 namespace livermark::results {
 

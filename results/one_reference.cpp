@@ -78,11 +78,11 @@ bool is_reference_on_mesh(const Result &result) {
     return !name.empty() && !(has_known_uncertainty(result) && result.reference_uncertainty->refined == name);
 }
 
-std::vector<std::vector<Result>> of_one_reference(std::span<const Result> results) {
+std::vector<std::vector<Result>> groups_by_reference(std::span<const Result> results) {
     std::vector<std::vector<Result>> groups;
     for (const auto regime : {core::Regime::small, core::Regime::large}) {
         std::vector<std::string> names;
-        std::vector<std::vector<Result>> of_regime;
+        std::vector<std::vector<Result>> regime_groups;
         bool has_any = false;
         for (const auto &result : results) {
             if (result.problem.load_case.regime != regime)
@@ -93,14 +93,14 @@ std::vector<std::vector<Result>> of_one_reference(std::span<const Result> result
         }
         if (names.empty())
             names.emplace_back();
-        of_regime.resize(has_any ? names.size() : 0);
+        regime_groups.resize(has_any ? names.size() : 0);
         for (const auto &result : results) {
             if (result.problem.load_case.regime != regime)
                 continue;
             const auto at = std::ranges::find(names, reference_of(result)) - names.begin();
-            of_regime[at == std::ssize(names) ? 0 : at].push_back(result);
+            regime_groups[at == std::ssize(names) ? 0 : at].push_back(result);
         }
-        std::ranges::move(of_regime, std::back_inserter(groups));
+        std::ranges::move(regime_groups, std::back_inserter(groups));
     }
     return groups;
 }

@@ -21,7 +21,7 @@ bool is_reference_on_mesh(const Result &result);
 /// The results of each table: those of one regime and one reference, small deformations first, references in the order
 /// in which they appear. Where nothing was compared there is no number to confuse: such results stand with the first
 /// of their regime.
-std::vector<std::vector<Result>> of_one_reference(std::span<const Result> results);
+std::vector<std::vector<Result>> groups_by_reference(std::span<const Result> results);
 
 /// The part of the load that models are compared at: below 1 where the reference has no solution beyond it.
 double compared_part(const Result &result);
@@ -63,11 +63,11 @@ struct CountedCase {
     const Result *result;
 };
 
-/// Of each of these load cases that has the model; of several results the last. They point into the results.
+/// Cases of each of these load cases that has the model; of several results the last. They point into the results.
 std::vector<CountedCase> counted_cases(std::span<const Result> results, const std::string &body, double poisson_ratio,
                                        const std::string &model);
 
-/// What a table says of a model: its status, but "not compared", "out of regime" and "nothing touches" or "at rest"
+/// Status of a model in tables: its own, but "not compared", "out of regime" and "nothing touches" or "at rest"
 /// where it has found a solution and the reference has not, the load leaves its regime, or nothing moves the reference
 /// at the end; "ok to 80 %" where the reference has none beyond; and "reference" of one that is alone.
 std::string shown_status(const ModelResult &model, const Result &result);

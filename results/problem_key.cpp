@@ -1,5 +1,6 @@
 #include "results/problem_key.hpp"
 
+#include <algorithm>
 #include <array>
 #include <fmt/format.h>
 #include <functional>
@@ -8,7 +9,6 @@
 #include <type_traits>
 
 #include "core/support/files.hpp"
-#include "results/facet_arrays.hpp"
 
 namespace livermark::results {
 
@@ -83,6 +83,40 @@ std::string digits_of(const support::FnvHash &hash) {
 }
 
 } // namespace
+
+FacetArrays facet_arrays(const core::LoadCase &load_case) {
+    FacetArrays arrays;
+    arrays.constraint_names = load_case.constraint_names();
+    arrays.load_names = load_case.load_names();
+    arrays.round_loads = load_case.round_loads();
+    const auto num_facets = load_case.condition_on.size();
+    const bool has_names =
+        std::ranges::any_of(arrays.load_names, [](const std::string &name) { return !name.empty(); });
+    if (has_names)
+        arrays.load.assign(num_facets, -1);
+    if (load_case.has(core::ConditionKind::pressure))
+        arrays.follows.assign(num_facets, 0);
+    if (!arrays.round_loads.empty())
+        arrays.round_load.assign(num_facets, -1);
+    std::vector<int> number_of_round;
+    int num_round = 0;
+    for (const auto &condition : load_case.conditions)
+        number_of_round.push_back(condition.round ? num_round++ : -1);
+    for (int f = 0; f < load_case.num_facets(); ++f) {
+        const auto *condition = load_case.on(f);
+        arrays.condition.push_back(!condition                 ? free_facet
+                                   : condition->is_traction() ? traction_facet
+                                                              : prescribed_facet);
+        arrays.constraint.push_back(load_case.constraint_on(f));
+        if (has_names)
+            arrays.load[f] = load_case.load_on(f);
+        if (load_case.follows_surface(f))
+            arrays.follows[f] = 1;
+        if (load_case.round_load_on(f))
+            arrays.round_load[f] = number_of_round[load_case.condition_on[f]];
+    }
+    return arrays;
+}
 
 std::string problem_key(const core::Problem &problem) {
     ExactHash hash;

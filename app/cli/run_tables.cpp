@@ -14,7 +14,6 @@
 #include "core/tool/tool_stiffness.hpp"
 #include "results/one_reference.hpp"
 #include "results/records/arena.hpp"
-#include "results/tables/large_table.hpp"
 #include "results/tables/median_errors.hpp"
 #include "results/tables/overview.hpp"
 #include "results/tables/table.hpp"
@@ -135,7 +134,7 @@ void print_tables(std::span<const results::Result> results, TableKind kind, bool
     if (kind == TableKind::cohort)
         return print_cohort(results::cohort_errors(results), markdown);
     Printer printer(markdown);
-    auto groups = results::of_one_reference(results);
+    auto groups = results::groups_by_reference(results);
     if (kind == TableKind::forces)
         std::erase_if(groups, [](const std::vector<results::Result> &group) {
             return group.front().problem.load_case.regime == core::Regime::small;

@@ -16,7 +16,7 @@ from livermark.plain_files import limits_of, plain_file
 
 RUN = "livermark run"  # the command that writes most files
 SCHEMA_VERSION = 1
-SMALLEST_CHUNKED, CHUNK = 16 * 1024, 1024 * 1024  # [byte], as results/hdf5/io/hdf5_output.cpp has them
+SMALLEST_CHUNKED, CHUNK = 16 * 1024, 1024 * 1024  # [byte], as results/hdf5/hdf5_output.cpp has them
 FAULTS = (KeyError, OSError, RuntimeError, ValueError, TypeError, IndexError, AttributeError)  # of h5py on what is damaged
 
 

@@ -7,7 +7,7 @@
 #include "python/bindings/arrays.hpp"
 #include "python/bindings/interpreter.hpp"
 #include "python/suite/problem.hpp"
-#include "results/provenance.hpp"
+#include "results/records/result.hpp"
 #include "studies/advise/advise.hpp"
 #include "studies/files.hpp"
 #include "studies/models/model_table.hpp"

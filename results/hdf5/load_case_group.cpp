@@ -8,12 +8,15 @@
 #include <tuple>
 #include <type_traits>
 
-#include "results/facet_arrays.hpp"
-#include "results/hdf5/io/columns.hpp"
+#include "results/hdf5/record_file.hpp"
+#include "results/problem_key.hpp"
 
 namespace livermark::results::hdf5 {
 
 namespace {
+
+using core::Condition;
+using core::ConditionKind;
 
 bool is_from_zero(double value) {
     return value >= 0.0 && std::isfinite(value);
@@ -95,26 +98,11 @@ template <class At> void describe_round_loads(At at, Of<At, FacetArrays> &facets
     at.within("facet", facets.round_load, -1, facets.round_loads.size());
 }
 
-template <class At>
-void describe_condition(At at, Of<At, std::vector<FacetCode>> &condition, std::size_t num_triangles) {
-    std::vector<std::uint8_t> codes;
-    for (const FacetCode code : condition)
-        codes.push_back(static_cast<std::uint8_t>(code));
-    at.rows("condition", codes, "", num_triangles);
-    if constexpr (At::reads)
-        for (const std::uint8_t code : codes) {
-            if (code > static_cast<std::uint8_t>(FacetCode::traction))
-                at.check(false, "condition",
-                         fmt::format("row {} holds {}, which is no condition", condition.size(), code));
-            condition.push_back(static_cast<FacetCode>(code));
-        }
-}
-
 /// @param presses  whether tractions with a constraint press
 void check_places(const GroupReader &at, const FacetArrays &facets, bool presses) {
     for (std::size_t f = 0; f < facets.condition.size(); ++f) {
-        const bool is_named = facets.constraint[f] >= 0, is_traction = facets.condition[f] == FacetCode::traction;
-        const bool is_moved = facets.condition[f] == FacetCode::prescribed_displacement;
+        const bool is_named = facets.constraint[f] >= 0, is_traction = facets.condition[f] == traction_facet;
+        const bool is_moved = facets.condition[f] == prescribed_facet;
         const auto fault = [&] { return fmt::format("row {} contradicts /load_case/condition", f); };
         if (is_moved != is_named && !(presses && is_traction))
             at.check(false, "constraint", fault());
@@ -123,7 +111,7 @@ void check_places(const GroupReader &at, const FacetArrays &facets, bool presses
     }
 }
 
-/// The motion of a tool is in files of its own, see tool_scene_file.hpp.
+/// The motion of a tool is in files of its own, see write_tool_scene().
 template <class At>
 void describe_events(At at, Of<At, core::LoadCase> &load_case, bool in_time, const EventBounds &bounds) {
     const auto describe = [&](auto &event) {
@@ -133,6 +121,105 @@ void describe_events(At at, Of<At, core::LoadCase> &load_case, bool in_time, con
                 at.optional(Kind::key, event, [&](auto &found) { describe_event(at.group(Kind::key), found, bounds); });
     };
     std::apply([&](auto &...event) { (describe(event), ...); }, load_case.events());
+}
+
+/// A condition, and the facet that it was seen on first; -1 if on none.
+struct SeenCondition {
+    Condition condition;
+    int round = -1; ///< index of its round load
+    int facet = -1;
+};
+
+/// The condition that the rows have on one facet.
+SeenCondition seen_on(const FacetArrays &facets, int f) {
+    SeenCondition seen{.condition = {}, .facet = f};
+    auto &kind = seen.condition.kind;
+    const bool is_traction = facets.condition[f] == traction_facet;
+    if (is_traction && facets.constraint[f] >= 0)
+        kind = ConditionKind::press;
+    else if (is_traction)
+        kind = !facets.follows.empty() && facets.follows[f] != 0 ? ConditionKind::pressure : ConditionKind::traction;
+    if (is_traction && !facets.round_load.empty() && facets.round_load[f] >= 0) {
+        seen.round = facets.round_load[f];
+        seen.condition.round = facets.round_loads[seen.round];
+    }
+    return seen;
+}
+
+/// The places whose force is a result, and those with a given one, each as its first facet has it.
+struct SeenPlaces {
+    std::vector<SeenCondition> constraints, loads;
+    std::vector<int> place; ///< (T) index into one of them, -1 where a facet is free
+    std::optional<std::string> contradiction{};
+};
+
+/// The place of a facet whose load has no name: that of the others with the same condition.
+int unnamed_load(std::vector<SeenCondition> &loads, const SeenCondition &here) {
+    const auto number =
+        static_cast<std::size_t>(std::ranges::find(loads, here.condition, &SeenCondition::condition) - loads.begin());
+    if (number == loads.size())
+        loads.push_back(here);
+    return static_cast<int>(number);
+}
+
+SeenPlaces seen_places(const FacetArrays &facets, int touched) {
+    SeenPlaces seen;
+    for (const auto &name : facets.constraint_names)
+        seen.constraints.push_back({.condition = {.place = name}});
+    if (touched >= 0)
+        seen.constraints[touched].condition.kind = ConditionKind::touch;
+    for (const auto &name : facets.load_names)
+        seen.loads.push_back({.condition = {.place = name}});
+    for (int f = 0; f < static_cast<int>(facets.condition.size()); ++f) {
+        if (facets.condition[f] == free_facet) {
+            seen.place.push_back(-1);
+            continue;
+        }
+        auto here = seen_on(facets, f);
+        const bool is_constraint = facets.constraint[f] >= 0;
+        seen.place.push_back(is_constraint         ? facets.constraint[f]
+                             : facets.load.empty() ? unnamed_load(seen.loads, here)
+                                                   : facets.load[f]);
+        auto &place = (is_constraint ? seen.constraints : seen.loads)[seen.place.back()];
+        here.condition.place = place.condition.place;
+        if (place.facet < 0)
+            place = std::move(here);
+        else if (here.condition != place.condition)
+            seen.contradiction =
+                fmt::format("rows {} and {} are of one place, and have different conditions", place.facet, f);
+    }
+    return seen;
+}
+
+/// Whether the next of two is the first, so that round loads keep their numbers.
+bool is_before(const SeenCondition &first, const SeenCondition &second) {
+    return first.round < 0 || (second.round >= 0 && first.round < second.round);
+}
+
+/// Gives a load case the conditions that the rows came from.
+/// @param load_case  with its events
+/// @return what contradicts itself, in words; nothing if all is well
+std::optional<std::string> set_conditions(const FacetArrays &facets, core::LoadCase &load_case) {
+    const auto contact = load_case.contact();
+    const auto seen = seen_places(facets, contact ? contact->constraint : -1);
+    if (seen.contradiction)
+        return seen.contradiction;
+    std::vector<int> constraint_at, load_at;
+    while (constraint_at.size() < seen.constraints.size() || load_at.size() < seen.loads.size()) {
+        const bool takes_constraint = load_at.size() == seen.loads.size() ||
+                                      (constraint_at.size() < seen.constraints.size() &&
+                                       is_before(seen.constraints[constraint_at.size()], seen.loads[load_at.size()]));
+        auto &at = takes_constraint ? constraint_at : load_at;
+        const auto &next = (takes_constraint ? seen.constraints : seen.loads)[at.size()];
+        at.push_back(static_cast<int>(load_case.conditions.size()));
+        load_case.conditions.push_back(next.condition);
+    }
+    for (std::size_t f = 0; f < facets.condition.size(); ++f) {
+        const bool is_constraint = facets.constraint[f] >= 0;
+        load_case.condition_on.push_back(seen.place[f] < 0 ? -1
+                                                           : (is_constraint ? constraint_at : load_at)[seen.place[f]]);
+    }
+    return std::nullopt;
 }
 
 /// @param facets  what is on each, of a load case that is written
@@ -147,7 +234,11 @@ void describe_load_case(At at, Of<At, core::LoadCase> &load_case, FacetArrays fa
     at.number("target_peak_displacement", load_case.target_peak_displacement);
     if (at.has("load_scale")) // nor those of before there was scaling
         at.number("load_scale", load_case.load_scale);
-    describe_condition(at, facets.condition, num_triangles);
+    at.rows("condition", facets.condition, "", num_triangles);
+    const auto no_code = std::ranges::find_if(facets.condition, [](int code) { return code > traction_facet; });
+    if (no_code != facets.condition.end())
+        at.check(false, "condition",
+                 fmt::format("row {} holds {}, which is no condition", no_code - facets.condition.begin(), *no_code));
     at.rows("value", load_case.value, "m or Pa", num_triangles);
     std::array<double, 3> acceleration{load_case.acceleration.x(), load_case.acceleration.y(),
                                        load_case.acceleration.z()};

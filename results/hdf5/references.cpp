@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "core/support/files.hpp"
-#include "results/hdf5/file_parts.hpp"
-#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/record_file.hpp"
 #include "results/hdf5/solution_group.hpp"
 #include "results/problem_key.hpp"
 

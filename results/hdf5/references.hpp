@@ -39,7 +39,7 @@ struct ToolReference {
     core::ToolErrors half_steps;      ///< of the motion with half as many steps, on the mesh as it is
 };
 
-/// Writes it with its fingerprint (reference_file.hpp) and where it comes from.
+/// Writes it with its fingerprint() and where it comes from.
 /// @throws support::InputError if the place cannot be written to
 void write_tool_reference(const std::filesystem::path &path, const ToolReference &reference,
                           const core::Problem &problem, const Provenance &provenance);

@@ -1,4 +1,4 @@
-#include "results/hdf5/result_files.hpp"
+#include "results/hdf5/result_file.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -13,8 +13,7 @@
 
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
-#include "results/hdf5/io/hdf5_io.hpp"
-#include "results/hdf5/result_file.hpp"
+#include "results/hdf5/hdf5_io.hpp"
 #include "results/problem_key.hpp"
 
 namespace livermark::results {
@@ -155,19 +154,19 @@ std::vector<std::string> tell_bodies_apart(std::span<Result> results) {
         names[body.name][digits.back()] = fmt::format("{}#{:08x}", body.name, digits.back());
     }
     std::vector<std::string> sentences;
-    for (const auto &[name, of_mesh] : names) {
-        if (of_mesh.size() < 2)
+    for (const auto &[name, meshes] : names) {
+        if (meshes.size() < 2)
             continue;
         std::vector<std::string> apart;
-        for (const auto &[mesh, own_name] : of_mesh)
+        for (const auto &[mesh, own_name] : meshes)
             apart.push_back(own_name);
         sentences.push_back(fmt::format("result files of {} different bodies have the name {}; they are called {}",
-                                        of_mesh.size(), name, fmt::join(apart, ", ")));
+                                        meshes.size(), name, fmt::join(apart, ", ")));
     }
     for (std::size_t r = 0; r < results.size(); ++r)
-        if (const auto &of_mesh = names[results[r].problem.body->name]; of_mesh.size() > 1) {
+        if (const auto &meshes = names[results[r].problem.body->name]; meshes.size() > 1) {
             auto body = std::make_shared<core::Body>(*results[r].problem.body);
-            body->name = of_mesh.at(digits[r]);
+            body->name = meshes.at(digits[r]);
             results[r].problem.body = std::move(body);
         }
     return sentences;

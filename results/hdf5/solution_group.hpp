@@ -6,8 +6,8 @@
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "core/tool/tool_stiffness.hpp"
-#include "results/hdf5/io/described.hpp"
-#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/described.hpp"
+#include "results/hdf5/hdf5_io.hpp"
 #include "results/records/result.hpp"
 
 /// The group /load_case of a result file. Internal to results/.
@@ -31,17 +31,6 @@ inline std::string solution_group(const std::string &model) {
 }
 inline std::string comparison_group(const std::string &model) {
     return "/comparisons/" + model;
-}
-/// Whole fields of a motion, frame after frame, and what they are off the reference.
-inline std::string frames_of(const std::string &model) {
-    return solution_group(model) + "/history/frames";
-}
-inline std::string error_frames_of(const std::string &model) {
-    return comparison_group(model) + "/error_frames";
-}
-/// A path of loads in the large regime.
-inline std::string path_group(const std::string &model) {
-    return solution_group(model) + "/path";
 }
 
 /// Springs of a model in a file.

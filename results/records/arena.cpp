@@ -4,12 +4,11 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
-#include <map>
 #include <set>
 #include <tuple>
 
 #include "core/units.hpp"
-#include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/record_file.hpp"
 
 namespace livermark::results {
 
@@ -133,32 +132,46 @@ double sorted_by(double error) {
     return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
 }
 
-/// The better of the settings within a budget; null if there is none that fits.
-const ArenaRun *best_within(const std::vector<const ArenaRun *> &runs, double budget) {
-    const ArenaRun *best = nullptr;
-    for (const auto *run : runs)
-        if (run->budget == budget && run->outcome == ArenaOutcome::ok &&
-            (!best || run->errors.contact < best->errors.contact))
-            best = run;
-    return best;
-}
+/// Runs of a method on a mesh.
+struct MethodRuns {
+    int tetrahedra;
+    std::string method;
+    std::vector<const ArenaRun *> runs{};
 
-std::string least_seconds(const std::vector<const ArenaRun *> &runs, double error) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const auto *run : runs)
-        if (run->errors.contact <= error)
-            least = std::min(least, run->frame_seconds);
-    return std::isfinite(least) ? in_milliseconds(least) : "-";
-}
-
-/// Why nothing fits.
-std::string why_not(const std::vector<const ArenaRun *> &runs, double budget) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const auto *run : runs)
-        if (run->budget == budget && run->outcome == ArenaOutcome::too_slow)
-            least = std::min(least, run->frame_seconds);
-    return std::isfinite(least) ? fmt::format("needs {} ms", in_milliseconds(least)) : "diverged";
-}
+    /// The better of the settings within a budget; null if there is none that fits.
+    const ArenaRun *best_within(double budget) const {
+        const ArenaRun *best = nullptr;
+        for (const auto *run : runs)
+            if (run->budget == budget && run->outcome == ArenaOutcome::ok &&
+                (!best || run->errors.contact < best->errors.contact))
+                best = run;
+        return best;
+    }
+    double error_within(double budget) const {
+        const auto *best = best_within(budget);
+        return best ? best->errors.contact : std::numeric_limits<double>::infinity();
+    }
+    /// Shortest time of a frame of a run that is chosen; infinity if none is.
+    template <class Choose> double least_seconds(const Choose &choose) const {
+        double least = std::numeric_limits<double>::infinity();
+        for (const auto *run : runs)
+            if (choose(*run))
+                least = std::min(least, run->frame_seconds);
+        return least;
+    }
+    /// The error within a budget, or why nothing fits.
+    std::string cell_within(double budget) const {
+        if (const auto *best = best_within(budget))
+            return in_percent(best->errors.contact);
+        const double least = least_seconds(
+            [&](const ArenaRun &run) { return run.budget == budget && run.outcome == ArenaOutcome::too_slow; });
+        return std::isfinite(least) ? fmt::format("needs {} ms", in_milliseconds(least)) : "diverged";
+    }
+    std::string time_of(double error) const {
+        const double least = least_seconds([&](const ArenaRun &run) { return run.errors.contact <= error; });
+        return std::isfinite(least) ? in_milliseconds(least) : "-";
+    }
+};
 
 } // namespace
 
@@ -250,40 +263,26 @@ std::string overview_legend() {
 
 Layout arena_overview(const Arena &arena) {
     std::set<double> budgets;
-    std::map<int, std::vector<std::string>> methods; // of each mesh, as they come
-    std::map<std::pair<int, std::string>, std::vector<const ArenaRun *>> runs;
+    std::vector<MethodRuns> rows;
     for (const auto &run : arena.runs) {
         budgets.insert(run.budget);
-        auto &of_method = runs[{run.tetrahedra, run.method}];
-        if (of_method.empty())
-            methods[run.tetrahedra].push_back(run.method);
-        of_method.push_back(&run);
+        auto row = std::ranges::find_if(
+            rows, [&](auto &other) { return other.tetrahedra == run.tetrahedra && other.method == run.method; });
+        if (row == rows.end())
+            row = rows.insert(row, {run.tetrahedra, run.method});
+        row->runs.push_back(&run);
     }
-    auto layout = headed({}, {"tetrahedra"}, {"method"});
+    std::ranges::stable_sort(
+        rows, {}, [&](auto &row) { return std::tuple(row.tetrahedra, row.error_within(*budgets.rbegin())); });
+    TableOf<MethodRuns> table(std::move(rows));
+    table.number("tetrahedra", [](auto &row) { return std::to_string(row.tetrahedra); });
+    table.text("method", &MethodRuns::method);
     for (const double budget : budgets)
-        layout.columns.push_back({fmt::format("{} ms [%]", in_milliseconds(budget)), true});
+        table.number(fmt::format("{} ms [%]", in_milliseconds(budget)),
+                     [&](auto &row) { return row.cell_within(budget); });
     for (const int part : {20, 10, 5})
-        layout.columns.push_back({fmt::format("{} % in [ms]", part), true});
-    for (auto &of_mesh : methods) {
-        const int tetrahedra = of_mesh.first;
-        auto &names = of_mesh.second;
-        std::ranges::stable_sort(names, {}, [&](const std::string &name) {
-            const auto *best = best_within(runs[{tetrahedra, name}], *budgets.rbegin());
-            return best ? best->errors.contact : std::numeric_limits<double>::infinity();
-        });
-        for (const auto &name : names) {
-            const auto &of_method = runs[{tetrahedra, name}];
-            std::vector<std::string> row{fmt::format("{}", tetrahedra), name};
-            for (const double budget : budgets) {
-                const auto *best = best_within(of_method, budget);
-                row.push_back(best ? in_percent(best->errors.contact) : why_not(of_method, budget));
-            }
-            for (const double error : {0.2, 0.1, 0.05})
-                row.push_back(least_seconds(of_method, error));
-            layout.rows.push_back(std::move(row));
-        }
-    }
-    return layout;
+        table.number(fmt::format("{} % in [ms]", part), [&](auto &row) { return row.time_of(part / core::percent); });
+    return table.layout();
 }
 
 } // namespace livermark::results

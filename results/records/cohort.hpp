@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <limits>
 #include <optional>
 #include <span>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "core/load_case.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/solution.hpp"
 #include "results/records/result.hpp"
 
@@ -39,5 +41,40 @@ struct CohortError {
 /// One for each model that was compared or has not come to an end. Bodies that are in no half, load cases that depend
 /// on time, multiples of a load case, and what leaves its regime or ends at rest (see one_reference.hpp) are left out.
 std::vector<CohortError> cohort_errors(std::span<const Result> results);
+
+/// An ellipsoid in a body.
+struct CohortLesion {
+    core::Vector3 center;    ///< [m]
+    core::Vector3 semi_axes; ///< [m], in any direction
+};
+
+/// A body as it was drawn.
+struct CohortBody {
+    int number = 0; ///< that it was drawn by
+    std::string name;
+    double volume = 0.0;        ///< [m^3]
+    double body_surface = 0.0;  ///< of the person [m^2]
+    double left_part = 0.0;     ///< of the volume, in the left lobe
+    double front_to_back = 1.0; ///< thickness, relative to the liver that ships at the same volume
+    bool has_riedel_lobe = false;
+    std::vector<CohortLesion> lesions;
+};
+
+/// The content of one cohort file, without its statistics.
+struct Cohort {
+    Provenance provenance;
+    int tetrahedra = 0; ///< of each body, about; 0: as many as the bodies that ship have
+    std::vector<CohortBody> bodies;
+    std::vector<CohortError> errors;   ///< of these bodies alone
+    std::vector<std::string> failures; ///< a sentence for each body or load case that has no result
+};
+
+/// Writes the "cohort files" of results/schema.md, but for the statistics, as write_result() writes results.
+/// @throws support::InputError if the place cannot be written to
+void write_cohort(const std::filesystem::path &path, const Cohort &cohort);
+
+/// Reads what write_cohort wrote.
+/// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
+Cohort read_cohort(const std::filesystem::path &path);
 
 } // namespace livermark::results

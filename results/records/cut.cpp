@@ -4,14 +4,13 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <iterator>
-#include <limits>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "core/observed_error.hpp"
 #include "core/units.hpp"
-#include "results/hdf5/file_parts.hpp"
-#include "results/hdf5/io/columns.hpp"
+#include "results/hdf5/record_file.hpp"
 
 namespace livermark::results {
 
@@ -77,8 +76,8 @@ template <class At> void describe_cut(At root, hdf5::Of<At, CutFile> &cut) {
     at.rows("area", cut.area, "m^2", num_records);
     at.rows("cut_seconds", cut.cut_seconds, "s", num_records);
     at.rows("nodes", cut.nodes, "", num_records);
-    at.group("models", hdf5::Order::kept).each(cut.runs, &CutRun::model, [&](auto of_model, auto &run) {
-        describe_cut_run(of_model, run, num_records);
+    at.group("models", hdf5::Order::kept).each(cut.runs, &CutRun::model, [&](auto group, auto &run) {
+        describe_cut_run(group, run, num_records);
     });
     at.check(!cut.runs.empty() && cut.runs.front().model == reference, "does not begin with its reference");
     if (at.has("finer", !cut.levels.empty())) // only where the reference was refined
@@ -95,16 +94,17 @@ std::string percent_of(const ErrorBar &number) {
     return fixed(core::percent * number.error / number.value, 1);
 }
 
+/// NaN of none, as the next.
 double middle_of(std::vector<double> values) {
     if (values.empty())
-        return std::numeric_limits<double>::quiet_NaN();
+        return not_known;
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
 }
 
 double longest_of(const std::vector<double> &values) {
-    return values.empty() ? std::numeric_limits<double>::quiet_NaN() : *std::ranges::max_element(values);
+    return values.empty() ? not_known : *std::ranges::max_element(values);
 }
 
 /// Errors of a motion in the end, and whether it has kept its budget.
@@ -117,6 +117,14 @@ struct RankedMotion {
     bool tool_leads() const { return std::abs(tool) > std::abs(opening); } // NaN does not
     double larger() const { return std::abs(tool_leads() ? tool : opening); }
     std::string leads() const { return is_lost() ? "-" : tool_leads() ? "tool" : "opening"; }
+    std::string in_time() const {
+        return is_too_slow ? "too slow" : motion->worst_frame_seconds > motion->budget ? "but for cuts" : "yes";
+    }
+    std::vector<double> ready_seconds() const {
+        auto seconds = motion->ready_seconds;
+        std::erase_if(seconds, [](double time) { return !(time > 0.0); });
+        return seconds;
+    }
 
     /// Order within one budget. What is too slow stands behind what is not, and what was lost behind all.
     bool is_better_than(const RankedMotion &other) const {
@@ -169,7 +177,7 @@ std::vector<double> CutFile::equilibrium_seconds(const CutRun &run) const {
 
 double CutFile::release_rate(const CutRun &run, std::size_t record) const {
     if (record == 0 || !(area[record] > area[record - 1]))
-        return std::numeric_limits<double>::quiet_NaN();
+        return not_known;
     return (run.released(record) - run.released(record - 1)) / (area[record] - area[record - 1]);
 }
 
@@ -202,51 +210,69 @@ CutFile read_cut_file(const std::filesystem::path &path) {
 }
 
 Layout cut_table(const CutFile &file) {
-    auto table = headed({}, {"blade at [mm]", "cut [cm^2]", "opening [mm]", "stored [mJ]", "released [mJ]",
-                             "over area [J/m^2]", "left to the blade [mJ]", "tool [N/m]", "time of the cut [ms]"});
     const auto &run = file.runs.front();
-    double by_blade = 0.0;
-    for (std::size_t k = 0; k < file.num_records(); ++k) {
-        if (k > 0)
-            by_blade += std::max(0.0, file.tearing(k) - file.tearing(k - 1) - run.released(k) + run.released(k - 1));
-        table.rows.push_back({fixed(millimetres * file.depth[k], 1), fixed(square_centimetres * file.area[k], 2),
-                              fixed(millimetres * run.opening[k], 3), fixed(millijoules * run.stored[k], 3),
-                              fixed(millijoules * run.released(k), 3), fixed(file.release_rate(run, k), 3),
-                              fixed(millijoules * by_blade, 2), fixed(run.tool_stiffness[k], 2),
-                              fixed(milliseconds * file.cut_seconds[k], 0)});
-    }
-    return table;
+    std::vector<double> by_blade{0.0};
+    for (std::size_t k = 1; k < file.num_records(); ++k)
+        by_blade.push_back(by_blade.back() + std::max(0.0, file.tearing(k) - file.tearing(k - 1) - run.released(k) +
+                                                               run.released(k - 1)));
+    const auto at_record = [](const std::vector<double> &values) {
+        return [&values](std::size_t k) { return values[k]; };
+    };
+    std::vector<std::size_t> records(file.num_records());
+    std::iota(records.begin(), records.end(), 0);
+    TableOf<std::size_t> table(std::move(records));
+    table.number("blade at [mm]", at_record(file.depth), millimetres, 1);
+    table.number("cut [cm^2]", at_record(file.area), square_centimetres, 2);
+    table.number("opening [mm]", at_record(run.opening), millimetres, 3);
+    table.number("stored [mJ]", at_record(run.stored), millijoules, 3);
+    const auto released = [&](std::size_t k) { return run.released(k); };
+    table.number("released [mJ]", released, millijoules, 3);
+    table.number("over area [J/m^2]", [&](std::size_t k) { return fixed(file.release_rate(run, k), 3); });
+    table.number("left to the blade [mJ]", at_record(by_blade), millijoules, 2);
+    table.number("tool [N/m]", at_record(run.tool_stiffness), 1.0, 2);
+    table.number("time of the cut [ms]", at_record(file.cut_seconds), milliseconds, 0);
+    return table.layout();
 }
 
 Layout cut_models_table(const CutFile &file) {
-    auto table =
-        headed({"model"}, {"opening [mm]", "off by [%]", "released [mJ]", "off by [%]", "over area [J/m^2]",
-                           "tool [N/m]", "off by [%]", "cut to ready [ms]", "longest [ms]", "equilibrium [ms]"});
     const auto last = file.num_records() - 1;
     const auto judge = file.judge_in_the_end();
     const auto &on_mesh = file.runs.front();
     const auto bar = [](const ErrorBar &number) { return std::isnan(number.value) ? "-" : "+- " + percent_of(number); };
-    if (judge.is_refined)
-        table.rows.push_back({on_mesh.model + ", refined (reference)", fixed(millimetres * judge.opening.value, 3),
-                              bar(judge.opening), "-", "-", "-", fixed(judge.tool_stiffness.value, 2),
-                              bar(judge.tool_stiffness), "-", "-", "-"});
-    for (const auto &run : file.runs) {
-        const bool judges = !judge.is_refined && &run == &on_mesh;
-        const auto off = [&](double value, double reference) {
-            return judges ? "-" : fixed(difference_in_percent(value, reference), 1);
-        };
-        const auto ready = file.ready_seconds(run);
-        // The finer meshes have no energy of the body before the cut, and two references are never in one table.
-        table.rows.push_back({judges ? run.model + " (reference)" : run.model,
-                              fixed(millimetres * run.opening[last], 3), off(run.opening[last], judge.opening.value),
-                              fixed(millijoules * run.released(last), 3),
-                              judge.is_refined ? "-" : off(run.released(last), on_mesh.released(last)),
-                              fixed(run.released(last) / file.area[last], 3), fixed(run.tool_stiffness[last], 2),
-                              off(run.tool_stiffness[last], judge.tool_stiffness.value),
-                              fixed(milliseconds * middle_of(ready), 0), fixed(milliseconds * longest_of(ready), 0),
-                              fixed(milliseconds * middle_of(file.equilibrium_seconds(run)), 0)});
-    }
-    return table;
+    const auto judges = [&](auto &run) { return !judge.is_refined && &run == &on_mesh; };
+    const auto off = [&](const CutRun &run, double value, double reference) {
+        return judges(run) ? "-" : fixed(difference_in_percent(value, reference), 1);
+    };
+    /// Cells of the models, and one of the refined reference.
+    const auto cells = [](auto cell, const std::string &refined = "-") {
+        return [=](const CutRun *run) { return run ? cell(*run) : refined; };
+    };
+    std::vector<const CutRun *> rows(judge.is_refined ? 1 : 0, nullptr);
+    for (const auto &run : file.runs)
+        rows.push_back(&run);
+    TableOf<const CutRun *> table(std::move(rows));
+    table.text("model", cells([&](auto &run) { return run.model + (judges(run) ? " (reference)" : ""); },
+                              on_mesh.model + ", refined (reference)"));
+    table.number("opening [mm]", cells([&](auto &run) { return fixed(millimetres * run.opening[last], 3); },
+                                       fixed(millimetres * judge.opening.value, 3)));
+    table.number("off by [%]", cells([&](auto &run) { return off(run, run.opening[last], judge.opening.value); },
+                                     bar(judge.opening)));
+    table.number("released [mJ]", cells([&](auto &run) { return fixed(millijoules * run.released(last), 3); }));
+    // The finer meshes have no energy of the body before the cut, and two references are never in one table.
+    table.number("off by [%]", cells([&](auto &run) {
+                     return judge.is_refined ? "-" : off(run, run.released(last), on_mesh.released(last));
+                 }));
+    table.number("over area [J/m^2]", cells([&](auto &run) { return fixed(run.released(last) / file.area[last], 3); }));
+    table.number("tool [N/m]", cells([&](auto &run) { return fixed(run.tool_stiffness[last], 2); },
+                                     fixed(judge.tool_stiffness.value, 2)));
+    table.number("off by [%]",
+                 cells([&](auto &run) { return off(run, run.tool_stiffness[last], judge.tool_stiffness.value); },
+                       bar(judge.tool_stiffness)));
+    const auto in_ms = [](double seconds) { return fixed(milliseconds * seconds, 0); };
+    table.number("cut to ready [ms]", cells([&](auto &run) { return in_ms(middle_of(file.ready_seconds(run))); }));
+    table.number("longest [ms]", cells([&](auto &run) { return in_ms(longest_of(file.ready_seconds(run))); }));
+    table.number("equilibrium [ms]", cells([&](auto &run) { return in_ms(middle_of(file.equilibrium_seconds(run))); }));
+    return table.layout();
 }
 
 std::string cut_judge_note(const CutFile &file) {
@@ -293,50 +319,47 @@ std::string cut_levels_note(const CutFile &file) {
 }
 
 Layout cut_steps_table(const CutFile &file) {
-    auto table = headed({"springs"}, {"before [ms]", "cut along facets [ms]", "cut exactly [ms]"});
-    for (const auto &run : file.runs)
-        if (!run.critical_time_step.empty()) {
-            auto &row = table.rows.emplace_back(std::vector<std::string>{run.model});
-            for (const double step : run.critical_time_step)
-                row.push_back(fixed(milliseconds * step, 3));
-            row.resize(table.columns.size(), "-");
-        }
-    return table;
+    std::vector<CutRun> springs;
+    std::ranges::copy_if(file.runs, std::back_inserter(springs),
+                         [](auto &run) { return !run.critical_time_step.empty(); });
+    const auto step = [](std::size_t number) {
+        return [=](auto &run) {
+            const auto &steps = run.critical_time_step;
+            return number < steps.size() ? fixed(milliseconds * steps[number], 3) : "-";
+        };
+    };
+    TableOf<CutRun> table(std::move(springs));
+    table.text("springs", &CutRun::model);
+    table.number("before [ms]", step(0));
+    table.number("cut along facets [ms]", step(1));
+    table.number("cut exactly [ms]", step(2));
+    return table.layout();
 }
 
 Layout cut_motions_table(const CutFile &file) {
-    Layout table{{{"method"},
-                  {"budget [ms]", true},
-                  {"in time"},
-                  {"steps x iterations", true},
-                  {"opening [mm]", true},
-                  {"off by [%]", true},
-                  {"tool [N/m]", true},
-                  {"off by [%]", true},
-                  {"larger [%]", true},
-                  {"is of"},
-                  {"cut to next step [ms]", true},
-                  {"longest [ms]", true},
-                  {"frame [ms]", true},
-                  {"worst frame [ms]", true}},
-                 {}};
-    const auto in_ms = [](double seconds) { return fixed(milliseconds * seconds, 2); };
-    for (const auto &ranked : ranked_motions(file)) {
-        const auto *motion = ranked.motion;
-        std::vector<double> ready;
-        std::ranges::copy_if(motion->ready_seconds, std::back_inserter(ready), [](double s) { return s > 0.0; });
-        table.rows.push_back({motion->method, in_ms(motion->budget),
-                              ranked.is_too_slow                             ? "too slow"
-                              : motion->worst_frame_seconds > motion->budget ? "but for cuts"
-                                                                             : "yes",
-                              fmt::format("{} x {}", motion->steps, motion->iterations),
-                              ranked.is_lost() ? "diverged" : fixed(millimetres * motion->opening.back(), 3),
-                              fixed(ranked.opening, 1), fixed(motion->tool_stiffness.back(), 2), fixed(ranked.tool, 1),
-                              fixed(ranked.larger(), 1), ranked.leads(), in_ms(middle_of(ready)),
-                              in_ms(longest_of(ready)), in_ms(motion->frame_seconds),
-                              in_ms(motion->worst_frame_seconds)});
-    }
-    return table;
+    using Row = RankedMotion;
+    const auto seconds = [](double CutMotion::*value) { return [=](auto &row) { return row.motion->*value; }; };
+    TableOf<Row> table(ranked_motions(file));
+    table.text("method", [](auto &row) { return row.motion->method; });
+    table.number("budget [ms]", seconds(&CutMotion::budget), milliseconds, 2);
+    table.text("in time", &Row::in_time);
+    table.number("steps x iterations",
+                 [](auto &row) { return fmt::format("{} x {}", row.motion->steps, row.motion->iterations); });
+    table.number("opening [mm]", [](auto &row) {
+        return row.is_lost() ? "diverged" : fixed(millimetres * row.motion->opening.back(), 3);
+    });
+    table.number("off by [%]", &Row::opening, 1.0, 1);
+    table.number("tool [N/m]", [](auto &row) { return fixed(row.motion->tool_stiffness.back(), 2); });
+    table.number("off by [%]", &Row::tool, 1.0, 1);
+    table.number("larger [%]", &Row::larger, 1.0, 1);
+    table.text("is of", &Row::leads);
+    const auto middle = [](auto &row) { return middle_of(row.ready_seconds()); };
+    table.number("cut to next step [ms]", middle, milliseconds, 2);
+    const auto longest = [](auto &row) { return longest_of(row.ready_seconds()); };
+    table.number("longest [ms]", longest, milliseconds, 2);
+    table.number("frame [ms]", seconds(&CutMotion::frame_seconds), milliseconds, 2);
+    table.number("worst frame [ms]", seconds(&CutMotion::worst_frame_seconds), milliseconds, 2);
+    return table.layout();
 }
 
 std::string cut_note(const CutFile &file) {

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "core/units.hpp"
-#include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/record_file.hpp"
 
 namespace livermark::results {
 
@@ -202,7 +202,7 @@ ExperimentResult read_experiment(const std::filesystem::path &path) {
 }
 
 Layout experiment_table(const ExperimentResult &result) {
-    auto layout = headed({"error [mm]"}, {"tetrahedra"});
+    Layout layout{{{"error [mm]"}, {"tetrahedra", true}}, {}};
     for (const auto &state : result.states)
         layout.columns.push_back({state.name, true});
     layout.columns.push_back({"time [s]", true});
@@ -219,10 +219,10 @@ Layout experiment_table(const ExperimentResult &result) {
         row.insert(row.end(), state_cells.begin(), state_cells.end());
         row.emplace_back("");
     }
-    for (const auto &of_model : rows_of(result)) {
-        std::vector<std::string> row{of_model.model, fmt::format("{}", of_model.tetrahedra)};
+    for (const auto &model_row : rows_of(result)) {
+        std::vector<std::string> row{model_row.model, fmt::format("{}", model_row.tetrahedra)};
         double seconds = 0.0;
-        for (const auto *run : of_model.runs) {
+        for (const auto *run : model_row.runs) {
             row.push_back(cell_of(*run));
             seconds += run->seconds;
         }
@@ -233,8 +233,16 @@ Layout experiment_table(const ExperimentResult &result) {
 }
 
 Layout ring_down_table(const ExperimentResult &result) {
-    auto layout = headed({"state", "ring-down"}, {"tetrahedra", "frequency [Hz]", "off by [%]", "damping ratio",
-                                                  "swings, error [mm]", "markers, error [mm]", "time [s]"});
+    Layout layout{{{"state"},
+                   {"ring-down"},
+                   {"tetrahedra", true},
+                   {"frequency [Hz]", true},
+                   {"off by [%]", true},
+                   {"damping ratio", true},
+                   {"swings, error [mm]", true},
+                   {"markers, error [mm]", true},
+                   {"time [s]", true}},
+                  {}};
     for (const auto &ring_down : result.ring_downs) {
         const auto add = [&](std::vector<std::string> row) {
             row.insert(row.begin(), printable(ring_down.state));

@@ -5,12 +5,13 @@
 #include <fmt/format.h>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <string>
 #include <tuple>
 #include <vector>
 
 #include "core/units.hpp"
-#include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/record_file.hpp"
 
 namespace livermark::results {
 
@@ -119,13 +120,13 @@ template <class At> void describe_needle(At at, hdf5::Of<At, NeedleStudy> &study
     at.text("reference", reference);
     at.number("reference_miss_change", study.reference_miss_change);
     at.number("reference_force_change", study.reference_force_change);
-    at.group("models", hdf5::Order::kept).each(study.runs, &NeedleRun::model, [](auto of_model, auto &run) {
-        describe_insertion(of_model, run.insertion);
-        of_model.number("setup_seconds", run.setup_seconds);
-        if (of_model.has("solve_seconds")) // not in files of an older version
-            of_model.number("solve_seconds", run.solve_seconds);
-        if (of_model.has("left_regime_at")) // nor this
-            of_model.number("left_regime_at", run.left_regime_at);
+    at.group("models", hdf5::Order::kept).each(study.runs, &NeedleRun::model, [](auto group, auto &run) {
+        describe_insertion(group, run.insertion);
+        group.number("setup_seconds", run.setup_seconds);
+        if (group.has("solve_seconds")) // not in files of an older version
+            group.number("solve_seconds", run.solve_seconds);
+        if (group.has("left_regime_at")) // nor this
+            group.number("left_regime_at", run.left_regime_at);
     });
     at.check(!study.runs.empty() && study.runs.front().model == reference, "does not begin with its reference");
     for (const auto &run : study.runs)
@@ -223,23 +224,33 @@ NeedleFile read_needles_file(const std::filesystem::path &path) {
 }
 
 Layout needle_table(const NeedleFile &file) {
-    auto table = headed({"needle", "model"}, {"target moved [mm]", "off by [mm]", "short of it [mm]", "force there [N]",
-                                              "largest [N]", "punctured at [mm]", "pull out [N]", "force off by [%]"});
-    for (const auto &study : file.needles) {
-        const auto &reference = study.runs.front();
-        for (const auto &run : study.runs) {
-            const bool judges = &run == &reference;
-            const auto off = [&](double value, int decimals) { return judges ? "-" : fixed(value, decimals); };
-            table.rows.push_back({study.needle.name, judges ? run.model + " (reference)" : run.model,
-                                  fixed(millimetres * run.miss().norm(), 2),
-                                  off(millimetres * (run.miss() - reference.miss()).norm(), 2),
-                                  fixed(millimetres * run.short_of_target(study.needle), 2),
-                                  fixed(run.force_at_plan(), 3), fixed(run.largest_force(study.needle), 3),
-                                  fixed(millimetres * run.insertion.puncture_depth, 1), fixed(run.largest_pull(), 3),
-                                  off(percent * force_error(run.insertion, reference.insertion), 1)});
-        }
-    }
-    return table;
+    struct Row {
+        const NeedleStudy &study;
+        const NeedleRun &run, &reference;
+        bool judges() const { return &run == &reference; }
+    };
+    std::vector<Row> rows;
+    for (const auto &study : file.needles)
+        for (const auto &run : study.runs)
+            rows.push_back({study, run, study.runs.front()});
+    TableOf<Row> table(std::move(rows));
+    table.text("needle", [](auto &row) { return row.study.needle.name; });
+    table.text("model", [](auto &row) { return row.run.model + (row.judges() ? " (reference)" : ""); });
+    table.number("target moved [mm]", [](auto &row) { return fixed(millimetres * row.run.miss().norm(), 2); });
+    table.number("off by [mm]", [](auto &row) {
+        return row.judges() ? "-" : fixed(millimetres * (row.run.miss() - row.reference.miss()).norm(), 2);
+    });
+    table.number("short of it [mm]",
+                 [](auto &row) { return fixed(millimetres * row.run.short_of_target(row.study.needle), 2); });
+    table.number("force there [N]", [](auto &row) { return fixed(row.run.force_at_plan(), 3); });
+    table.number("largest [N]", [](auto &row) { return fixed(row.run.largest_force(row.study.needle), 3); });
+    table.number("punctured at [mm]",
+                 [](auto &row) { return fixed(millimetres * row.run.insertion.puncture_depth, 1); });
+    table.number("pull out [N]", [](auto &row) { return fixed(row.run.largest_pull(), 3); });
+    table.number("force off by [%]", [](auto &row) {
+        return row.judges() ? "-" : fixed(percent * force_error(row.run.insertion, row.reference.insertion), 1);
+    });
+    return table.layout();
 }
 
 std::string limit_note(const NeedleStudy &study) {
@@ -288,27 +299,39 @@ std::string needle_note(const NeedleFile &file) {
 }
 
 Layout measured_needle_table(const MeasuredNeedle &measured) {
-    auto table = headed({}, {"depth [mm]", "measured [N]", "lowest", "highest"});
+    std::vector<std::size_t> stretches(measured.from.size());
+    std::iota(stretches.begin(), stretches.end(), 0);
+    const auto force = [](const std::vector<double> &values) { return [&values](std::size_t b) { return values[b]; }; };
+    TableOf<std::size_t> table(std::move(stretches));
+    table.number("depth [mm]", [&](std::size_t b) {
+        return fmt::format("{:.0f} to {:.0f}", millimetres * measured.from[b], millimetres * measured.to[b]);
+    });
+    table.number("measured [N]", force(measured.mean), 1.0, 2);
+    table.number("lowest", force(measured.lowest), 1.0, 2);
+    table.number("highest", force(measured.highest), 1.0, 2);
     for (const auto &run : measured.runs)
-        table.columns.push_back({run.model, true});
-    for (std::size_t b = 0; b < measured.from.size(); ++b) {
-        table.rows.push_back(
-            {fmt::format("{:.0f} to {:.0f}", millimetres * measured.from[b], millimetres * measured.to[b]),
-             fixed(measured.mean[b], 2), fixed(measured.lowest[b], 2), fixed(measured.highest[b], 2)});
-        for (const auto &run : measured.runs)
-            table.rows.back().push_back(fixed(run.force[b], 2));
-    }
-    return table;
+        table.number(run.model, force(run.force), 1.0, 2);
+    return table.layout();
 }
 
 Layout fitted_needle_table(const MeasuredNeedle &measured) {
-    auto table = headed({"model"}, {"stiffness, fitted", "friction, fitted [N/m]", "off before the puncture [N]",
-                                    "off behind it [N]", "work [mJ]"});
+    /// Cells of the models, and one of the measurement.
+    const auto cells = [](auto cell, const std::string &measurement = "") {
+        return [=](const FittedNeedle *run) { return run ? cell(*run) : measurement; };
+    };
+    std::vector<const FittedNeedle *> rows;
     for (const auto &run : measured.runs)
-        table.rows.push_back({run.model, fmt::format("x {:.2f}", run.stiffness), fixed(run.friction, 1),
-                              fixed(run.error_before, 2), fixed(run.error, 2), fixed(core::millijoules * run.work, 1)});
-    table.rows.push_back({"measured", "", "", "", "", fixed(core::millijoules * measured.work, 1)});
-    return table;
+        rows.push_back(&run);
+    rows.push_back(nullptr);
+    TableOf<const FittedNeedle *> table(std::move(rows));
+    const auto work = [](double value) { return fixed(core::millijoules * value, 1); };
+    table.text("model", cells([](auto &run) { return run.model; }, "measured"));
+    table.number("stiffness, fitted", cells([](auto &run) { return fmt::format("x {:.2f}", run.stiffness); }));
+    table.number("friction, fitted [N/m]", cells([](auto &run) { return fixed(run.friction, 1); }));
+    table.number("off before the puncture [N]", cells([](auto &run) { return fixed(run.error_before, 2); }));
+    table.number("off behind it [N]", cells([](auto &run) { return fixed(run.error, 2); }));
+    table.number("work [mJ]", cells([&](const auto &run) { return work(run.work); }, work(measured.work)));
+    return table.layout();
 }
 
 Layout needle_arena_table(const NeedleArena &arena) {

@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/record_file.hpp"
 #include "results/quantile.hpp"
 
 namespace livermark::results {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <functional>
-#include <limits>
 #include <map>
 #include <set>
 #include <utility>
@@ -110,13 +109,13 @@ std::string tool_cell_of(const MedianCases &cases, CellOfStiffness cell) {
 CasesOfModel cases_of_model(std::span<const Result> results, const std::string &body, double ratio,
                             const std::string &name) {
     CasesOfModel cases;
-    const auto of_kind = [&](const Result &result) -> MedianCases & {
+    const auto kind = [&](const Result &result) -> MedianCases & {
         return has_pressure(result) ? cases.pressed : cases.others;
     };
     for (const auto *const result : last_of_load_cases(results, body, ratio))
-        ++of_kind(*result).num_in_table;
+        ++kind(*result).num_in_table;
     for (const auto &[model, result] : counted_cases(results, body, ratio, name))
-        enter_medians(of_kind(*result), *model, *result);
+        enter_medians(kind(*result), *model, *result);
     return cases;
 }
 
@@ -188,21 +187,31 @@ Layout median_errors(std::span<const Result> results) {
     for (const auto &result : results)
         if (counts_in_means(result))
             ratios.insert(poisson_ratio(result));
-    auto layout = headed({"body", "model"}, {});
-    for (const double ratio : ratios)
-        for (const auto *const title : {"median [%]", "tool [%]", "worst tool [%]", "pressure [%]"})
-            layout.columns.push_back({fmt::format("nu {:g}: {}", ratio, title), true});
-    for (const auto &[body, name] : bodies_and_models(results, counts_in_means)) {
-        auto &row = layout.rows.emplace_back(std::vector{body, name});
-        for (const double ratio : ratios) {
-            const auto [others, pressed] = cases_of_model(results, body, ratio, name);
-            row.push_back(cell_of(others));
-            row.push_back(tool_cell_of(others, &StiffnessCases::median_cell));
-            row.push_back(others.failure.empty() ? others.stiffness.worst_cell() : "-");
-            row.push_back(cell_of(pressed));
-        }
+    struct Row {
+        std::string body, model;
+        std::vector<CasesOfModel> cases{}; ///< at each ratio
+    };
+    std::vector<Row> rows;
+    for (const auto &[body, model] : bodies_and_models(results, counts_in_means)) {
+        auto &row = rows.emplace_back(Row{body, model});
+        for (const double ratio : ratios)
+            row.cases.push_back(cases_of_model(results, body, ratio, model));
     }
-    return layout;
+    TableOf<Row> table(std::move(rows));
+    table.text("body", &Row::body);
+    table.text("model", &Row::model);
+    for (std::size_t r = 0; const double ratio : ratios) {
+        const auto number = [&](const char *name, auto cell) {
+            table.number(fmt::format("nu {:g}: {}", ratio, name), [&](auto &row) { return cell(row.cases[r]); });
+        };
+        number("median [%]", [](auto &cases) { return cell_of(cases.others); });
+        number("tool [%]", [](auto &cases) { return tool_cell_of(cases.others, &StiffnessCases::median_cell); });
+        number("worst tool [%]",
+               [](auto &cases) { return cases.others.failure.empty() ? cases.others.stiffness.worst_cell() : "-"; });
+        number("pressure [%]", [](auto &cases) { return cell_of(cases.pressed); });
+        ++r;
+    }
+    return table.layout();
 }
 
 double TwoNumbers::larger(bool has_tools) const {
@@ -216,7 +225,7 @@ TwoNumbers two_numbers(std::span<const Result> results, const std::string &body,
     const auto cases = cases_of_model(results, body, poisson_ratio, model);
     const auto &counted = cases.others.num_in_table > 0 ? cases.others : cases.pressed;
     const auto median_or_none = [&](const std::vector<double> &values) {
-        return values.empty() || !counted.failure.empty() ? std::numeric_limits<double>::quiet_NaN() : median(values);
+        return values.empty() || !counted.failure.empty() ? not_known : median(values);
     };
     return {.error = cell_of(counted),
             .stiffness = tool_cell_of(counted, &StiffnessCases::signed_median_cell),
@@ -248,34 +257,32 @@ std::string median_legend(std::span<const Result> results) {
 
 std::vector<BriefNumbers> brief_numbers(std::span<const Result> results) {
     std::vector<BriefNumbers> all;
-    const auto bodies = brief_bodies(results);
-    if (bodies.empty())
-        return all;
     const auto models = brief_models(results);
-    for (const auto &body : bodies)
+    for (const auto &body : brief_bodies(results))
         for (const auto &model : models)
             all.push_back({body.label, model, two_numbers(results, body.name, body.poisson_ratio, model)});
     return all;
 }
 
 Layout brief(std::span<const Result> results) {
+    struct Row {
+        std::string model;
+        std::vector<TwoNumbers> numbers{}; ///< on each body
+    };
     const auto bodies = brief_bodies(results);
-    auto layout = headed({"model"}, {});
-    for (const auto &body : bodies) {
-        layout.columns.push_back({body.label + ": L2 [%]", true});
-        layout.columns.push_back({"tool [%]", true});
-    }
-    if (bodies.empty())
-        return layout;
+    std::vector<Row> rows;
     for (const auto &model : brief_models(results)) {
-        auto &row = layout.rows.emplace_back(std::vector{model});
-        for (const auto &body : bodies) {
-            auto numbers = two_numbers(results, body.name, body.poisson_ratio, model);
-            row.push_back(std::move(numbers.error));
-            row.push_back(std::move(numbers.stiffness));
-        }
+        auto &row = rows.emplace_back(Row{model});
+        for (const auto &body : bodies)
+            row.numbers.push_back(two_numbers(results, body.name, body.poisson_ratio, model));
     }
-    return layout;
+    TableOf<Row> table(std::move(rows));
+    table.text("model", &Row::model);
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        table.number(bodies[b].label + ": L2 [%]", [=](auto &row) { return row.numbers[b].error; });
+        table.number("tool [%]", [=](auto &row) { return row.numbers[b].stiffness; });
+    }
+    return table.layout();
 }
 
 std::vector<BestSprings> best_springs(std::span<const Result> results) {

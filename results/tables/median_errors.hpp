@@ -17,18 +17,12 @@ namespace livermark::results {
 /// @param load_case  of the mesh
 bool is_pressure_on_whole_surface(const core::LoadCase &load_case, const core::TetraMesh &mesh);
 
-/// One row per body and model, in the order in which they appear; for each Poisson's ratio of the bodies, the largest
-/// first, four columns: the median over load cases of the relative L2 error of the static solution [%]; over the same
-/// the median of the absolute value of stiffness_at_tool() [%], and the one of the largest absolute value with its load
-/// case; and the median error over the load cases with pressure on the whole free surface, which all of these leave
-/// out.
+/// A row for each body and model, and four columns for each Poisson's ratio, the largest first: medians over the load
+/// cases that count (counts_in_means()), stiffness_at_tool() in absolute value. Load cases with pressure on the whole
+/// free surface have a column of their own, and no part in the others.
 ///
-/// The reference has "+-" and the median of its own uncertainty over the same load cases. A model whose median is below
-/// that of the uncertainty has a star. What did not come to an end has its status. What has no value is "-".
-///
-/// Load cases that depend on time are left out, because their rows are only the static start; so are multiples of a
-/// load case (`palpation@0.1`), and what else counts_in_means() leaves out. The median of a model that has not solved
-/// all load cases has their number behind it, "5.32 (3 of 11)", and no star. Of several results for one body,
+/// The reference has "+-" and the median of its own uncertainty. A model whose median is below that has a star, unless
+/// it has not solved all load cases, whose number is behind it then: "5.32 (3 of 11)". Of several results for one body,
 /// Poisson's ratio and load case the last one counts.
 Layout median_errors(std::span<const Result> results);
 

@@ -48,18 +48,6 @@ std::vector<std::string> titles(const Layout &layout) {
 
 } // namespace
 
-Layout headed(const std::vector<std::string> &texts, const std::vector<std::string> &numbers,
-              const std::vector<std::string> &last_texts) {
-    Layout layout;
-    for (const auto &title : texts)
-        layout.columns.push_back({title, false});
-    for (const auto &title : numbers)
-        layout.columns.push_back({title, true});
-    for (const auto &title : last_texts)
-        layout.columns.push_back({title, false});
-    return layout;
-}
-
 std::string printable(std::string text) {
     for (std::size_t i = 0; i < text.size(); ++i) {
         const auto byte = static_cast<unsigned char>(text[i]);

@@ -1,10 +1,16 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace livermark::results {
+
+/// A number that has no value, which is "-" in a table.
+inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
 struct Column {
     std::string title;
@@ -16,10 +22,6 @@ struct Layout {
     std::vector<Column> columns;
     std::vector<std::vector<std::string>> rows; ///< a cell for each column
 };
-
-/// A table without rows: columns of texts, then of numbers, then of texts.
-Layout headed(const std::vector<std::string> &texts, const std::vector<std::string> &numbers,
-              const std::vector<std::string> &last_texts = {});
 
 /// The same text with a question mark for each byte of a control character (C0, C1): what a file says of itself may
 /// otherwise move the cursor of a terminal, or more.
@@ -40,5 +42,37 @@ std::string fixed(double value, int decimals);
 
 /// The same with some significant digits, such as 0.00123.
 std::string significant(double value, int digits);
+
+/// A table that is made column by column, so that each is named beside its cells. A cell is a text that a function
+/// makes of a row, or a member of it.
+template <class Row> class TableOf {
+  public:
+    explicit TableOf(std::vector<Row> rows) : rows_(std::move(rows)) { layout_.rows.resize(rows_.size()); }
+
+    template <class Cell> void text(std::string title, Cell cell) { add({std::move(title), false}, cell); }
+    template <class Cell> void number(std::string title, Cell cell) { add({std::move(title), true}, cell); }
+    /// The value of a row times a factor, as fixed() has it.
+    template <class Value> void number(std::string title, Value value, double factor, int decimals) {
+        number(std::move(title), [&](const Row &row) { return fixed(factor * std::invoke(value, row), decimals); });
+    }
+    /// The same with a sign before positive values.
+    template <class Value> void signed_number(std::string title, Value value, double factor, int decimals) {
+        number(std::move(title), [&](const Row &row) {
+            const double shown = factor * std::invoke(value, row);
+            return (shown > 0.0 ? "+" : "") + fixed(shown, decimals);
+        });
+    }
+    const Layout &layout() const { return layout_; }
+
+  private:
+    template <class Cell> void add(Column column, Cell &cell) {
+        layout_.columns.push_back(std::move(column));
+        for (std::size_t r = 0; r < rows_.size(); ++r)
+            layout_.rows[r].emplace_back(std::invoke(cell, rows_[r]));
+    }
+
+    std::vector<Row> rows_;
+    Layout layout_;
+};
 
 } // namespace livermark::results

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <numeric>
 #include <set>
 
 #include "core/tool/tool_stiffness.hpp"
@@ -48,8 +47,7 @@ bool is_reference(const ModelResult &model, const Result &result) {
 }
 
 double stiffness_at_tool(const ModelResult &model) {
-    return model.comparison && model.comparison->tool ? model.comparison->tool->worst_stiffness()
-                                                      : std::numeric_limits<double>::quiet_NaN();
+    return model.comparison && model.comparison->tool ? model.comparison->tool->worst_stiffness() : not_known;
 }
 
 std::string stiffness_cell(double stiffness) {
@@ -73,7 +71,7 @@ void StiffnessCases::enter(double stiffness, const std::string &load_case) {
 }
 
 double StiffnessCases::mean() const {
-    return std::accumulate(sizes.begin(), sizes.end(), 0.0) / static_cast<double>(sizes.size());
+    return results::mean(sizes);
 }
 
 std::string StiffnessCases::mean_cell() const {

@@ -12,7 +12,7 @@
 
 #include "core/problem.hpp"
 #include "meshes/io/mesh_checks.hpp"
-#include "results/hdf5/files/cohort_file.hpp"
+#include "results/records/cohort.hpp"
 #include "studies/advise/step_cost.hpp"
 #include "studies/progress.hpp"
 

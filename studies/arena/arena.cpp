@@ -8,8 +8,8 @@
 
 #include "core/support/input_error.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "results/provenance.hpp"
 #include "results/records/arena.hpp"
+#include "results/records/result.hpp"
 #include "studies/arena/arena_problems.hpp"
 #include "studies/arena/arena_run.hpp"
 #include "studies/files.hpp"

@@ -7,7 +7,7 @@
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "results/hdf5/references.hpp"
-#include "results/provenance.hpp"
+#include "results/records/result.hpp"
 #include "studies/models/motion/whole_motion.hpp"
 #include "studies/run/solutions.hpp"
 

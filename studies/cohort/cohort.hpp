@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "results/hdf5/files/cohort_file.hpp"
+#include "results/records/cohort.hpp"
 #include "studies/progress.hpp"
 #include "studies/run/run.hpp"
 

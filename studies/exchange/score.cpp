@@ -16,7 +16,7 @@
 #include "core/units.hpp"
 #include "meshes/io/mesh_files.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "results/provenance.hpp"
+#include "results/records/result.hpp"
 #include "studies/exchange/formats/calculix_input.hpp"
 #include "studies/exchange/formats/outside_solution.hpp"
 #include "studies/exchange/formats/vtu_output.hpp"

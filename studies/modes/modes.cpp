@@ -5,7 +5,7 @@
 
 #include "core/support/input_error.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "results/provenance.hpp"
+#include "results/records/result.hpp"
 #include "studies/files.hpp"
 #include "studies/run/problems.hpp"
 

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "results/hdf5/files/cohort_file.hpp"
 #include "results/records/arena.hpp"
+#include "results/records/cohort.hpp"
 #include "results/records/experiment.hpp"
 #include "results/records/needle.hpp"
 #include "results/records/result.hpp"
-#include "results/records/stability.hpp"
+#include "results/records/springs.hpp"
 #include "results/records/timings.hpp"
 
 namespace livermark::studies {

@@ -8,7 +8,7 @@
 
 #include "core/support/input_error.hpp"
 #include "core/support/processes/mpi_session.hpp"
-#include "results/records/calibration.hpp"
+#include "results/records/springs.hpp"
 #include "studies/files.hpp"
 #include "studies/run/benchmark_case.hpp"
 

@@ -14,7 +14,7 @@
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/problem_key.hpp"
-#include "results/provenance.hpp"
+#include "results/records/result.hpp"
 #include "studies/models/model_table.hpp"
 
 namespace livermark::studies {

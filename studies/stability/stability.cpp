@@ -22,7 +22,7 @@
 #include "msm/nodal_conditions.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "results/provenance.hpp"
+#include "results/records/result.hpp"
 #include "studies/files.hpp"
 #include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "meshes/io/body_reader.hpp"
-#include "results/records/stability.hpp"
+#include "results/records/springs.hpp"
 #include "studies/progress.hpp"
 
 namespace livermark::studies {

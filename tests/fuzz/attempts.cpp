@@ -19,7 +19,6 @@
 #include "meshes/segmentation/images/image_file.hpp"
 #include "meshes/segmentation/surfaces/surface_file.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "results/hdf5/result_files.hpp"
 #include "tests/child.hpp"
 #include "tests/fuzz/mutations.hpp"
 #include "tests/samples/records/sample_result.hpp"

@@ -2,24 +2,10 @@
 // enough to be printed and fuzzed.
 #include <filesystem>
 
-#include "results/hdf5/files/cohort_file.hpp"
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "results/records/calibration.hpp"
-#include "results/records/cut.hpp"
-#include "results/records/experiment.hpp"
-#include "results/records/needle.hpp"
-#include "results/records/stability.hpp"
-#include "results/records/timings.hpp"
-#include "studies/run/benchmark_case.hpp"
-#include "tests/samples/records/sample_arena.hpp"
-#include "tests/samples/records/sample_calibration.hpp"
-#include "tests/samples/records/sample_cohort.hpp"
-#include "tests/samples/records/sample_cut.hpp"
-#include "tests/samples/records/sample_experiment.hpp"
-#include "tests/samples/records/sample_needles.hpp"
+#include "tests/samples/records/sample_records.hpp"
 #include "tests/samples/records/sample_result.hpp"
-#include "tests/samples/records/sample_timings.hpp"
 #include "tests/samples/tool_block.hpp"
 
 namespace results = livermark::results;
@@ -40,10 +26,7 @@ int main(int argc, char **argv) {
     results::write_result(folder / "path_result.h5", tests::along_a_path(result));
     results::write_result(folder / "small_result.h5", tests::sample_result());
 
-    results::Stability stability;
-    stability.limits = {{"symplectic_euler", {1e-3, 1.1e-3}, {2e-3}}, {"explicit_euler", {}, {3e-3, 3.1e-3}}};
-    results::write_stability(folder / "sample_stability.h5", stability);
-
+    results::write_stability(folder / "sample_stability.h5", tests::sample_stability());
     results::write_calibration(folder / "sample_calibration.h5", tests::sample_calibration(*result.problem.body));
     results::write_cohort(folder / "sample_cohort.h5", tests::sample_cohort());
     results::write_arena(folder / "sample_arena.h5", tests::sample_arena());

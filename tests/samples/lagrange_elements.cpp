@@ -86,12 +86,12 @@ std::map<std::array<int, 2>, int> midpoint_nodes(const fem_reference::ElasticSys
     return midpoint;
 }
 
-Eigen::Matrix3d gradient_from(const fem_reference::ElasticSystem &system, int cell, const Eigen::Matrix3Xd &of_shape,
-                              const std::vector<double> &displacement) {
+Eigen::Matrix3d gradient_from(const fem_reference::ElasticSystem &system, int cell,
+                              const Eigen::Matrix3Xd &shape_gradient, const std::vector<double> &displacement) {
     Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();
     for (int a = 0; a < system.nodes_per_cell; ++a) {
         const int node = system.cell_nodes[cell * system.nodes_per_cell + a];
-        gradient += Vector3::Map(&displacement[3 * node]) * of_shape.col(a).transpose();
+        gradient += Vector3::Map(&displacement[3 * node]) * shape_gradient.col(a).transpose();
     }
     return gradient;
 }
@@ -125,23 +125,24 @@ Eigen::Matrix<double, 3, 4> barycentric_gradients(const std::array<Vector3, 4> &
 }
 
 Eigen::Matrix3Xd shape_gradients(int nodes_per_cell, const Eigen::Vector4d &barycentric,
-                                 const Eigen::Matrix<double, 3, 4> &of_barycentric) {
+                                 const Eigen::Matrix<double, 3, 4> &corner_gradients) {
     if (nodes_per_cell == 4)
-        return of_barycentric;
+        return corner_gradients;
     Eigen::Matrix3Xd gradients(3, 10);
     for (int v = 0; v < 4; ++v)
-        gradients.col(v) = (4.0 * barycentric[v] - 1.0) * of_barycentric.col(v);
+        gradients.col(v) = (4.0 * barycentric[v] - 1.0) * corner_gradients.col(v);
     for (int e = 0; e < 6; ++e) {
         const auto [a, b] = midpoint_corners[e];
-        gradients.col(4 + e) = 4.0 * (barycentric[a] * of_barycentric.col(b) + barycentric[b] * of_barycentric.col(a));
+        gradients.col(4 + e) =
+            4.0 * (barycentric[a] * corner_gradients.col(b) + barycentric[b] * corner_gradients.col(a));
     }
     return gradients;
 }
 
 Eigen::Matrix3d displacement_gradient(const fem_reference::ElasticSystem &system, int cell,
                                       const Eigen::Vector4d &barycentric, const std::vector<double> &displacement) {
-    const auto of_barycentric = barycentric_gradients(corners_of(system, cell));
-    return gradient_from(system, cell, shape_gradients(system.nodes_per_cell, barycentric, of_barycentric),
+    const auto corner_gradients = barycentric_gradients(corners_of(system, cell));
+    return gradient_from(system, cell, shape_gradients(system.nodes_per_cell, barycentric, corner_gradients),
                          displacement);
 }
 
@@ -205,10 +206,10 @@ RelativeError relative_error(const fem_reference::ElasticSystem &system, const s
     double error = 0.0, size = 0.0, gradient_error = 0.0, gradient_size = 0.0;
     for (int cell = 0; cell < num_cells(system); ++cell) {
         const auto corners = corners_of(system, cell);
-        const auto of_barycentric = barycentric_gradients(corners);
+        const auto corner_gradients = barycentric_gradients(corners);
         for (const auto &[barycentric, weight] : quadrature) {
             const auto shape = shape_functions(system.nodes_per_cell, barycentric);
-            const auto of_shape = shape_gradients(system.nodes_per_cell, barycentric, of_barycentric);
+            const auto shape_gradient = shape_gradients(system.nodes_per_cell, barycentric, corner_gradients);
             Vector3 found = Vector3::Zero();
             for (int a = 0; a < system.nodes_per_cell; ++a)
                 found +=
@@ -219,7 +220,8 @@ RelativeError relative_error(const fem_reference::ElasticSystem &system, const s
             const double here = weight * volume_of(corners);
             error += here * (found - wanted).squaredNorm();
             size += here * wanted.squaredNorm();
-            gradient_error += here * (gradient_from(system, cell, of_shape, displacement) - gradient).squaredNorm();
+            gradient_error +=
+                here * (gradient_from(system, cell, shape_gradient, displacement) - gradient).squaredNorm();
             gradient_size += here * gradient.squaredNorm();
         }
     }

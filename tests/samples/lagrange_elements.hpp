@@ -32,10 +32,10 @@ Eigen::VectorXd shape_functions(int nodes_per_cell, const Eigen::Vector4d &baryc
 Eigen::Matrix<double, 3, 4> barycentric_gradients(const std::array<core::Vector3, 4> &corners);
 
 /// Gradients of the shape functions, one per column [1/m].
-/// @param of_barycentric  what barycentric_gradients gives
+/// @param corner_gradients  what barycentric_gradients gives
 /// @return shape (3, nodes_per_cell)
 Eigen::Matrix3Xd shape_gradients(int nodes_per_cell, const Eigen::Vector4d &barycentric,
-                                 const Eigen::Matrix<double, 3, 4> &of_barycentric);
+                                 const Eigen::Matrix<double, 3, 4> &corner_gradients);
 
 /// The displacement gradient (i, j) = d u_i / d x_j of a discrete field in one cell.
 /// @param displacement  shape (3 n), as ConstrainedSolution gives it

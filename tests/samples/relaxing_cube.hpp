@@ -19,7 +19,7 @@ struct RelaxingBar {
         const double shear = (1.0 - modulus) * material.shear_modulus();
         return 9.0 * bulk() * shear / (3.0 * bulk() + shear);
     }
-    /// Of the stress at a constant strain [s].
+    /// Time of the stress at a constant strain [s].
     double relaxation_time() const {
         const double shear = material.shear_modulus();
         return time * (3.0 * bulk() + shear) / (3.0 * bulk() + (1.0 - modulus) * shear);

@@ -5,7 +5,7 @@
 
 namespace livermark::tests {
 
-/// What touches a block, and what the block is.
+/// A block, and the ball that touches it.
 struct TouchedBlock {
     core::Vector3 size{0.04, 0.04, 0.02}; ///< [m]
     std::array<int, 3> bricks{6, 6, 2};

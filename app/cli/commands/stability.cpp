@@ -10,7 +10,7 @@
 #include "core/support/files.hpp"
 #include "core/units.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "results/records/stability.hpp"
+#include "results/records/springs.hpp"
 #include "results/tables/table_layout.hpp"
 #include "studies/stability/stability.hpp"
 

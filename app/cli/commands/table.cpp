@@ -7,7 +7,7 @@
 #include "app/cli/common_options.hpp"
 #include "app/cli/run_tables.hpp"
 #include "core/support/files.hpp"
-#include "results/hdf5/result_files.hpp"
+#include "results/hdf5/result_file.hpp"
 
 namespace livermark::cli {
 

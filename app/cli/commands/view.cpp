@@ -18,7 +18,7 @@
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
-#include "results/hdf5/result_files.hpp"
+#include "results/hdf5/result_file.hpp"
 
 namespace livermark::cli {
 

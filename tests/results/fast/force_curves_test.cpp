@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "results/tables/large_table.hpp"
+#include "results/tables/table.hpp"
 #include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::results {
@@ -23,7 +23,7 @@ Result loaded() {
     return result;
 }
 
-std::vector<ForceCurve> of_place(const Result &result, const std::string &place) {
+std::vector<ForceCurve> curves_at(const Result &result, const std::string &place) {
     auto curves = force_curves(result);
     std::erase_if(curves, [&](const ForceCurve &curve) { return curve.place != place; });
     return curves;
@@ -45,7 +45,7 @@ TEST(ForceCurves, HaveTheWayOfALoadAlongIt) {
             traction = load_case.value[f];
         }
     middle /= area;
-    const auto curves = of_place(result, "load");
+    const auto curves = curves_at(result, "load");
     ASSERT_EQ(curves.size(), result.models.size());
     for (std::size_t m = 0; m < curves.size(); ++m) {
         const auto &path = result.models[m].solution.path;
@@ -69,7 +69,7 @@ TEST(ForceCurves, HaveTheWayOfALoadAlongIt) {
 
 TEST(ForceCurves, HaveTheWayThatIsPrescribed) {
     const Result result = loaded();
-    const auto curves = of_place(result, "z_max");
+    const auto curves = curves_at(result, "z_max");
     ASSERT_EQ(curves.size(), result.models.size());
     for (const auto &curve : curves)
         for (std::size_t k = 0; k < curve.way.size(); ++k)
@@ -86,12 +86,12 @@ TEST(ForceCurves, HaveNoLoadWithoutAResultant) {
         load_case.condition_on[f] = on_all_sides;
         load_case.value[f] = -100.0 * core::area_vector(result.problem.body->mesh, static_cast<int>(f)).normalized();
     }
-    EXPECT_TRUE(of_place(result, "load").empty());
+    EXPECT_TRUE(curves_at(result, "load").empty());
     result = loaded();
     for (auto &condition : result.problem.load_case.conditions)
         if (condition.is_given_load())
             condition.kind = core::ConditionKind::pressure;
-    EXPECT_TRUE(of_place(result, "load").empty()); // what follows the surface has no direction of its own
+    EXPECT_TRUE(curves_at(result, "load").empty()); // what follows the surface has no direction of its own
 }
 
 } // namespace

@@ -74,13 +74,13 @@ TEST(OneReference, StandsAboveTheTablesInASentence) {
 TEST(OneReference, IsNeverBesideAnotherInOneGroup) {
     const std::vector<Result> results{against("fem_p2p1_neo_hookean", core::Regime::large), against("fem_p2p1_refined"),
                                       against("fem_p2p1"), without_reference(), against("fem_p2p1_refined")};
-    const auto groups = of_one_reference(results);
+    const auto groups = groups_by_reference(results);
     ASSERT_EQ(sizes_of(groups), (std::vector<std::size_t>{3, 1, 1})); // what has none is with the first
     EXPECT_EQ(reference_of(groups[0][0]), "fem_p2p1_refined");
     EXPECT_EQ(reference_of(groups[1][0]), "fem_p2p1");
     EXPECT_EQ(groups[2][0].problem.load_case.regime, core::Regime::large);
-    EXPECT_TRUE(of_one_reference({}).empty());
-    EXPECT_EQ(of_one_reference(std::vector{without_reference()}).size(), 1u);
+    EXPECT_TRUE(groups_by_reference({}).empty());
+    EXPECT_EQ(groups_by_reference(std::vector{without_reference()}).size(), 1u);
 }
 
 TEST(OneReference, CallsNothingOkWhereItWasNotFound) {

@@ -26,7 +26,7 @@ struct Sequence {
     }
 };
 
-/// Where errors halve with the mesh size, the estimate is the error.
+/// Errors that halve with the mesh size are estimated exactly.
 TEST(ReferenceUncertainty, IsTheErrorOfASequenceOfFirstOrder) {
     const Sequence sequence;
     const auto found = sequence.estimate(0.04, 0.02);

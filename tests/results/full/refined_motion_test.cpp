@@ -34,7 +34,7 @@ core::Problem let_go(core::Regime regime, double traction) {
     return {body, load_case};
 }
 
-/// Of mixed elements on a mesh with edges of a half, of an eighth at the rims, in steps of an eighth.
+/// Motion of mixed elements on a mesh with edges of a half, of an eighth at the rims, in steps of an eighth.
 core::History finer(const core::Problem &problem) {
     constexpr int steps = 8;
     auto fine = core::refine_at_rims(core::refine(problem), 2);

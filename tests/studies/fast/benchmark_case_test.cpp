@@ -7,11 +7,11 @@
 
 #include "meshes/io/body_reader.hpp"
 #include "results/one_reference.hpp"
-#include "results/records/calibration.hpp"
+#include "results/records/springs.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/run/run.hpp"
 #include "tests/bad_input.hpp"
-#include "tests/samples/records/sample_calibration.hpp"
+#include "tests/samples/records/sample_records.hpp"
 #include "tests/samples/small_bar.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -6,9 +6,8 @@
 
 #include "results/hdf5/result_file.hpp"
 #include "tests/app/cli/bad_inputs/bad_inputs.hpp"
-#include "tests/samples/records/sample_calibration.hpp"
+#include "tests/samples/records/sample_records.hpp"
 #include "tests/samples/records/sample_result.hpp"
-#include "tests/samples/records/sample_timings.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {

@@ -7,17 +7,14 @@
 #include <memory>
 
 #include "results/hdf5/result_file.hpp"
-#include "results/hdf5/result_files.hpp"
 #include "results/records/experiment.hpp"
 #include "results/records/needle.hpp"
 #include "studies/report/report_data.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/samples/records/sample_experiment.hpp"
-#include "tests/samples/records/sample_needles.hpp"
+#include "tests/samples/records/sample_records.hpp"
 #include "tests/samples/records/sample_result.hpp"
-#include "tests/samples/records/sample_timings.hpp"
 
 namespace livermark::studies {
 namespace {

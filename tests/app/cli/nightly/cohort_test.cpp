@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 #include <string>
 
-#include "results/hdf5/files/cohort_file.hpp"
 #include "results/hdf5/result_file.hpp"
+#include "results/records/cohort.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"
 

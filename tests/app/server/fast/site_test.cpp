@@ -11,7 +11,6 @@
 #include "app/server/site.hpp"
 #include "core/support/input_error.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "results/hdf5/result_files.hpp"
 #include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::server {
