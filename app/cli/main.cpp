@@ -19,16 +19,15 @@
 #include <utility>
 #include <vector>
 
-#include "app/cli/commands/commands.hpp"
-#include "app/cli/common_options.hpp"
+#include "app/cli/commands.hpp"
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
 #include "core/support/processes/mpi_session.hpp"
 #include "core/support/processes/own_process.hpp"
 #include "msm/implicit_integrators.hpp"
-#include "studies/files.hpp"
 #include "studies/models/model_table.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::cli {
 

@@ -1,4 +1,4 @@
-#include "app/server/serve.hpp"
+#include "app/server/site.hpp"
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -25,7 +25,6 @@
 #include <utility>
 #include <variant>
 
-#include "app/server/site.hpp"
 #include "app/server/sockets.hpp"
 #include "core/support/input_error.hpp"
 

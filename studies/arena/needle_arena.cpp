@@ -1,4 +1,4 @@
-#include "studies/arena/needle_arena.hpp"
+#include "studies/arena/arena.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,12 +13,10 @@
 #include "results/provenance.hpp"
 #include "results/quantile.hpp"
 #include "results/records/needle.hpp"
-#include "studies/arena/arena_problems.hpp"
-#include "studies/arena/frame_loop.hpp"
-#include "studies/files.hpp"
+#include "studies/arena/arena_run.hpp"
 #include "studies/models/motion/moving_method.hpp"
-#include "studies/needle/insertion.hpp"
 #include "studies/needle/needle_study.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 
@@ -258,12 +256,12 @@ ReferenceOfNeedle reference_of_needle(const core::Problem &problem, const core::
 
 } // namespace
 
-NeedleArenaResults run_needle_arena(const ArenaOptions &options, const NeedleArenaOptions &needle_options,
-                                    const std::string &command_line, const ProgressReport &report) {
+Found<results::NeedleFile> run_needle_arena(const ArenaOptions &options, const NeedleArenaOptions &needle_options,
+                                            const std::string &command_line, const ProgressReport &report) {
     const auto [methods, left_out] = chosen_methods_with_needle(options.methods);
     const auto reference = needle_reference_model(needle_options.reference_on_mesh);
     const models::NeedlePlan plan{.speed = needle_options.speed, .rest = needle_options.rest};
-    NeedleArenaResults done;
+    Found<results::NeedleFile> done;
     const auto problems = read_with_needles({.bodies = options.bodies,
                                              .load_case = options.load_case,
                                              .models = {},
@@ -304,7 +302,7 @@ NeedleArenaResults run_needle_arena(const ArenaOptions &options, const NeedleAre
             file.needles.push_back(std::move(study));
         }
         results::write_needles(output.path(), file);
-        done.of_body.push_back(std::move(file));
+        done.records.push_back(std::move(file));
     }
     return done;
 }

@@ -22,9 +22,8 @@
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"
 #include "results/records/cohort.hpp"
-#include "studies/files.hpp"
-#include "studies/run/benchmark_case.hpp"
 #include "studies/run/run.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 

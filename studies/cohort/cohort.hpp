@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "results/hdf5/files/cohort_file.hpp"
-#include "studies/progress.hpp"
 #include "studies/run/run.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 

@@ -14,13 +14,12 @@
 #include "meshes/cutting/cut.hpp"
 #include "results/provenance.hpp"
 #include "results/records/cut.hpp"
-#include "studies/advise/step_cost.hpp"
-#include "studies/cutting/growing_cut.hpp"
-#include "studies/files.hpp"
+#include "studies/advise/advise.hpp"
 #include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/motion/frame_body.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 

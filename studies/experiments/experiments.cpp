@@ -19,9 +19,9 @@
 #include "meshes/generators/delaunay.hpp"
 #include "results/provenance.hpp"
 #include "results/records/experiment.hpp"
-#include "studies/files.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/motion/moving_method.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 

@@ -1,4 +1,4 @@
-#include "studies/experiments/ring_downs.hpp"
+#include "studies/experiments/experiments.hpp"
 
 #include <cmath>
 #include <fmt/format.h>

@@ -15,11 +15,10 @@
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"
 #include "results/records/needle.hpp"
-#include "studies/files.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/pushed_model.hpp"
-#include "studies/needle/insertion.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 
@@ -43,23 +42,6 @@ core::Model needle_reference_model(bool on_mesh, core::Regime regime) {
     const auto judge = models::static_reference(regime);
     return support::find_named(models_that_take_needles(regime), on_mesh ? judge.on_mesh : judge.refined,
                                kind_of_model);
-}
-
-std::vector<core::Model> models_with_needles(const NeedleOptions &options) {
-    const auto able = models_that_take_needles(options.regime);
-    std::vector<core::Model> chosen{needle_reference_model(options.reference_on_mesh, options.regime)};
-    const auto add = [&](const core::Model &model) {
-        if (std::ranges::find(chosen, model.name, &core::Model::name) == chosen.end())
-            chosen.push_back(model);
-    };
-    for (const auto &name : options.models)
-        add(support::find_named(able, name, kind_of_model));
-    if (options.models.empty())
-        for (const auto &model : able)
-            if (!model.only_when_named && model.role_at_rest(options.regime) != core::Role::refined_reference &&
-                (!model.only || model.only == options.regime))
-                add(model);
-    return chosen;
 }
 
 std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::vector<std::string> &notes) {
@@ -87,6 +69,25 @@ std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::
 }
 
 namespace {
+
+/// The reference first, then those that were asked for, each once.
+/// @throws support::InputError for a model that cannot tell
+std::vector<core::Model> models_with_needles(const NeedleOptions &options) {
+    const auto able = models_that_take_needles(options.regime);
+    std::vector<core::Model> chosen{needle_reference_model(options.reference_on_mesh, options.regime)};
+    const auto add = [&](const core::Model &model) {
+        if (std::ranges::find(chosen, model.name, &core::Model::name) == chosen.end())
+            chosen.push_back(model);
+    };
+    for (const auto &name : options.models)
+        add(support::find_named(able, name, kind_of_model));
+    if (options.models.empty())
+        for (const auto &model : able)
+            if (!model.only_when_named && model.role_at_rest(options.regime) != core::Role::refined_reference &&
+                (!model.only || model.only == options.regime))
+                add(model);
+    return chosen;
+}
 
 void note_change(results::NeedleStudy &study, const results::NeedleRun &coarser) {
     study.reference_miss_change = (study.runs.front().miss() - coarser.miss()).norm();
@@ -161,10 +162,10 @@ int meshes_of(const std::vector<core::Model> &models, core::Regime regime) {
 
 } // namespace
 
-NeedleResults drive_needles(const NeedleOptions &options, const std::string &command_line,
-                            const ProgressReport &report) {
+Found<results::NeedleFile> drive_needles(const NeedleOptions &options, const std::string &command_line,
+                                         const ProgressReport &report) {
     const auto models = models_with_needles(options);
-    NeedleResults done;
+    Found<results::NeedleFile> done;
     const auto problems = read_with_needles(options, done.notes);
     std::size_t num_needles = 0;
     for (const auto &[problem, needles] : problems)
@@ -183,7 +184,7 @@ NeedleResults drive_needles(const NeedleOptions &options, const std::string &com
         for (const auto &needle : needles)
             file.needles.push_back(drive(problem, needle, models, steps));
         results::write_needles(output.path(), file);
-        done.of_body.push_back(std::move(file));
+        done.records.push_back(std::move(file));
     }
     return done;
 }

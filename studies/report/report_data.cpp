@@ -27,7 +27,7 @@
 #include "results/tables/overview.hpp"
 #include "results/tables/table.hpp"
 #include "results/tables/tool_cells.hpp"
-#include "studies/run/benchmark_case.hpp"
+#include "studies/run/run.hpp"
 
 namespace livermark::studies {
 

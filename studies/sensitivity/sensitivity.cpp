@@ -19,12 +19,11 @@
 #include "results/problem_key.hpp"
 #include "results/provenance.hpp"
 #include "results/quantile.hpp"
-#include "studies/files.hpp"
 #include "studies/models/model_table.hpp"
-#include "studies/run/benchmark_case.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/run/run.hpp"
 #include "studies/run/solutions.hpp"
-#include "studies/sensitivity/patient.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 

@@ -11,7 +11,7 @@
 #include "results/records/needle.hpp"
 #include "results/records/stability.hpp"
 #include "results/records/timings.hpp"
-#include "studies/run/benchmark_case.hpp"
+#include "studies/run/run.hpp"
 #include "tests/samples/records/sample_arena.hpp"
 #include "tests/samples/records/sample_calibration.hpp"
 #include "tests/samples/records/sample_cohort.hpp"

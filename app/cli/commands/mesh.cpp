@@ -6,11 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "app/cli/commands/commands.hpp"
-#include "app/cli/common_options.hpp"
+#include "app/cli/commands.hpp"
 #include "app/cli/image_bodies.hpp"
-#include "app/cli/progress.hpp"
-#include "app/cli/segment.hpp"
+#include "app/cli/printing.hpp"
 #include "core/mesh/plausible_liver.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/files.hpp"
@@ -24,10 +22,10 @@
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
-#include "studies/advise/step_cost.hpp"
-#include "studies/files.hpp"
+#include "studies/advise/advise.hpp"
 #include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::cli {
 

@@ -6,8 +6,7 @@
 
 #include "core/support/input_error.hpp"
 #include "results/records/cut.hpp"
-#include "studies/advise/step_cost.hpp"
-#include "studies/cutting/growing_cut.hpp"
+#include "studies/advise/advise.hpp"
 #include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
 #include "tests/bad_input.hpp"

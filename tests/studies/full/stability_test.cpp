@@ -1,4 +1,4 @@
-#include "studies/stability/stability.hpp"
+#include "studies/frequencies/frequencies.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,8 +28,8 @@ TEST(Stability, OfRunsIsAsPredictedFromTheLargestFrequency) {
     auto options = of_bar("stability_runs");
     options.integrators = {"symplectic_euler", "runge_kutta_4", "implicit_euler"};
     const auto found = find_stability(options, "test", {});
-    ASSERT_EQ(found.of_body.size(), 1u);
-    const auto &bar = found.of_body[0];
+    ASSERT_EQ(found.records.size(), 1u);
+    const auto &bar = found.records[0];
     ASSERT_EQ(bar.limits.size(), 3u);
     EXPECT_NEAR(bar.limits[0].undamped.predicted * bar.largest_frequency, 2.0, 1e-6);
     EXPECT_NEAR(bar.limits[1].undamped.predicted * bar.largest_frequency, std::sqrt(8.0), 1e-6);
@@ -51,9 +51,9 @@ TEST(Stability, KnowsTheSpringsOfEveryModelThatIsMadeOfThem) {
     options.integrators = {"symplectic_euler"};
     options.models = {"lloyd", "nodal_neo_hookean", "van_gelder_nodal_volume"};
     const auto found = find_stability(options, "test", {});
-    ASSERT_EQ(found.of_body.size(), 3u);
+    ASSERT_EQ(found.records.size(), 3u);
     for (std::size_t m = 0; m < options.models.size(); ++m) {
-        const auto &stability = found.of_body[m];
+        const auto &stability = found.records[m];
         EXPECT_EQ(stability.model, options.models[m]);
         EXPECT_TRUE(stability.spring_law.empty());
         EXPECT_TRUE(is_as_predicted(stability)) << stability.model;
@@ -64,7 +64,7 @@ TEST(Stability, KnowsTheSpringsOfEveryModelThatIsMadeOfThem) {
     }
     options.models.clear(); // the law of the same name gives the same springs
     options.no_observed = true;
-    EXPECT_EQ(find_stability(options, "test", {}).of_body.at(0).largest_frequency, found.of_body[0].largest_frequency);
+    EXPECT_EQ(find_stability(options, "test", {}).records.at(0).largest_frequency, found.records[0].largest_frequency);
 }
 
 TEST(Stability, OfAModelIsTheStepOfItsResultFiles) {
@@ -77,7 +77,7 @@ TEST(Stability, OfAModelIsTheStepOfItsResultFiles) {
     const auto model = std::ranges::find(known, "nodal_springs", &core::Model::name);
     const auto problems = read_scaled_problems(options.bodies, options.load_case, {}).problems;
     const auto solution = model->solve(problems.at(0));
-    EXPECT_NEAR(solution.explicit_steps->critical_time_step / found.of_body.at(0).limits.at(0).undamped.predicted, 1.0,
+    EXPECT_NEAR(solution.explicit_steps->critical_time_step / found.records.at(0).limits.at(0).undamped.predicted, 1.0,
                 1e-6);
 }
 
@@ -97,9 +97,9 @@ TEST(Stability, WithoutRunsHasPredictionsOnlyAndIsNotContradicted) {
     int num_steps = 0;
     const auto found = find_stability(options, "test", [&](int, int, const std::string &) { ++num_steps; });
     EXPECT_GT(num_steps, 1);
-    for (const auto &limits : found.of_body.at(0).limits)
+    for (const auto &limits : found.records.at(0).limits)
         EXPECT_TRUE(std::isnan(limits.undamped.observed)) << limits.integrator;
-    EXPECT_TRUE(is_as_predicted(found.of_body[0]));
+    EXPECT_TRUE(is_as_predicted(found.records[0]));
 }
 
 TEST(Stability, IsNotAsPredictedWhereARunDiffers) {

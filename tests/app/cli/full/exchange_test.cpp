@@ -4,6 +4,7 @@
 #include <fmt/ostream.h>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <string>
 
 #include "results/hdf5/result_file.hpp"
 #include "tests/livermark_command.hpp"
@@ -19,10 +20,7 @@ class Exchange : public testing::Test {
   protected:
     void SetUp() override {
         folder_ = tests::folder_with_bar("exchange");
-        std::ofstream(folder_ / "pull.toml")
-            << "title = \"pull\"\ntarget_peak_displacement = 0.001\nacceleration = [0.0, 0.0, -0.5]\n[[condition]]\n"
-               "patch = \"x_min\"\ndisplacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\n"
-               "traction = [10.0, 0.0, 0.0]\n";
+        tests::write_pull(folder_, "pull", 10.0, "acceleration = [0.0, 0.0, -0.5]\n");
     }
 
     std::string at(const std::string &name) const { return (folder_ / name).string(); }
@@ -90,23 +88,71 @@ TEST_F(Exchange, AProblemIsWrittenInThreeFormats) {
     EXPECT_TRUE(fs::exists(folder / "pull.inp"));
 }
 
-TEST_F(Exchange, WhatCannotBeScoredIsRefused) {
-    std::ofstream(folder_ / "solution.csv") << "x,y,z,ux,uy,uz\n1,2,3,0,0,0\n";
-    for (const auto &[arguments, part] : {
-             std::pair{fmt::format("score {} {}", problem(), at("solution.csv")), "belongs to another mesh"},
-             {fmt::format("score {} {}", problem(), at("no.csv")), "check the path"},
-             {fmt::format("score {} {} --name fem_p1", problem(), at("solution.csv")), "choose another --name"},
-             {fmt::format("score {} {} --name a/b", problem(), at("solution.csv")), "letters, digits"},
-             {fmt::format("score {}", problem()), "solution"},
-             {fmt::format("export {} palpatoin", at("bar.toml")), "did you mean 'palpation'?"},
-             {fmt::format("export {} palpation", at("bar.toml")), "no patch"},
-         }) {
-        const auto outcome = tests::livermark(arguments);
-        EXPECT_EQ(outcome.status, 2) << arguments << "\n" << outcome.output;
-        EXPECT_NE(outcome.output.find(part), std::string::npos) << outcome.output;
+} // namespace
+} // namespace livermark
+
+namespace livermark::tests {
+namespace {
+
+bool says(const Outcome &outcome, const std::string &text) {
+    return outcome.output.find(text) != std::string::npos;
+}
+
+TEST(AdviseCommand, NamesModelsStepsErrorsAndCaveatsOfAMeshAlone) {
+    const auto mesh = (folder_with_bar("advise") / "bar.msh").string();
+    const auto advised = livermark("advise " + mesh);
+    ASSERT_EQ(advised.status, 0) << advised.output;
+    for (const auto *part : {"For touch", "For position", "one stiffness on each edge", "What matters on this body",
+                             "critical step [ms]", "results/cohorts/", "one layer of tetrahedra thick", "  3. "})
+        EXPECT_TRUE(says(advised, part)) << part << '\n' << advised.output;
+    EXPECT_FALSE(says(advised, "nan")) << advised.output;
+    EXPECT_FALSE(says(advised, "about 0 ")) << advised.output;
+    expect_outcome(livermark("advise " + mesh + " --budget 1e-9"), 2, {"every model takes longer"});
+    const auto json = livermark("advise --body " + mesh + " --poisson 0.3 --json");
+    expect_outcome(json, 0, {"{\n \"body\" : {", "\"poisson_ratio\" : 0.29999999999999999"});
+}
+
+TEST(BodyArgument, IsTheSameBehindTheCommandAndBehindAnOption) {
+    const auto folder = folder_with_bar("body_argument");
+    const auto body = (folder / "bar.toml").string();
+    std::ofstream(folder / "hang.toml") << "acceleration = [0.0, 0.0, -0.1]\n[[condition]]\npatch = \"x_min\"\n"
+                                           "displacement = [0.0, 0.0, 0.0]\n";
+    const auto hang = (folder / "hang.toml").string(), out = (folder / "out").string();
+    for (const auto &arguments :
+         {"modes " + body + " --load-case " + hang, "modes --body " + body + " --load-case " + hang,
+          "run " + body + " --load-case " + hang + " --model lloyd --reference-on-mesh",
+          "run --body " + body + " --load-case " + hang + " --model lloyd --reference-on-mesh",
+          "export " + body + " " + hang, "export --body " + body + " --load-case " + hang}) {
+        const auto done = livermark(arguments + " --output " + out);
+        EXPECT_EQ(done.status, 0) << arguments << '\n' << done.output;
     }
-    EXPECT_FALSE(fs::exists(folder_ / "results"));
+}
+
+TEST(HelpCommand, IsTheHelpOfACommandAndNamesTheEnvironment) {
+    EXPECT_EQ(livermark("help modes").output, livermark("modes --help").output);
+    const auto help = livermark("help");
+    expect_outcome(help, 0, {"LIVERMARK_ROOT"});
+}
+
+TEST(Modes, OfABarThatShipsAreConstrainedAsInALoadCaseThatFits) {
+    const auto folder = folder_with_bar("modes_of_beam");
+    const auto found = livermark("modes beam --model lloyd --count 2 --output " + (folder / "out").string());
+    expect_outcome(found, 0, {"beam: constrained as in beam_bend, because traction does not fit"});
+}
+
+TEST(RootFolder, IsThatOfTheTreeThatTheProgramLiesIn) {
+    namespace fs = std::filesystem;
+    const auto copy = folder_with_bar("copied_tree");
+    for (const auto *folder : {"meshes", "load_cases"})
+        fs::create_directories(copy / folder);
+    fs::create_directories(copy / "build" / "release");
+    std::ofstream(copy / "meshes" / "liver_healthy.toml") << "title = \"of the copy\"\nmesh = \"none.msh\"\n";
+    const auto program = copy / "build" / "release" / "livermark";
+    fs::copy_file(LIVERMARK_BINARY, program);
+    const auto listed = run_command("env --unset=LIVERMARK_ROOT " + program.string() + " list bodies");
+    expect_outcome(listed, 0, {"of the copy"});
+    EXPECT_FALSE(says(listed, "liver_tumours")) << listed.output;
 }
 
 } // namespace
-} // namespace livermark
+} // namespace livermark::tests

@@ -11,7 +11,7 @@
 #include "results/records/experiment.hpp"
 #include "results/records/needle.hpp"
 #include "studies/report/report_data.hpp"
-#include "studies/run/benchmark_case.hpp"
+#include "studies/run/run.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_experiment.hpp"
@@ -148,8 +148,7 @@ TEST_F(Report, IsMadeOfTheOtherFilesWhereOneIsRefused) {
     EXPECT_EQ(outcome.output.find("Traceback"), std::string::npos) << outcome.output;
     EXPECT_NE(text_of(directory_ / "report.html").find("good.h5"), std::string::npos);
     const auto table = tests::livermark("table " + directory_.string());
-    EXPECT_EQ(table.status, 0) << table.output;
-    EXPECT_NE(table.output.find("passed over: "), std::string::npos) << table.output;
+    tests::expect_outcome(table, 0, {"passed over: "});
 }
 
 TEST_F(Report, IsThereWithoutAnyRun) {
@@ -269,9 +268,7 @@ TEST_F(Report, SaysWhatItLeftOut) {
     write("second.h5", tests::sample_result());
     std::filesystem::resize_file(directory_ / "second.h5", 5000);
     const auto outcome = tests::livermark("report " + directory_.string());
-    EXPECT_EQ(outcome.status, 1) << outcome.output;
-    EXPECT_NE(outcome.output.find("left out: " + (directory_ / "second.h5").string()), std::string::npos)
-        << outcome.output;
+    tests::expect_outcome(outcome, 1, {"left out: " + (directory_ / "second.h5").string()});
     expect_parts(text_of(directory_ / "report.html"), {"1 of runs", "<dt>Left out</dt><dd>second.h5"});
 }
 
@@ -280,8 +277,7 @@ TEST_F(Report, IsRefusedWithDamagedFilesAloneAndLeavesAnEarlierReport) {
     const auto before = page();
     std::filesystem::resize_file(path_, 5000);
     const auto outcome = tests::livermark("report " + directory_.string());
-    EXPECT_EQ(outcome.status, 2) << outcome.output;
-    EXPECT_NE(outcome.output.find(path_.string()), std::string::npos) << outcome.output;
+    tests::expect_outcome(outcome, 2, {path_.string()});
     EXPECT_EQ(text_of(directory_ / "report.html"), before);
     EXPECT_EQ(files().size(), 2u) << "something was left behind";
 }

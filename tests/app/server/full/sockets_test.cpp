@@ -15,7 +15,7 @@
 #include <thread>
 #include <unistd.h>
 
-#include "app/server/serve.hpp"
+#include "app/server/site.hpp"
 #include "core/support/input_error.hpp"
 #include "tests/web_client.hpp"
 

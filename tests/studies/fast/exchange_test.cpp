@@ -1,0 +1,202 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "core/error_norms.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "studies/exchange/exchange.hpp"
+#include "tests/bad_input.hpp"
+#include "tests/samples/small_bar.hpp"
+
+namespace livermark::studies {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A small bar under its weight and a traction, as a body and a load case of a user.
+class ExchangeStudy : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = tests::folder_with_bar("exchange_study");
+        tests::write_pull(folder_, "pull", 10.0, "acceleration = [0.0, 0.0, -0.5]\n");
+        scored.body = exported.body = at("bar.toml");
+        scored.load_case = exported.load_case = at("pull.toml");
+        scored.solution = at("solution.csv");
+        scored.output = at("scores");
+        exported.output = at("out");
+    }
+    std::string at(const std::string &name) const { return (folder_ / name).string(); }
+
+    /// Writes the displacements of a model, multiplied, as somebody else's, from the last node to the first.
+    void write_csv(const results::Result &result, const std::string &model, double factor) const {
+        const auto found = std::ranges::find(result.models, model, &results::ModelResult::name);
+        std::ofstream out(at("solution.csv"));
+        out << "x,y,z,ux,uy,uz\n";
+        for (std::size_t i = result.problem.body->mesh.points.size(); i-- > 0;) {
+            const auto &x = result.problem.body->mesh.points[i];
+            const core::Vector3 u = factor * found->solution.displacement[i];
+            fmt::print(out, "{},{},{},{},{},{}\n", x.x(), x.y(), x.z(), u.x(), u.y(), u.z());
+        }
+    }
+
+    fs::path folder_;
+    ScoreOptions scored;
+    ExportOptions exported;
+};
+
+const results::ModelResult &find(const results::Result &result, const std::string &name) {
+    return *std::ranges::find(result.models, name, &results::ModelResult::name);
+}
+
+TEST_F(ExchangeStudy, ASolutionHasTheErrorThatOurOwnModelWithTheSameHas) {
+    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
+    results::Result zero{.provenance = {}, .problem = problem, .models = {}};
+    zero.models.resize(1);
+    zero.models[0].name = "zero";
+    zero.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Zero());
+    write_csv(zero, "zero", 1.0);
+    const auto nothing = score(scored, "test", {}).result;
+    EXPECT_EQ(find(nothing, "mine").comparison->relative_l2, 1.0) << "all of the displacement is missing";
+
+    write_csv(nothing, "fem_p1", 1.0);
+    const auto found = score(scored, "test", {});
+    const auto &theirs = *find(found.result, "mine").comparison, &ours = *find(found.result, "fem_p1").comparison;
+    EXPECT_EQ(theirs.reference, ours.reference);
+    EXPECT_EQ(theirs.relative_l2, ours.relative_l2);
+    EXPECT_EQ(theirs.max_error, ours.max_error);
+    EXPECT_TRUE(std::isnan(theirs.reaction_error)) << "nothing is said of forces";
+    EXPECT_EQ(found.file, fs::path(at("scores")) / "bar" / "pull.mine.h5");
+    EXPECT_EQ(find(results::read_result(found.file), "mine").comparison->relative_l2, theirs.relative_l2);
+
+    // Twice the reference is as wrong as nothing.
+    write_csv(found.result, theirs.reference, 2.0);
+    EXPECT_NEAR(find(score(scored, "test", {}).result, "mine").comparison->relative_l2, 1.0, 1e-12);
+}
+
+TEST_F(ExchangeStudy, AProblemIsWrittenInThreeFormats) {
+    const auto found = export_problem(exported, "test");
+    ASSERT_EQ(found.files.size(), 3u);
+    for (const auto &file : found.files)
+        EXPECT_GT(fs::file_size(file), 0u) << file;
+    const auto result = results::read_result(found.files[0]);
+    EXPECT_TRUE(result.models.empty());
+    EXPECT_EQ(result.problem.load_case.acceleration, core::Vector3(0.0, 0.0, -0.5));
+    std::ifstream inp(found.files[1]);
+    std::string line;
+    int num_nodes = -1;
+    for (bool is_node = false; std::getline(inp, line);) {
+        if (line.starts_with("*"))
+            is_node = line.starts_with("*NODE,");
+        num_nodes += is_node ? 1 : 0; // the heading too
+    }
+    EXPECT_EQ(num_nodes, result.problem.body->mesh.num_nodes());
+}
+
+TEST_F(ExchangeStudy, ASolutionOfAnotherMeshAndANameThatIsTakenAreRefused) {
+    std::ofstream(at("solution.csv")) << "x,y,z,ux,uy,uz\n1,2,3,0,0,0\n";
+    tests::expect_input_error([&] { score(scored, "test", {}); }, {"belongs to another mesh"});
+    scored.name = "fem_p1";
+    tests::expect_input_error([&] { score(scored, "test", {}); }, {"choose another --name"});
+    EXPECT_FALSE(fs::exists(at("scores")));
+}
+
+TEST_F(ExchangeStudy, AsksWhetherASolutionIsInMillimetres) {
+    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
+    results::Result own{.provenance = {}, .problem = problem, .models = {}};
+    own.models.resize(1);
+    own.models[0].name = "own";
+    own.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3(1e-4, 0.0, 0.0));
+    write_csv(own, "own", 1.0);
+    const double in_metres = find(score(scored, "test", {}).result, "mine").comparison->relative_l2;
+
+    write_csv(own, "own", 1000.0);
+    tests::expect_input_error([&] { score(scored, "test", {}); }, {"these seem to be millimetres", "or --unit mm"});
+    scored.unit = "mm";
+    EXPECT_NEAR(find(score(scored, "test", {}).result, "mine").comparison->relative_l2, in_metres, 1e-9);
+    scored.unit = "m"; // as it is
+    EXPECT_GT(find(score(scored, "test", {}).result, "mine").comparison->relative_l2, 10.0);
+}
+
+TEST_F(ExchangeStudy, DoubtsTheSignOfDisplacementsThatPointAgainstTheReference) {
+    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
+    results::Result own{.provenance = {}, .problem = problem, .models = {}};
+    own.models.resize(1);
+    own.models[0].name = "own";
+    own.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Zero());
+    write_csv(own, "own", 1.0);
+    const auto solved = score(scored, "test", {});
+    EXPECT_TRUE(solved.notes.empty()) << solved.notes.front();
+    write_csv(solved.result, "fem_p1", 1.0);
+    EXPECT_TRUE(score(scored, "test", {}).notes.empty());
+    write_csv(solved.result, "fem_p1", -0.5);
+    const auto notes = score(scored, "test", {}).notes;
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_NE(notes[0].find("the displacements of mine point against those of fem_p2"), std::string::npos) << notes[0];
+    EXPECT_NE(notes[0].find("correlation -1.00); check their sign"), std::string::npos) << notes[0];
+}
+
+TEST_F(ExchangeStudy, RefusesPositionsInPlaceOfDisplacements) {
+    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
+    results::Result own{.provenance = {}, .problem = problem, .models = {}};
+    own.models.resize(1);
+    own.models[0].name = "own";
+    for (const double per_metre : {1.0, 1000.0}) {
+        own.models[0].solution.displacement = problem.body->mesh.points;
+        for (auto &position : own.models[0].solution.displacement)
+            position = per_metre * (position + core::Vector3(0.001, 0.0, 0.0));
+        write_csv(own, "own", 1.0);
+        tests::expect_input_error([&] { score(scored, "test", {}); },
+                                  {"seem to be positions of the nodes", "0.001 m away", "subtract the coordinates"});
+    }
+}
+
+TEST_F(ExchangeStudy, SaysWhatWillTakeLongBeforeItIsSolved) {
+    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
+    results::Result own{.provenance = {}, .problem = problem, .models = {}};
+    own.models.resize(1);
+    own.models[0].name = "own";
+    own.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Zero());
+    write_csv(own, "own", 1.0);
+    const auto steps = [&] {
+        std::vector<std::string> found;
+        score(scored, "test", [&](int step, int num_steps, const std::string &about) {
+            EXPECT_EQ(step, static_cast<int>(found.size()) + 1);
+            EXPECT_LE(step, num_steps);
+            found.push_back(step == num_steps ? about + ", the last" : about);
+        });
+        return found;
+    };
+    const auto size = fmt::format(" on {} tetrahedra", problem.body->mesh.num_tetrahedra());
+    const auto found = steps();
+    EXPECT_EQ(found.front(), "fem_p1" + size);
+    EXPECT_EQ(found.back(), "mine, the last");
+    const auto refined = size + " and finer meshes, which takes longest; --reference-on-mesh does without";
+    EXPECT_EQ(std::ranges::count_if(found, [&](const auto &about) { return about.ends_with(refined); }), 1);
+    scored.reference_on_mesh = true;
+    for (const auto &about : steps())
+        EXPECT_EQ(about.find("finer"), std::string::npos) << about;
+}
+
+TEST_F(ExchangeStudy, TakesCoordinatesInTheUnitOfTheDisplacementsToo) {
+    auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
+    results::Result own{.provenance = {}, .problem = problem, .models = {}};
+    own.models.resize(1);
+    own.models[0].name = "own";
+    own.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3(1e-4, 0.0, 0.0));
+    write_csv(own, "own", 1.0);
+    const double in_metres = find(score(scored, "test", {}).result, "mine").comparison->relative_l2;
+    auto in_millimetres = *problem.body;
+    for (auto &point : in_millimetres.mesh.points)
+        point *= 1000.0;
+    own.problem.body = std::make_shared<const core::Body>(std::move(in_millimetres));
+    write_csv(own, "own", 1000.0);
+    scored.unit = "mm";
+    EXPECT_NEAR(find(score(scored, "test", {}).result, "mine").comparison->relative_l2, in_metres, 1e-9);
+}
+
+} // namespace
+} // namespace livermark::studies
