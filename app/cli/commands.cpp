@@ -78,7 +78,7 @@ class ArgumentsOnce : public CLI::Formatter {
 
 using Regimes = std::vector<core::Regime>;
 
-/// What the help of every command says of a body.
+/// Words for a body in the help of every command.
 constexpr auto *body_words =
     "a name as in 'livermark list bodies', or the path of a body .toml, a mesh, or a segmentation, which is meshed "
     "first: a label image (NIfTI, NRRD, MetaImage, DICOM), or closed surfaces (STL, OBJ, PLY, VTK, VTP), the liver and "

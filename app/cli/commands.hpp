@@ -104,7 +104,7 @@ void add_materials(CLI::App &command, meshes::MaterialOverride &material);
 /// --reference-on-mesh; its old name is refused.
 void add_reference_on_mesh(CLI::App &command, bool &reference_on_mesh);
 
-/// What to run, and how: --load-case, --regime, --model, --sweep, --poisson, --reference-on-mesh and --jobs
+/// Choices of a run: --load-case, --regime, --model, --sweep, --poisson, --reference-on-mesh and --jobs
 void add_run_choices(CLI::App &command, const std::shared_ptr<studies::RunOptions> &options);
 
 /// In ascending order, each once.

@@ -52,7 +52,8 @@ std::vector<fs::path> files_in(const fs::path &folder) {
     return files;
 }
 
-/// What a line of a header may name: each of its words, all of it, and all behind its key, because names have spaces.
+/// Names that a line of a header may have: each of its words, all of it, and all behind its key, because names have
+/// spaces.
 std::vector<std::string> names_in(const std::string &line) {
     std::vector<std::string> names;
     std::istringstream words(line);
@@ -81,7 +82,7 @@ std::vector<fs::path> data_files(const fs::path &header) {
     return files;
 }
 
-/// What belongs to a file or folder, in an order that does not depend on the disk.
+/// Files that belong to a file or folder, in an order that does not depend on the disk.
 std::vector<fs::path> all_files(const fs::path &source) {
     std::vector<fs::path> files;
     std::error_code error;
@@ -215,7 +216,7 @@ support::Printed segment(std::vector<std::string> words) {
     return printed;
 }
 
-/// What a run is called without what only says to do it again.
+/// A command line without the option that only says to do it again.
 std::string without_force(const std::string &command_line) {
     std::string words = command_line;
     constexpr std::string_view flag = " --force";

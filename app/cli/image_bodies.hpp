@@ -14,7 +14,7 @@ namespace livermark::cli {
 
 inline constexpr int default_tetrahedra = 16000;
 
-/// What `livermark mesh --labels` and `--surfaces` were asked for.
+/// Options of `livermark mesh --labels` and `--surfaces`.
 struct SegmentCommand {
     std::string labels{};                ///< file, or folder of a DICOM series
     std::vector<int> liver{}, tumours{}; ///< labels
@@ -35,12 +35,12 @@ struct SegmentCommand {
 int make_body_of_labels(const SegmentCommand &command);
 int make_body_of_surfaces(const SegmentCommand &command);
 
-/// What `livermark mesh check` says of a label image, or of a surface: lines of "name value unit".
+/// Figures of a label image, or of a surface, for `livermark mesh check`: lines of "name value unit".
 /// @throws support::InputError
 std::string figures_of_labels(const std::string &file);
 std::string figures_of_surface(const std::string &file);
 
-/// What `livermark mesh --phantom` was asked for.
+/// Options of `livermark mesh --phantom`.
 struct PhantomCommand {
     std::vector<double> spacing{0.8e-3, 0.8e-3, 3e-3}; ///< [m]
     std::vector<double> turn{0.0, 0.0, 0.0};           ///< rotation vector [rad]

@@ -193,7 +193,7 @@ int run(int argc, char **argv) {
     return bad_input;
 }
 
-/// What files and words from outside hold may break the line of a message.
+/// A message without what breaks its line: files and words from outside may hold that.
 std::string one_line(std::string message) {
     std::ranges::replace_if(
         message, [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; }, ' ');

@@ -64,7 +64,7 @@ std::string clock_text(double seconds) {
                         : fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
-/// What has passed since the first step, and what the rest takes if its steps are as long as those before.
+/// Time since the first step, and time that the rest takes if its steps are as long as those before.
 std::string time_text(double passed, int step, int num_steps) {
     constexpr double soonest = 5.0; // [s]
     if (passed < soonest)

@@ -73,13 +73,13 @@ Response not_there() {
 }
 
 bool is_own_host(std::string_view host, std::uint16_t port) {
-    constexpr std::uint16_t of_http = 80; // which browsers leave out
-    if (port == of_http && (host == "127.0.0.1" || host == "localhost"))
+    constexpr std::uint16_t port_of_http = 80; // which browsers leave out
+    if (port == port_of_http && (host == "127.0.0.1" || host == "localhost"))
         return true;
     return host == fmt::format("127.0.0.1:{}", port) || host == fmt::format("localhost:{}", port);
 }
 
-Response of_strangers() {
+Response strangers_refused() {
     return refusal(403, "Only pages of this server may ask it.");
 }
 
@@ -116,11 +116,11 @@ bool address_has_token(const Request &request, const Site &site) {
 std::optional<Response> refused(const Request &request, const Site &site, bool needs_origin) {
     if (!is_own_host(request.host, site.port) ||
         (request.origin ? !is_own_origin(*request.origin, site.port) : needs_origin))
-        return of_strangers();
+        return strangers_refused();
     const bool is_in_address = address_has_token(request, site);
     const bool is_visit = is_in_address && is_page(request.target.substr(0, request.target.find('?')));
     if (request.fetch_site && *request.fetch_site != "same-origin" && *request.fetch_site != "none" && !is_visit)
-        return of_strangers();
+        return strangers_refused();
     if (site.token.empty() || !(is_in_address || cookie_has_token(request.cookies, site.port, site.token)))
         return refusal(403, "The token is missing or an old one: open the address that `livermark view` printed where "
                             "it was started.");

@@ -163,7 +163,7 @@ std::vector<std::string> stems(const char *folder, const char *word) {
     return names;
 }
 
-/// What a file says of the program that wrote it, see "Where it comes from" in results/schema.md.
+/// Attributes of the program that wrote a file, see "Where it comes from" in results/schema.md.
 py::dict provenance(const std::string &command) {
     const auto found = results::current_provenance(command);
     py::dict attributes;

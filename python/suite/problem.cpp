@@ -29,7 +29,7 @@ const core::TetraMesh &mesh_of(const LoadedBody &loaded) {
 }
 
 /// A constant of its material for each tetrahedron.
-auto of_each_tetrahedron(double core::Material::*constant) {
+auto tetrahedron_values(double core::Material::*constant) {
     return [=](const LoadedBody &loaded) {
         const auto &body = *loaded.problem.body;
         py::array_t<double> values(static_cast<py::ssize_t>(body.mesh.region.size()));
@@ -82,9 +82,9 @@ void add_problem(py::module_ &module) {
             "small or large deformations")
         .def_property_readonly(
             "notes", [](const LoadedBody &p) { return p.notes; }, "sentences on what had to be assumed")
-        .def_property_readonly("young_modulus", of_each_tetrahedron(&core::Material::young_modulus), "(M) [Pa]")
-        .def_property_readonly("poisson_ratio", of_each_tetrahedron(&core::Material::poisson_ratio), "(M)")
-        .def_property_readonly("density", of_each_tetrahedron(&core::Material::density), "(M) [kg/m^3]")
+        .def_property_readonly("young_modulus", tetrahedron_values(&core::Material::young_modulus), "(M) [Pa]")
+        .def_property_readonly("poisson_ratio", tetrahedron_values(&core::Material::poisson_ratio), "(M)")
+        .def_property_readonly("density", tetrahedron_values(&core::Material::density), "(M) [kg/m^3]")
         .def_property_readonly(
             "prescribed_displacement", [](const LoadedBody &p) { return to_array(at_nodes(p.problem).displacement); },
             "(N, 3) [m], NaN where a component is free")
@@ -140,11 +140,11 @@ core::Solution solve(const LoadedBody &loaded, const std::string &name) {
     return without_interpreter([&] { return solution_of(loaded, name); });
 }
 
-template <class Member> auto of_springs(Member member) {
+template <class Member> auto springs_member(Member member) {
     return [=](const core::Solution &s) { return s.springs ? &((*s.springs).*member) : nullptr; };
 }
 
-template <class Member> auto of_history(Member member) {
+template <class Member> auto history_member(Member member) {
     return [=](const core::Solution &s) { return s.history ? &((*s.history).*member) : nullptr; };
 }
 
@@ -178,22 +178,22 @@ void add_solve(py::module_ &module, py::class_<LoadedBody> &problem) {
         .def_readonly("setup_seconds", &Solution::setup_seconds, "all that needs no loads [s]")
         .def_readonly("solve_seconds", &Solution::solve_seconds, "the rest [s]")
         .def_readonly("solver", &Solution::solver, "how linear systems were solved")
-        .def_property_readonly("edges", read_only<core::Solution, int>(of_springs(&SpringNetwork::edges), 2),
+        .def_property_readonly("edges", read_only<core::Solution, int>(springs_member(&SpringNetwork::edges), 2),
                                "(S, 2) node numbers; None of finite elements, as the next three")
-        .def_property_readonly("stiffness", read_only<core::Solution, double>(of_springs(&SpringNetwork::stiffness), 1),
-                               "(S) [N/m]")
-        .def_property_readonly("rest_length",
-                               read_only<core::Solution, double>(of_springs(&SpringNetwork::rest_length), 1), "(S) [m]")
-        .def_property_readonly("node_mass", read_only<core::Solution, double>(of_springs(&SpringNetwork::node_mass), 1),
-                               "(N) [kg]")
-        .def_property_readonly("time", read_only<core::Solution, double>(of_history(&core::History::time), 1),
+        .def_property_readonly(
+            "stiffness", read_only<core::Solution, double>(springs_member(&SpringNetwork::stiffness), 1), "(S) [N/m]")
+        .def_property_readonly(
+            "rest_length", read_only<core::Solution, double>(springs_member(&SpringNetwork::rest_length), 1), "(S) [m]")
+        .def_property_readonly(
+            "node_mass", read_only<core::Solution, double>(springs_member(&SpringNetwork::node_mass), 1), "(N) [kg]")
+        .def_property_readonly("time", read_only<core::Solution, double>(history_member(&core::History::time), 1),
                                "(K) of the records [s]; None where nothing moves, as the next three")
         .def_property_readonly("probe_displacement", &motion_of_probes, "(K, Q, 3) [m]")
         .def_property_readonly("kinetic_energy_history",
-                               read_only<core::Solution, double>(of_history(&core::History::kinetic_energy), 1),
+                               read_only<core::Solution, double>(history_member(&core::History::kinetic_energy), 1),
                                "(K) [J]")
         .def_property_readonly("strain_energy_history",
-                               read_only<core::Solution, double>(of_history(&core::History::strain_energy), 1),
+                               read_only<core::Solution, double>(history_member(&core::History::strain_energy), 1),
                                "(K) [J]")
         .def("__repr__", [](const Solution &s) {
             return fmt::format("<livermark.Solution of {} unknowns: {}>", s.degrees_of_freedom,

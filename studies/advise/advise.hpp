@@ -16,7 +16,6 @@
 #include "results/hdf5/files/cohort_file.hpp"
 #include "studies/study.hpp"
 
-/// What a step of springs takes on a body and on this machine.
 namespace livermark::studies {
 
 /// A frame of a display [s].
@@ -52,7 +51,7 @@ double scaled_critical_time_step(const core::Body &body, const msm::ElasticBody 
 /// Springs for a body: errors of models on other bodies like it, on which nothing of theirs was chosen, and their cost
 /// on it.
 
-/// Where cohort files that ship stand below the root.
+/// Folder of the cohort files that ship, below the root.
 inline constexpr const char *cohorts_folder = "results/cohorts";
 
 /// The body in question, as far as errors depend on it.
@@ -62,8 +61,8 @@ struct BodyInQuestion {
     int tetrahedra = 0;
 };
 
-/// What is known of one model. Errors are relative, and NaN where nothing is known. Where a model has not come to an
-/// end it counts in medians as infinitely wrong.
+/// Errors of one model, as far as they are known: relative, and NaN where nothing is known. Where a model has not come
+/// to an end it counts in medians as infinitely wrong.
 struct ExpectedError {
     std::string model;
     double at_tool = nan;          ///< median of the absolute value of stiffness at the tool under small loads
@@ -106,7 +105,7 @@ struct KnownCohort {
     results::Cohort cohort;
 };
 
-/// Those that ship.
+/// Cohorts that ship.
 /// @throws support::InputError if there is none, or one cannot be read
 std::vector<KnownCohort> shipped_cohorts();
 
@@ -129,7 +128,7 @@ struct RegionFigures {
     double volume = 0.0; ///< [m^3]
     int num_tetrahedra = 0;
     int num_parts = 0; ///< that are joined by faces
-    /// Of the smallest part: its tetrahedra, and the diameter of the ball of its volume over the mean length of its
+    /// Tetrahedra of the smallest part, and the diameter of the ball of its volume over the mean length of its
     /// edges.
     int smallest_part_tetrahedra = 0;
     double smallest_part_in_edges = 0.0;

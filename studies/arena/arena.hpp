@@ -53,19 +53,19 @@ results::ToolReference coarse_tool_reference(const core::Problem &problem, const
                                              const std::string &command_line,
                                              const std::function<void(const std::string &)> &starting);
 
-/// How the tool moves a body.
+/// Grip of the tool on a body.
 enum class ArenaTool : std::uint8_t {
     glued,    ///< it has hold of the nodes of its place
     touching, ///< it is a ball that touches, see load_cases::with_touching_ball()
     needle    ///< it is driven in and drawn out: see run_needle_arena(), which run_arena() is not for
 };
 
-/// What `livermark arena` was asked for.
+/// Options of `livermark arena`.
 struct ArenaOptions {
     std::vector<std::string> bodies;
     std::string load_case = "press_and_slide"; ///< of load_cases/moving/, or a path
     std::vector<std::string> methods;          ///< all if there are none
-    /// How fine the meshes are: 1 as they are, 2 with the longest edge of each tetrahedron bisected, 3 with each
+    /// Meshes: 1 as they are, 2 with the longest edge of each tetrahedron bisected, 3 with each
     /// tetrahedron cut into eight.
     std::vector<int> meshes{1, 2, 3};
     std::vector<double> budgets{0.001, 0.004, 1.0 / 60.0}; ///< of one core, for a frame [s]

@@ -47,8 +47,8 @@ FrameTime time_of_frame(const MeasuredFrame &frame, const Effort &effort) {
     return time;
 }
 
-/// Where a step has to be solved several times if it is long, the time is no straight line over the number of steps,
-/// and a guess on that line may be ten times too many.
+/// Corrections of a guess. A step that is long may have to be solved several times: the time is no straight line then
+/// over the number of steps, and a guess on that line may be ten times too many.
 MeasuredEffort until_it_fits(const MeasuredFrame &frame, models::Setting setting, double budget, MeasuredEffort guess,
                              int number) {
     constexpr int most_corrections = 4;
@@ -90,23 +90,23 @@ Effort effort_of(models::Setting setting, int number) {
 }
 
 std::optional<MeasuredEffort> largest_effort(const MeasuredFrame &frame, models::Setting setting, double budget) {
-    const auto of_one = time_of_frame(frame, effort_of(setting, 1));
+    const auto one_step = time_of_frame(frame, effort_of(setting, 1));
     const bool needs_two = setting == models::Setting::ten_iterations;
-    if (of_one.seconds > budget)
+    if (one_step.seconds > budget)
         return needs_two ? std::nullopt
-                         : std::optional(MeasuredEffort{effort_of(setting, 1), of_one.seconds, of_one.spread});
+                         : std::optional(MeasuredEffort{effort_of(setting, 1), one_step.seconds, one_step.spread});
     constexpr int most_times_trial = 8; // a frame of many times the budget is nothing to measure
-    const int trial = std::clamp(static_cast<int>(0.5 * budget / of_one.seconds), 2, most_effort);
-    const auto of_trial = time_of_frame(frame, effort_of(setting, trial));
-    const double of_each = std::max((of_trial.seconds - of_one.seconds) / (trial - 1), 1e-9);
-    const int number = std::clamp(1 + static_cast<int>((budget - of_one.seconds) / of_each), 1,
+    const int trial = std::clamp(static_cast<int>(0.5 * budget / one_step.seconds), 2, most_effort);
+    const auto trial_time = time_of_frame(frame, effort_of(setting, trial));
+    const double each_step = std::max((trial_time.seconds - one_step.seconds) / (trial - 1), 1e-9);
+    const int number = std::clamp(1 + static_cast<int>((budget - one_step.seconds) / each_step), 1,
                                   std::min(most_effort, most_times_trial * trial));
     if (needs_two && number == 1)
         return std::nullopt;
-    return until_it_fits(
-        frame, setting, budget,
-        {effort_of(setting, number), of_one.seconds + (number - 1) * of_each, std::max(of_one.spread, of_trial.spread)},
-        number);
+    return until_it_fits(frame, setting, budget,
+                         {effort_of(setting, number), one_step.seconds + (number - 1) * each_step,
+                          std::max(one_step.spread, trial_time.spread)},
+                         number);
 }
 
 TimedBody::TimedBody(const std::function<std::unique_ptr<models::FrameBody>()> &prepare, const Effort &effort,
@@ -197,7 +197,8 @@ class Recorder {
     }
 
   private:
-    /// Of a ball that touches: how deep the surface is inside it, also between the points of contact.
+    /// Whether the surface is outside of a ball that touches, also between the points of contact, but for half its
+    /// radius.
     bool stays_outside(int frame, const std::vector<core::Vector3> &displacement) {
         const auto &load_case = scene_->problem.load_case;
         if (!load_case.touching || frame > core::last_record_held(*load_case.tool))
@@ -241,7 +242,7 @@ core::Vector3 press_of(const core::LoadCase &load_case) {
     return press;
 }
 
-/// What the tool felt, in a few numbers.
+/// Forces that the tool felt, in a few numbers.
 void find_forces(results::ArenaRun &run, const core::Problem &problem) {
     const auto &motion = problem.load_case.tool.value();
     const core::Vector3 inwards = press_of(problem.load_case).normalized();

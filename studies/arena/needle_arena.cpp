@@ -33,7 +33,7 @@ constexpr int frames_to_get_there = 40;
 
 /// A row of records of the static needle at the depths of a plan.
 template <class T>
-std::vector<T> at_depths(const core::Insertion &insertion, const std::vector<T> &of_records,
+std::vector<T> at_depths(const core::Insertion &insertion, const std::vector<T> &record_values,
                          const models::NeedlePlan &plan, const core::Needle &needle) {
     std::vector<T> result;
     const int last = insertion.num_records() - 1, in = plan.at_plan(needle);
@@ -48,11 +48,11 @@ std::vector<T> at_depths(const core::Insertion &insertion, const std::vector<T> 
         while (j < end && is_behind(j + 1))
             ++j;
         if (j == end) {
-            result.push_back(of_records[j]);
+            result.push_back(record_values[j]);
             continue;
         }
         const double part = (depth - insertion.depth[j]) / (insertion.depth[j + 1] - insertion.depth[j]);
-        result.push_back((1.0 - part) * of_records[j] + part * of_records[j + 1]);
+        result.push_back((1.0 - part) * record_values[j] + part * record_values[j + 1]);
     }
     return result;
 }
@@ -229,7 +229,7 @@ void refuse_too_fast(const core::Needle &needle, const models::NeedlePlan &plan)
                                               needle.name, plan.speed, needle.spread, fastest));
 }
 
-/// What is known of a needle without methods.
+/// Knowledge of a needle without methods.
 struct ReferenceOfNeedle {
     results::NeedleStudy study; ///< with an arena
     std::vector<core::Vector3> places;

@@ -23,7 +23,7 @@ struct BladeWay {
     int num_steps = 20; ///< >= 1
 
     double depth() const; ///< how far the middle of the edge goes [m]
-    /// What the edge sweeps from one depth to another, as parts of the way.
+    /// Quadrilateral that the edge sweeps from one depth to another, as parts of the way.
     std::array<core::Vector3, 4> swept(double from, double to) const;
 };
 
@@ -39,7 +39,7 @@ struct CutStage {
     std::vector<std::array<int, 2>> parted{};
 };
 
-/// Where the nodes of a body are when the blade goes on, as displacements [m]; it is asked before each step.
+/// Displacements of the nodes of a body when the blade goes on [m], asked for before each step.
 using DisplacementOf = std::function<std::vector<core::Vector3>(const CutStage &stage)>;
 
 /// Divides a body along facets, step by step. The blade is where it is in space, and meets the body as that is then; a
@@ -56,7 +56,7 @@ std::vector<CutStage> grow_cut(std::shared_ptr<const core::Body> body, const Bla
 /// @throws meshes::CutNotOnBody  if it parts nothing, or the body falls apart
 CutStage cut_exactly(const core::Body &body, const BladeWay &way);
 
-/// How far the two sides of a cut are apart where they are furthest [m].
+/// Distance of the two sides of a cut where they are furthest apart [m].
 double opening(const CutStage &stage, const std::vector<core::Vector3> &displacement);
 
 /// Stiffness where the body is touched, core::stiffness_at() the first tool [N/m]; NaN without one.
@@ -95,7 +95,7 @@ std::vector<std::string> chosen_methods_under_blade(const CutMotionOptions &opti
 /// @throws support::InputError if some directions of a node are constrained and others are not, or a place is displaced
 void check_loads_of_motion(const core::Problem &problem);
 
-/// How long a body is given to come to rest, before the blade and after it, in frames.
+/// Frames in which a body comes to rest, before the blade and after it.
 inline constexpr int frames_to_rest = 120;
 
 /// Moves methods under constant loads while a blade goes on: from rest, frames_to_rest frames in which the body comes
@@ -110,7 +110,7 @@ std::vector<results::CutMotion> move_under_blade(const CutMotionOptions &options
                                                  const std::vector<core::Problem> &problems,
                                                  const ProgressReport &report);
 
-/// What `livermark cut` was asked for.
+/// Options of `livermark cut`.
 struct CutStudyOptions {
     std::string body = "liver_healthy"; ///< name or path
     std::string load_case = "traction"; ///< name or path
@@ -118,8 +118,8 @@ struct CutStudyOptions {
     std::vector<double> blade;          ///< four corners in turn, twelve numbers; its edge goes from 0-1 to 3-2 [m]
     int num_steps = 20;
     double toughness = 164.0; ///< [J/m^2]
-    /// That models are compared in: of a load case of the small regime the large one may be asked for. That of the load
-    /// case if not set.
+    /// Regime of the models that are compared: of a load case of the small regime the large one may be asked for. That
+    /// of the load case if not set.
     std::optional<core::Regime> regime;
     int num_refined = 2; ///< how often the reference is refined at the rim of the wound in the end: 0, or 2 and more
     CutMotionOptions motion; ///< of methods that move meanwhile

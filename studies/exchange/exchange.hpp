@@ -45,7 +45,7 @@ struct ScoreOptions {
     std::string output; ///< folder for <body>/<load case>.<name>.h5
     bool reference_on_mesh = false;
     bool solve_reference = false; ///< also where a solution is stored
-    /// Of the displacements: "m", "cm", "mm" or metres; if it is empty they are taken to be in metres, and refused
+    /// Unit of the displacements: "m", "cm", "mm" or metres; if it is empty they are taken to be in metres, and refused
     /// where they are so large that they are probably not.
     std::string unit{};
 };

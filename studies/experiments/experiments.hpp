@@ -28,7 +28,7 @@ enum class DampingForces {
 /// @param lowest, highest of all ring-downs [Hz]; both `frequency` where there is one
 core::RayleighDamping fitted_damping(DampingForces kind, double ratio, double frequency, double lowest, double highest);
 
-/// What a ring-down says without a model.
+/// A measured ring-down without a model.
 /// @param positions  of the markers at rest [m]
 /// @param markers    that are compared
 results::RingDownResult measured_ring_down(const experiments::RingDown &ring_down,
@@ -45,7 +45,7 @@ std::vector<results::RingDownRun> ring_down_of_model(const core::Model &model, c
                                                      std::span<const core::Vector3> positions,
                                                      std::span<const int> markers);
 
-/// What `livermark experiment` was asked for.
+/// Options of `livermark experiment`.
 struct ExperimentOptions {
     std::vector<std::string> names;    ///< of public experiments, or paths of .toml files; all whose data are there
     std::vector<std::string> models;   ///< beside the reference; all that take part if there are none
@@ -58,7 +58,7 @@ struct ExperimentOptions {
 };
 
 struct ExperimentResults {
-    std::vector<results::ExperimentResult> of_experiment;
+    std::vector<results::ExperimentResult> records;
     std::vector<std::string> files; ///< of each
     std::vector<std::string> notes; ///< what a user should know, a sentence each
 };

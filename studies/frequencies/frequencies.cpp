@@ -234,7 +234,7 @@ std::vector<bool> with_neighbours(const core::TetraMesh &mesh, const std::vector
     return result;
 }
 
-/// Of all tetrahedra, those with a node among these.
+/// Part of all tetrahedra that have a node among these.
 double part_of_tetrahedra(const core::TetraMesh &mesh, const std::vector<bool> &are_chosen) {
     const auto count = std::ranges::count_if(mesh.tetrahedra, [&](const auto &nodes) {
         return std::ranges::any_of(nodes, [&](int node) { return are_chosen[node]; });
@@ -244,9 +244,9 @@ double part_of_tetrahedra(const core::TetraMesh &mesh, const std::vector<bool> &
 
 void measure(ScaledSteps &steps, const msm::ElasticBody &springs, const core::Problem &problem,
              const msm::NodalConditions &conditions, const msm::MassScaling &scaling) {
-    const auto prepare = [&](double critical, const msm::MassScaling &of_masses) {
+    const auto prepare = [&](double critical, const msm::MassScaling &mass_scaling) {
         return msm::FastSteps::prepare(springs, problem.body->mesh.points, conditions, {}, "symplectic_euler",
-                                       msm::default_safety_factor * critical, {.scaling = of_masses})
+                                       msm::default_safety_factor * critical, {.scaling = mass_scaling})
             .value();
     };
     auto plain = prepare(steps.critical_time_step, {}), scaled = prepare(steps.scaled_critical_time_step, scaling);
@@ -272,16 +272,16 @@ ScaledSteps examine_scaled(const core::Problem &problem, const models::MovingSpr
     };
     const auto scaling = msm::scale_masses(*problem.body, springs, conditions);
     std::vector<bool> are_stiff(mesh.points.size(), false);
-    auto of_rest = conditions;
+    auto rest_conditions = conditions;
     for (const auto &part : scaling.parts) {
         steps.num_scaled_nodes += part.nodes.size();
         steps.largest_factor = std::max(steps.largest_factor, part.factor);
         for (const int node : part.nodes) {
             are_stiff[node] = true;
-            of_rest.displacement[node].setZero();
+            rest_conditions.displacement[node].setZero();
         }
     }
-    const double plain = highest(conditions, {}), rest = scaling.parts.empty() ? plain : highest(of_rest, {});
+    const double plain = highest(conditions, {}), rest = scaling.parts.empty() ? plain : highest(rest_conditions, {});
     steps.critical_time_step = 2.0 / plain;
     steps.critical_time_step_of_rest = 2.0 / rest;
     steps.scaled_critical_time_step = scaling.parts.empty() ? 2.0 / plain : 2.0 / highest(conditions, scaling);

@@ -15,7 +15,7 @@ namespace livermark::studies {
 
 inline constexpr int most_modes = 1000;
 
-/// Of which bodies, by which models, how many modes.
+/// Bodies, models and numbers of modes.
 struct ModesOptions {
     std::vector<std::string> bodies; ///< names or paths; all that ship if there are none
     std::string load_case;           ///< that gives the constraints; empty: see read_constrained_problems()
@@ -60,11 +60,11 @@ Found<results::Stability> find_stability(const StabilityOptions &options, const 
 /// Whether all that was observed differs from what was predicted by no more than largest_difference.
 bool is_as_predicted(const results::Stability &stability);
 
-/// How many of the lowest frequencies are compared.
+/// Number of the lowest frequencies that are compared.
 inline constexpr int num_compared_modes = 20;
 
-/// What limits the explicit steps of some springs, and what selective mass scaling of stiff parts (a tumour, say) makes
-/// of these steps. Symplectic Euler, without damping, on one core.
+/// Limits of the explicit steps of some springs, and these steps with selective mass scaling of stiff parts (a tumour,
+/// say). Symplectic Euler, without damping, on one core.
 struct ScaledSteps {
     std::string body, model;
     /// Nodes whose bound of the frequency (msm::nodal_frequency_bounds(), times what makes the largest bound the
@@ -86,7 +86,7 @@ struct ScaledSteps {
     double scaled_cost() const;
 };
 
-/// Of the springs of the arena on each body.
+/// Steps of the springs of the arena on each body.
 /// @param options  bodies, load case and material
 std::vector<ScaledSteps> find_scaled_steps(const StabilityOptions &options, const ProgressReport &report);
 

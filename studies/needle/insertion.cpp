@@ -75,7 +75,7 @@ class Tissue {
     /// With the first places held across.
     struct Held {
         MatrixXd along;              ///< (K, K) displacement along the axis for forces along it [m/N]
-        MatrixXd of_hold;            ///< (K, 2 h) the same for displacements across, at which places are held
+        MatrixXd hold_to_along;      ///< (K, 2 h) the same for displacements across, at which places are held
         Eigen::LLT<MatrixXd> across; ///< of what is held
     };
     const Held &held(Index count) {
@@ -87,8 +87,8 @@ class Tissue {
         across.diagonal().array() += place_softness;
         held.across.compute(across);
         const MatrixXd between = compliance_.block(0, size_, size_, 2 * count);
-        held.of_hold = held.across.solve(between.transpose()).transpose();
-        held.along = compliance_.topLeftCorner(size_, size_) - held.of_hold * between.transpose();
+        held.hold_to_along = held.across.solve(between.transpose()).transpose();
+        held.along = compliance_.topLeftCorner(size_, size_) - held.hold_to_along * between.transpose();
         return held_.emplace(count, std::move(held)).first->second;
     }
 
@@ -96,7 +96,7 @@ class Tissue {
     /// @param hold  (2 h) displacements across, at which places are held [m]
     /// @return (K) [m]
     VectorXd along_without_forces(const VectorXd &hold) {
-        return offset_.head(size_) + held(hold.size() / 2).of_hold * (hold - offset_.segment(size_, hold.size()));
+        return offset_.head(size_) + held(hold.size() / 2).hold_to_along * (hold - offset_.segment(size_, hold.size()));
     }
     /// @param along  (K) forces along the axis [N]
     /// @return (2 h) what holds the places [N]
@@ -129,9 +129,9 @@ class Tissue {
         if (!found)
             return std::nullopt;
         for (Index k = 0; k < size_; ++k) {
-            const core::Vector3 of_place = frame_ * found->displacement.segment<3>(3 * k);
+            const core::Vector3 place_motion = frame_ * found->displacement.segment<3>(3 * k);
             for (int a = 0; a < 3; ++a)
-                displacement[number_of(k, a, size_)] = of_place[a];
+                displacement[number_of(k, a, size_)] = place_motion[a];
         }
         const double farthest = (displacement - offset_ - compliance_ * force).cwiseAbs().maxCoeff();
         if (farthest > tolerance)
@@ -354,7 +354,7 @@ class Driving {
         return trial;
     }
 
-    /// What the tissue does if it is as its model says. Where the surface gives way it is still whole here.
+    /// Motion of the tissue if it is as its model says. Where the surface gives way it is still whole here.
     Trial found(double depth) {
         gives_way_ = false;
         const double end = spacing_ * static_cast<double>(tissue_.size() - 1);

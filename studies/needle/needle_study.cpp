@@ -110,7 +110,7 @@ void drive_linear(const core::Problem &problem, const core::Model &model, const 
 /// Into a body that comes to rest under the forces, on each of its meshes.
 void drive_far(const core::Problem &problem, const models::PushedModel &model, const std::string &name,
                const core::NeedleLine &line, results::NeedleStudy &study, const std::function<void(int)> &begin_mesh) {
-    std::vector<results::NeedleRun> of_mesh;
+    std::vector<results::NeedleRun> mesh_runs;
     Eigen::MatrixXd compliance;
     for (int mesh = 0; mesh < model.num_meshes; ++mesh) {
         begin_mesh(mesh);
@@ -121,12 +121,12 @@ void drive_far(const core::Problem &problem, const models::PushedModel &model, c
         run.insertion = insert(*body, line, study.needle);
         run.solve_seconds = core::seconds_since(start);
         compliance = body->compliance();
-        of_mesh.push_back(std::move(run));
+        mesh_runs.push_back(std::move(run));
     }
     const bool judges = study.runs.empty();
-    study.runs.push_back(of_mesh.back());
-    if (judges && of_mesh.size() > 1)
-        note_change(study, of_mesh[of_mesh.size() - 2]);
+    study.runs.push_back(mesh_runs.back());
+    if (judges && mesh_runs.size() > 1)
+        note_change(study, mesh_runs[mesh_runs.size() - 2]);
 }
 
 results::NeedleStudy drive(const core::Problem &problem, const core::Needle &needle,
@@ -192,11 +192,11 @@ Found<results::NeedleFile> drive_needles(const NeedleOptions &options, const std
 namespace {
 
 constexpr double stretch = 0.002; ///< [m]
-/// Of the friction [N/m]: the most that is tried, and to what it is found.
+/// Friction [N/m]: the most that is tried, and the tolerance to which it is found.
 constexpr double most_friction = 500.0, friction_tolerance = 0.01;
 constexpr double golden = 0.6180339887498949;
 
-/// What a model meets with a friction.
+/// Force that a model meets with a friction.
 results::FittedNeedle with_friction(const Eigen::MatrixXd &compliance, const core::NeedleLine &line,
                                     core::Needle needle, double friction, const results::MeasuredNeedle &measured) {
     needle.friction = friction;
@@ -288,8 +288,8 @@ results::MeasuredNeedle compare_with_measured(const NeedleOptions &options, cons
         const auto compliance = model.compliance(problem, line.places).matrix;
         // Before the puncture depth = F (C / stiffness + 1 / k), with C of the place at the entry.
         const core::Vector3 axis = needle.direction();
-        const double of_entry = axis.dot(compliance.topLeftCorner<3, 3>() * axis);
-        const double stiffness = of_entry / (puncture.depth / puncture.force - 1.0 / core::needle_stiffness);
+        const double entry_compliance = axis.dot(compliance.topLeftCorner<3, 3>() * axis);
+        const double stiffness = entry_compliance / (puncture.depth / puncture.force - 1.0 / core::needle_stiffness);
         auto run = fitted(compliance / stiffness, line, needle, measured);
         run.model = model.name;
         run.stiffness = stiffness;

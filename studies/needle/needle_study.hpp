@@ -38,11 +38,11 @@ namespace livermark::studies {
 ///   there on, those on the way out end
 core::Insertion insert(core::PushedBody &body, const core::NeedleLine &line, const core::Needle &needle);
 
-/// Of a linear body.
+/// The same in a linear body.
 /// @param compliance  C, shape (3 K, 3 K) of the places of the line [m/N], see core::Compliance
 core::Insertion insert(const Eigen::MatrixXd &compliance, const core::NeedleLine &line, const core::Needle &needle);
 
-/// What `livermark needle` was asked for.
+/// Options of `livermark needle`.
 struct NeedleOptions {
     std::vector<std::string> bodies;  ///< names or paths
     std::string load_case = "biopsy"; ///< of load_cases/needles/, or a path
@@ -54,7 +54,7 @@ struct NeedleOptions {
     std::string output; ///< folder for <body>/needle.<load case>.h5, or .large.h5
 };
 
-/// Of the large regime where none is asked for [m]: each record takes several equilibria of the body.
+/// Step of the large regime where none is asked for [m]: each record takes several equilibria of the body.
 inline constexpr double large_needle_step = 0.002;
 
 /// Drives the needles of a load case into bodies, by each model, and writes a file for each body. All that is the

@@ -213,7 +213,7 @@ toml::array json_of(const std::vector<results::Standing> &standings) {
     return array;
 }
 
-/// What the first page of the report is made of.
+/// Numbers of the first page of the report.
 toml::array json_of(const std::vector<results::BriefNumbers> &all) {
     toml::array array;
     for (const auto &[body, model, numbers] : all)
@@ -237,13 +237,13 @@ toml::array files_with_labels(const std::vector<std::string> &files, const std::
     return array;
 }
 
-/// Of one body, for its part of the section on large deformations.
+/// Table and forces of one body, for its part of the section on large deformations.
 toml::table large_body(const std::string &label, const std::vector<results::Result> &all) {
-    std::vector<results::Result> of_body;
+    std::vector<results::Result> body_results;
     toml::array forces;
     for (const auto &result : all)
         if (results::body_label(result, all) == label) {
-            of_body.push_back(result);
+            body_results.push_back(result);
             for (const auto &curve : results::force_curves(result))
                 forces.push_back(toml::table{{"load_case", result.problem.load_case.name},
                                              {"place", curve.place},
@@ -252,7 +252,7 @@ toml::table large_body(const std::string &label, const std::vector<results::Resu
                                              {"force", array_of(curve.force)}});
         }
     return toml::table{
-        {"label", label}, {"table", json_of(results::large_table(of_body))}, {"forces", std::move(forces)}};
+        {"label", label}, {"table", json_of(results::large_table(body_results))}, {"forces", std::move(forces)}};
 }
 
 toml::array large_bodies(const std::vector<results::Result> &all) {
@@ -266,7 +266,7 @@ toml::array large_bodies(const std::vector<results::Result> &all) {
     return bodies;
 }
 
-/// What each tool of a load case in which time passes in the material meets over time.
+/// Responses over time to each tool of a load case in which time passes in the material.
 toml::array slow_curves(const results::Result &result) {
     const auto &problem = result.problem;
     toml::array curves;

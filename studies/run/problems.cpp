@@ -35,7 +35,8 @@ bool is_own_file(const std::filesystem::path &file) {
            folder != support::root_folder() / slow_load_cases_folder;
 }
 
-/// Those that ship where none was asked for; those in which time passes in the material only by their names.
+/// Files of load cases: those that ship where none was asked for; those in which time passes in the material only by
+/// their names.
 std::vector<std::filesystem::path> load_case_files_of(std::vector<std::string> wanted) {
     const auto slow_folder = support::root_folder() / slow_load_cases_folder;
     const auto slow =
@@ -66,7 +67,7 @@ std::shared_ptr<const core::Body> body_for(const std::filesystem::path &load_cas
     }
 }
 
-/// What is read where several load cases fit a body.
+/// Load cases that are read where several fit a body.
 enum class Choice { all, first };
 
 /// Leaves the first load case that fits a body, and says why it is none before it.

@@ -63,9 +63,9 @@ void compare_motion(results::Result &result, const TakingPart &models) {
         auto &history =
             model.comparison->history.emplace(core::compare(*model.solution.history, motion, reference->name));
         if (history.error.empty() && &model != on_mesh) {
-            auto of_frames = core::compare(*model.solution.history, *on_mesh->solution.history, on_mesh->name);
-            history.error = std::move(of_frames.error);
-            history.frames_reference = std::move(of_frames.frames_reference);
+            auto frame_comparison = core::compare(*model.solution.history, *on_mesh->solution.history, on_mesh->name);
+            history.error = std::move(frame_comparison.error);
+            history.frames_reference = std::move(frame_comparison.frames_reference);
         }
     }
 }
@@ -125,7 +125,7 @@ void compare_with_reference(results::Result &result, const TakingPart &models) {
     compare_motion(result, models);
 }
 
-/// What a model is called in the rows, and what it did at the amplitudes so far.
+/// Names of a model in the rows, and its cells at the amplitudes so far.
 struct AmplitudeRow {
     std::vector<std::string> key; ///< body, load case, model
     std::vector<std::string> cells;

@@ -176,8 +176,8 @@ std::vector<OutputFile> files_to_write(const Run &run) {
     return files;
 }
 
-/// Of the largest body. What is solved together on the refined mesh of a liver takes 124 kB for each tetrahedron,
-/// measured; no other model takes as much.
+/// Memory for the largest body. What is solved together on the refined mesh of a liver takes 124 kB for each
+/// tetrahedron, measured; no other model takes as much.
 double bytes_per_worker(const Run &run) {
     constexpr double bytes_per_tetrahedron = 140e3;
     std::size_t most = 1;

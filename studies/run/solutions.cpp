@@ -28,19 +28,19 @@ bool is_file(const std::filesystem::path &path) {
     return std::filesystem::is_regular_file(path, nobody_cares);
 }
 
-/// What judges at rest, but for linear elasticity on the mesh itself, which takes a second.
+/// Models that judge at rest, but for linear elasticity on the mesh itself, which takes a second.
 bool judges_at_rest(const core::Model &model, core::Regime regime) {
     const auto role = model.role_at_rest(regime);
     return role == core::Role::refined_reference || (role == core::Role::reference && regime == core::Regime::large);
 }
 
-/// What large motions are judged by.
+/// Models that large motions are judged by.
 bool judges_large_motion(const core::Model &model) {
     return model.role_in_motion(core::Regime::large) == core::Role::reference;
 }
 
-/// What tells how good the motion is that others are judged by. It is solved where somebody asks for it alone: that
-/// takes longer than a run.
+/// Models that tell how good the motion is that others are judged by. They are solved where somebody asks for it alone:
+/// that takes longer than a run.
 bool refines_motion(const core::Model &model) {
     return model.in_motion == core::Role::refined_reference;
 }

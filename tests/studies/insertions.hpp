@@ -252,7 +252,7 @@ inline std::vector<std::string> drive_random_needles(const std::string &body, co
 /// @return a sentence for each with a fault
 inline std::vector<std::string> step_random_needles(const std::string &body, const std::string &held, unsigned seed,
                                                     int count) {
-    constexpr double of_critical_step = 0.25; // pressed in by centimetres, springs are stiffer than at rest
+    constexpr double part_of_critical_step = 0.25; // pressed in by centimetres, springs are stiffer than at rest
     RandomNeedles random(body, held, seed);
     std::vector<std::string> faults;
     std::optional<msm::ElasticBody> springs;
@@ -267,7 +267,7 @@ inline std::vector<std::string> step_random_needles(const std::string &body, con
         }
         const auto conditions = msm::nodal_conditions(problem, springs->node_mass);
         if (time_step == 0.0)
-            time_step = of_critical_step * 2.0 /
+            time_step = part_of_critical_step * 2.0 /
                         msm::largest_angular_frequency(*springs, problem.body->mesh.points, conditions);
         const auto found = insert_in_steps(
             *springs, problem.body->mesh, conditions, needle,

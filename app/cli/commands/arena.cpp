@@ -164,19 +164,19 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
                                                                      {"touching", studies::ArenaTool::touching},
                                                                      {"needle", studies::ArenaTool::needle}}))
         ->default_str("glued");
-    std::vector<CLI::Option *> of_needle;
-    of_needle.push_back(command->add_option("--needle", arena->needle.needles,
-                                            "With --tool needle: names of needles of the load case; by default all"));
-    of_needle.push_back(command
-                            ->add_option_function<double>(
-                                "--speed", [arena](double speed) { arena->needle.speed = 1e-3 * speed; },
-                                "With --tool needle: of the hand [mm/s]")
-                            ->check(CLI::Range(0.1, 200.0))
-                            ->default_str("20"));
-    of_needle.push_back(command->add_option("--rest", arena->needle.rest, "With --tool needle: at the target [s]")
-                            ->check(CLI::Range(0.0, 60.0))
-                            ->capture_default_str());
-    of_needle.push_back(command->add_flag(
+    std::vector<CLI::Option *> needle_options;
+    needle_options.push_back(command->add_option(
+        "--needle", arena->needle.needles, "With --tool needle: names of needles of the load case; by default all"));
+    needle_options.push_back(command
+                                 ->add_option_function<double>(
+                                     "--speed", [arena](double speed) { arena->needle.speed = 1e-3 * speed; },
+                                     "With --tool needle: of the hand [mm/s]")
+                                 ->check(CLI::Range(0.1, 200.0))
+                                 ->default_str("20"));
+    needle_options.push_back(command->add_option("--rest", arena->needle.rest, "With --tool needle: at the target [s]")
+                                 ->check(CLI::Range(0.0, 60.0))
+                                 ->capture_default_str());
+    needle_options.push_back(command->add_flag(
         "--reference-on-mesh", arena->needle.reference_on_mesh,
         "With --tool needle: compare with the reference on the mesh itself, quicker, with no error bar"));
     command->add_option("--friction", options->friction, "With --tool touching: Coulomb's coefficient of friction")
@@ -198,9 +198,9 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
     command->add_option("--steps", arena->reference.steps_per_frame, "With --solve-reference: time steps in a frame")
         ->check(CLI::Range(2, 1000))
         ->capture_default_str();
-    return [options, arena, command_line, load_case, meshes, of_needle] {
+    return [options, arena, command_line, load_case, meshes, needle_options] {
         arena->has_needle_options =
-            std::ranges::any_of(of_needle, [](const CLI::Option *option) { return option->count() > 0; });
+            std::ranges::any_of(needle_options, [](const CLI::Option *option) { return option->count() > 0; });
         arena->has_load_case = load_case->count() > 0;
         arena->has_meshes = meshes->count() > 0;
         return run_command_of_arena(*arena, *options, command_line);

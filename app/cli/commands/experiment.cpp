@@ -56,7 +56,7 @@ int run_command_of_experiments(const ExperimentCommand &command, studies::Experi
     options.rings_down = !command.at_rest;
     const auto found = studies::run_experiments(options, command_line, print_progress());
     print_notes(found.notes);
-    for (const auto &result : found.of_experiment) {
+    for (const auto &result : found.records) {
         fmt::print("{}: {}\n", result.name, result.title);
         for (const auto &assumption : result.assumptions)
             fmt::print("  assumed: {}\n", results::printable(assumption));

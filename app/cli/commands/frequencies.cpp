@@ -71,7 +71,7 @@ void print(const results::Stability &stability, bool markdown) {
     fmt::print("{}\n", table_text(layout, markdown));
 }
 
-/// What the words in the tables mean.
+/// Meanings of the words in the tables.
 void print_legend(const std::vector<results::Stability> &all, bool looked) {
     const auto any_limit = [&](auto &&is_so) {
         return std::ranges::any_of(all, [&](const auto &stability) {

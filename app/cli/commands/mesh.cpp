@@ -163,7 +163,7 @@ int make_liver(const LiverCommand &command, const std::string &command_line) {
     return write_mesh(command.output, meshes::generate_liver(command.options));
 }
 
-/// What `livermark mesh` was asked for without a subcommand.
+/// Options of `livermark mesh` without a subcommand.
 struct SegmentationOptions {
     SegmentCommand body;
     PhantomCommand phantom;

@@ -34,7 +34,7 @@ bool all_is_well(const results::Result &result) {
     });
 }
 
-/// How the end of a run is printed.
+/// Form in which the end of a run is printed.
 struct Printing {
     bool tables = false; ///< all of them
     bool markdown = false;
@@ -80,7 +80,7 @@ int run(const studies::RunOptions &options, Printing printing, const std::string
     return outcome.failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
 }
 
-/// What the result files say: numbers depend neither on how many workers there are nor on whether a run was resumed.
+/// Command in the result files: numbers depend neither on how many workers there are nor on whether a run was resumed.
 std::string without_jobs_and_resume(const std::string &command_line) {
     return std::regex_replace(command_line, std::regex(" (--resume|--jobs[ =][0-9]+)(?= |$)"), "");
 }
@@ -172,7 +172,7 @@ struct ReferenceOptions {
 /// A solution that differs by more from the stored one is another: a thousandth of the discretisation error.
 constexpr double largest_difference = 1e-5;
 
-/// Those that one of the models is stored of, as runs solve them: scaled to their targets.
+/// Problems that one of the models is stored of, as runs solve them: scaled to their targets.
 std::vector<core::Problem> problems_to_keep(const ReferenceOptions &options, const std::vector<core::Model> &models) {
     std::vector<core::Problem> problems;
     const auto read = [&](const meshes::MaterialOverride &material) {

@@ -68,8 +68,8 @@ void write_follower_pressures(std::ostream &out, const core::TetraMesh &mesh, co
         }
 }
 
-/// Where a place presses: the depth is the displacement of a node that is in no element, and what it is in terms of the
-/// others an equation, of which the first term must not be constrained.
+/// The equation of a place that presses: its depth is the displacement of a node that is in no element, and what it is
+/// in terms of the others an equation, of which the first term must not be constrained.
 void write_press_equation(std::ostream &out, const std::vector<Vector3> &unit_force,
                           const std::vector<Vector3> &prescribed) {
     struct Term {

@@ -49,7 +49,7 @@ std::vector<int> is_in_patch(const core::TetraMesh &mesh, const std::string &nam
     return marks;
 }
 
-/// Where a place presses, nodal forces are those of one newton, and this says how far it goes.
+/// Depth of a place that presses, whose nodal forces are those of one newton.
 std::string press_depth(const core::LoadCase &load_case) {
     return load_case.press_depth == 0.0
                ? ""

@@ -120,7 +120,7 @@ TEST(GrowingCut, MeetsTheBodyWhereItIs) {
         EXPECT_EQ(moved.back().body->mesh.points[one], moved.back().body->mesh.points[other]);
 }
 
-/// Of the facets at the end of the blade, and nobody at its mouth or on its way.
+/// Nodes of the facets at the end of the blade, and none at its mouth or on its way.
 TEST(GrowingCut, EndsAtARim) {
     const Vector3 size(0.08, 0.02, 0.02);
     const auto body = tests::make_body(tests::box_mesh(size, {16, 4, 4}), tissue);

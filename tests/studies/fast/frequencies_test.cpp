@@ -63,7 +63,7 @@ TEST_F(ModesStudy, RefusesModelsWithoutModesAndTwins) {
 }
 
 /// A bar that is held at one end, with a lump of a hundred times its stiffness in the middle where it has one.
-StabilityOptions of_bar_with_lump(const std::string &suite, bool has_lump) {
+StabilityOptions options_of_bar_with_lump(const std::string &suite, bool has_lump) {
     const auto folder = tests::folder_with_bar(suite, 0.012);
     auto mesh = meshes::generate_box({0.09, 0.03, 0.03}, 0.012);
     if (has_lump) {
@@ -88,7 +88,7 @@ StabilityOptions of_bar_with_lump(const std::string &suite, bool has_lump) {
 }
 
 TEST(ScaledSteps, AreThoseOfTheSoftTissueAndHardlyChangeTheLowestFrequencies) {
-    const auto found = find_scaled_steps(of_bar_with_lump("scaled_steps", true), {});
+    const auto found = find_scaled_steps(options_of_bar_with_lump("scaled_steps", true), {});
     ASSERT_GE(found.size(), 4U);
     for (const auto &steps : found) {
         EXPECT_LT(steps.critical_time_step, 0.25 * steps.critical_time_step_of_rest) << steps.model;
@@ -104,7 +104,7 @@ TEST(ScaledSteps, AreThoseOfTheSoftTissueAndHardlyChangeTheLowestFrequencies) {
 }
 
 TEST(ScaledSteps, AreThePlainOnesWhereNothingIsStiff) {
-    const auto found = find_scaled_steps(of_bar_with_lump("plain_steps", false), {});
+    const auto found = find_scaled_steps(options_of_bar_with_lump("plain_steps", false), {});
     ASSERT_GE(found.size(), 4U);
     for (const auto &steps : found) {
         EXPECT_EQ(steps.scaled_critical_time_step, steps.critical_time_step) << steps.model;

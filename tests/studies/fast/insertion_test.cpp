@@ -38,12 +38,12 @@ Eigen::MatrixXd block_on_spring(const core::Needle &needle, const core::NeedleLi
 }
 
 /// By which the tissue gives way under the tip, and the needle there.
-double of_tip(double compliance) {
+double tip_compliance(double compliance) {
     return compliance + 1.0 / core::needle_stiffness;
 }
 
 double spring_of(double compliance, const core::Needle &needle, double depth) {
-    return (depth - of_tip(compliance) * needle.tip_force()) / (1.0 + compliance * needle.friction);
+    return (depth - tip_compliance(compliance) * needle.tip_force()) / (1.0 + compliance * needle.friction);
 }
 
 TEST(LeastWithinLimits, MeetsTheConditionsOfTheLeast) {
@@ -81,9 +81,9 @@ TEST(Insertion, OfABlockOnASpringHasItsClosedForm) {
     ASSERT_NEAR(found.depth[found.at_plan], soft.depth(), 1e-12);
     for (int j = 1; j <= found.at_plan; ++j) {
         const double depth = found.depth[j];
-        const bool is_whole = depth < of_tip(compliance) * soft.tip_force();
+        const bool is_whole = depth < tip_compliance(compliance) * soft.tip_force();
         const double tip = is_whole ? 0.0 : spring_of(compliance, soft, depth);
-        const double force = is_whole ? depth / of_tip(compliance) : soft.tip_force() + soft.friction * tip;
+        const double force = is_whole ? depth / tip_compliance(compliance) : soft.tip_force() + soft.friction * tip;
         EXPECT_NEAR(found.tip[j], tip, 1e-5 * soft.depth()) << depth;
         EXPECT_NEAR(found.force[j], force, 1e-4) << depth;
         EXPECT_NEAR(found.target[j].dot(soft.direction()), compliance * force, 1e-5 * soft.depth());
@@ -115,9 +115,9 @@ TEST(Insertion, JumpsWhereTheSurfaceGivesWay) {
     const auto line = core::needle_line(tough);
     const double compliance = 0.02;
     const auto found = insert(block_on_spring(tough, line, compliance), line, tough);
-    EXPECT_NEAR(found.puncture_depth, of_tip(compliance) * tough.puncture_force, tough.step);
+    EXPECT_NEAR(found.puncture_depth, tip_compliance(compliance) * tough.puncture_force, tough.step);
     const auto at = std::ranges::find(found.depth, found.puncture_depth) - found.depth.begin();
-    EXPECT_NEAR(found.force[at - 1], found.depth[at - 1] / of_tip(compliance), 1e-3);
+    EXPECT_NEAR(found.force[at - 1], found.depth[at - 1] / tip_compliance(compliance), 1e-3);
     EXPECT_NEAR(found.tip[at], spring_of(compliance, tough, found.depth[at]), 1e-4 * tough.depth());
     EXPECT_LT(found.force[at], 0.6 * found.force[at - 1]);
     EXPECT_GT(found.puncture_loss, 0.0);
@@ -132,10 +132,10 @@ TEST(Insertion, OfAForceTooSmallNeverPunctures) {
     const auto found = insert(block_on_spring(tough, line, 0.02), line, tough);
     EXPECT_TRUE(std::isnan(found.puncture_depth));
     EXPECT_EQ(*std::ranges::max_element(found.tip), 0.0);
-    EXPECT_NEAR(found.force[found.at_plan], tough.depth() / of_tip(0.02), 1e-3);
+    EXPECT_NEAR(found.force[found.at_plan], tough.depth() / tip_compliance(0.02), 1e-3);
     results::NeedleRun run{.model = "block", .insertion = found};
     run.note_limit(0.01); // the block goes with the tip
-    EXPECT_NEAR(run.left_regime_at, 0.01 / 0.02 * of_tip(0.02), 1.01 * tough.step);
+    EXPECT_NEAR(run.left_regime_at, 0.01 / 0.02 * tip_compliance(0.02), 1.01 * tough.step);
     EXPECT_NEAR(found.moved[found.at_plan], 0.02 * found.force[found.at_plan], 1e-6);
 }
 
@@ -264,7 +264,7 @@ struct PushedBlock {
     }
 };
 
-/// How far targets and forces of two are apart, over those of the first.
+/// Distance of targets and forces of two, over those of the first.
 double apart(const results::NeedleRun &run, const results::NeedleRun &other) {
     return std::max((run.miss() - other.miss()).norm() / run.miss().norm(),
                     results::force_error(other.insertion, run.insertion));

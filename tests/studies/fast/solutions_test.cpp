@@ -184,7 +184,7 @@ TEST_F(SolutionsOfARun, AreSolvedTogetherAgainWhereOneIsMissing) {
     EXPECT_TRUE(cache().find(together, other));
 }
 
-/// What is stored was solved alone, and stays so.
+/// A stored reference was solved alone, and stays so.
 TEST_F(SolutionsOfARun, AreNotSolvedAgainBesideAStoredReference) {
     const auto problem = pulled(10.0), other = pulled(11.0);
     auto together = counting();
@@ -295,7 +295,7 @@ TEST_F(StoredReferences, AreReadWhereTheyFitAndSaySo) {
     EXPECT_EQ(read.path.front().displacement, solved.path.front().displacement);
 }
 
-/// Those on finer meshes are stored in both regimes, with the work of the loads and the error bar, and of small
+/// References on finer meshes are stored in both regimes, with the work of the loads and the error bar, and of small
 /// deformations no other.
 TEST_F(StoredReferences, AreThoseOfFinerMeshes) {
     auto small = pulled();
@@ -322,7 +322,7 @@ TEST_F(StoredReferences, AreThoseOfFinerMeshes) {
     EXPECT_EQ(read.observed_error, solved.observed_error);
 }
 
-/// Of a motion the probes are stored, and the model that judges motion is stored where something moves.
+/// Probes of a motion are stored, and the model that judges motion is stored where something moves.
 TEST_F(StoredReferences, HoldTheMotionOfTheProbes) {
     const auto model = model_to_store("fem_p2_neo_hookean");
     const auto moving = let_go();

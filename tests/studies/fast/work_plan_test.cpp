@@ -75,7 +75,7 @@ bool is_wanted_always(std::size_t /*problem*/) {
     return true;
 }
 
-/// How often each model is to solve each problem, and how often each problem is evaluated.
+/// Number of times that each model is to solve each problem, and that each problem is evaluated.
 struct Counts {
     explicit Counts(const std::vector<WorkItem> &items) {
         for (const auto &item : items)

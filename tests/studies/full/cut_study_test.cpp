@@ -47,7 +47,7 @@ struct DoubleCantilever {
         return 12.0 * load * load / (material.young_modulus * width * std::pow(h, 3)) * (cube(to) - cube(from));
     }
 
-    /// What a model stores with the cut as long as that: as much as the loads have done beside it [J].
+    /// Energy that a model stores with the cut as long as that: as much as the loads have done beside it [J].
     double stored(const core::Model &model, const CutStage &stage) const {
         const auto &mesh = stage.body->mesh;
         auto load_case = tests::empty_load_case(mesh);
@@ -83,7 +83,7 @@ TEST(GrowingCuts, OfADoubleCantileverSetFreeWhatBeamsDo) {
     EXPECT_LT(std::abs(errors[1]), std::abs(errors[0])) << errors[0] << " and " << errors[1];
 }
 
-CutStudyOptions of_cut_bar(const std::string &suite) {
+CutStudyOptions options_of_cut_bar(const std::string &suite) {
     const auto folder = tests::folder_with_bar(suite, 0.01);
     std::ofstream(folder / "pull.toml")
         << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
@@ -111,7 +111,7 @@ void put_blade_across(CutStudyOptions &options) {
 }
 
 TEST(GrowingCuts, SetFreeAsMuchAsTheyStoreUnderConstantLoads) {
-    auto options = of_cut_bar("cut_study");
+    auto options = options_of_cut_bar("cut_study");
     put_blade_across(options);
     options.num_steps = 3;
     options.models = {"fem_p1", "nodal_springs"};
@@ -202,7 +202,7 @@ TEST(GrowingCuts, KnowHowFarTheReferenceIsFromFinerMeshes) {
 
 /// Under small loads nothing is nonlinear; under large ones it is. The bodies are those of the small regime.
 TEST(GrowingCuts, AreJudgedInTheLargeRegimeOnTheBodiesOfTheSmallOne) {
-    auto options = of_cut_bar("large_cut_study");
+    auto options = options_of_cut_bar("large_cut_study");
     put_blade_across(options);
     options.num_steps = 1;
     options.num_refined = 0;
@@ -234,7 +234,7 @@ TEST(GrowingCuts, AreJudgedInTheLargeRegimeOnTheBodiesOfTheSmallOne) {
 }
 
 TEST(GrowingCuts, MoveAndAreRefinedInBothRegimes) {
-    auto options = of_cut_bar("moving_cut_study");
+    auto options = options_of_cut_bar("moving_cut_study");
     put_blade_across(options);
     options.num_steps = 2;
     options.models = {"nodal_springs"};
@@ -257,7 +257,7 @@ TEST(GrowingCuts, MoveAndAreRefinedInBothRegimes) {
 }
 
 TEST(GrowingCuts, RefuseWhatIsNoBladeAndLoadsThatChange) {
-    auto options = of_cut_bar("bad_cut_study");
+    auto options = options_of_cut_bar("bad_cut_study");
     const auto fails = [&](const std::string &what) {
         tests::expect_input_error([&] { let_blade_in(options, "test", {}); }, {what});
     };

@@ -116,7 +116,7 @@ TEST(MovingInsertion, MeetsSlowlyWhatTheStaticNeedleDoes) {
     }
 }
 
-/// Where the surface goes in by a tenth of the block and more: springs in steps are as nonlinear as the needle of the
+/// The surface goes in by a tenth of the block and more: springs in steps are as nonlinear as the needle of the
 /// large regime.
 TEST(MovingInsertion, MeetsSlowlyWhatTheLargeNeedleDoes) {
     constexpr int start = 5;
@@ -166,7 +166,7 @@ TEST(MovingInsertion, BalancesItsWorkSlowlyAndQuickly) {
         }
 }
 
-/// Where the surface holds for longer, the needle jumps, and the tissue rings.
+/// The surface holds for longer, so that the needle jumps, and the tissue rings.
 TEST(MovingInsertion, BalancesItsWorkWhenItJumps) {
     Block block;
     block.needle.puncture_force = 0.08;

@@ -12,7 +12,7 @@
 namespace livermark::studies {
 namespace {
 
-StabilityOptions of_bar(const std::string &suite) {
+StabilityOptions options_of_bar(const std::string &suite) {
     const auto folder = tests::folder_with_bar(suite);
     std::ofstream(folder / "pull.toml")
         << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
@@ -25,7 +25,7 @@ StabilityOptions of_bar(const std::string &suite) {
 }
 
 TEST(Stability, OfRunsIsAsPredictedFromTheLargestFrequency) {
-    auto options = of_bar("stability_runs");
+    auto options = options_of_bar("stability_runs");
     options.integrators = {"symplectic_euler", "runge_kutta_4", "implicit_euler"};
     const auto found = find_stability(options, "test", {});
     ASSERT_EQ(found.records.size(), 1u);
@@ -47,7 +47,7 @@ TEST(Stability, OfRunsIsAsPredictedFromTheLargestFrequency) {
 }
 
 TEST(Stability, KnowsTheSpringsOfEveryModelThatIsMadeOfThem) {
-    auto options = of_bar("stability_of_models");
+    auto options = options_of_bar("stability_of_models");
     options.integrators = {"symplectic_euler"};
     options.models = {"lloyd", "nodal_neo_hookean", "van_gelder_nodal_volume"};
     const auto found = find_stability(options, "test", {});
@@ -68,7 +68,7 @@ TEST(Stability, KnowsTheSpringsOfEveryModelThatIsMadeOfThem) {
 }
 
 TEST(Stability, OfAModelIsTheStepOfItsResultFiles) {
-    auto options = of_bar("stability_of_runs");
+    auto options = options_of_bar("stability_of_runs");
     options.integrators = {"symplectic_euler"};
     options.models = {"nodal_springs"};
     options.no_observed = true;
@@ -82,7 +82,7 @@ TEST(Stability, OfAModelIsTheStepOfItsResultFiles) {
 }
 
 TEST(Stability, RefusesModelsThatAreNotMadeOfSprings) {
-    auto options = of_bar("stability_of_elements");
+    auto options = options_of_bar("stability_of_elements");
     options.models = {"fem_p2"};
     tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"fem_p2", "nodal_springs"});
     options.models = {"nodal_neo_hooke"};
@@ -92,7 +92,7 @@ TEST(Stability, RefusesModelsThatAreNotMadeOfSprings) {
 }
 
 TEST(Stability, WithoutRunsHasPredictionsOnlyAndIsNotContradicted) {
-    auto options = of_bar("stability_predicted");
+    auto options = options_of_bar("stability_predicted");
     options.no_observed = true;
     int num_steps = 0;
     const auto found = find_stability(options, "test", [&](int, int, const std::string &) { ++num_steps; });
@@ -111,7 +111,7 @@ TEST(Stability, IsNotAsPredictedWhereARunDiffers) {
 }
 
 TEST(Stability, RefusesIntegratorsThatThereAreNot) {
-    auto options = of_bar("stability_refused");
+    auto options = options_of_bar("stability_refused");
     options.integrators = {"huen"};
     tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"'huen'", "did you mean 'heun'?"});
     options.integrators = {"heun", "heun"};

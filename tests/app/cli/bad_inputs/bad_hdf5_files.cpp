@@ -128,8 +128,8 @@ std::vector<BadInput> bad_hdf5_files() {
                          std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
                          std::uint64_t root = 0;
                          stream.seekg(place_of_root).read(reinterpret_cast<char *>(&root), sizeof root);
-                         constexpr std::streamoff of_a_message = 20;
-                         stream.seekp(static_cast<std::streamoff>(root) + of_a_message).put('\xff');
+                         constexpr std::streamoff place_in_message = 20;
+                         stream.seekp(static_cast<std::streamoff>(root) + place_in_message).put('\xff');
                      }),
         result("HDF5 that is no result file", without_attribute("/", "schema_version")),
         result("a result file of another version", with_attribute("/", "schema_version", 99)),

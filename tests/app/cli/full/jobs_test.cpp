@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What is solved does not depend on who solves it, and neither does what is kept from one load case for another: the
+/// Solutions do not depend on who solves them, and neither does what is kept from one load case for another: the
 /// third has the static solution of the first.
 TEST(Jobs, GiveTheSameBits) {
     const auto folder = tests::folder_with_bar("jobs", 0.02, tests::pressure_ratio);
@@ -105,7 +105,7 @@ TEST(Jobs, LoadCasesTogetherHaveTheSolutionsOfEachAlone) {
     EXPECT_NE(solution("resumed", "first", "fem_p2p1").solver.find("together"), std::string::npos);
 }
 
-/// Of load cases that constrain a little more than another one, factors serve for both: solutions are those of each
+/// Factors of load cases that constrain a little more than another one serve for both: solutions are those of each
 /// alone but for rounding, and the same whoever solves them.
 TEST(Jobs, LoadCasesThatShareAFactorHaveTheSolutionsOfEachAlone) {
     const auto folder = tests::folder_with_bar("jobs_shared", 0.01);
@@ -169,9 +169,9 @@ TEST(Jobs, DoNotChangeTheOrderOfTheTable) {
                 load_cases += line.substr(0, line.find(" |", 14)) + "\n";
         return load_cases;
     };
-    const auto of_one = table(1);
-    EXPECT_FALSE(of_one.empty());
-    EXPECT_EQ(of_one, table(2));
+    const auto by_one = table(1);
+    EXPECT_FALSE(by_one.empty());
+    EXPECT_EQ(by_one, table(2));
 }
 
 /// A small bar of its own, so that nothing takes long.

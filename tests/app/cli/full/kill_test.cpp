@@ -31,8 +31,7 @@ namespace fs = std::filesystem;
 /// results are of the same command.
 class PulledBar {
   public:
-    PulledBar(const std::string &suite, double edge, int num_loads)
-        : folder_(tests::folder_with_bar(suite, edge)) {
+    PulledBar(const std::string &suite, double edge, int num_loads) : folder_(tests::folder_with_bar(suite, edge)) {
         for (int l = 0; l < num_loads; ++l)
             load_cases_.push_back(tests::write_pull(folder_, fmt::format("pull_{}", l), 10.0 + l));
     }
@@ -87,15 +86,15 @@ std::vector<fs::path> files_with(const fs::path &folder, const std::string &exte
     return files;
 }
 
-/// Those that wait for their benchmark case.
-/// @param of_model  "name.", or "" for all
-std::size_t num_solutions(const fs::path &place, const std::string &of_model = "") {
+/// Solutions that wait for their benchmark case.
+/// @param model  "name.", or "" for all
+std::size_t num_solutions(const fs::path &place, const std::string &model = "") {
     std::size_t number = 0;
     std::error_code error;
     for (auto entry = fs::recursive_directory_iterator(place / "runs" / ".solutions", error);
          !error && entry != fs::recursive_directory_iterator(); entry.increment(error))
         number += entry->path().extension() == ".solution" &&
-                  entry->path().filename().string().find(of_model) != std::string::npos;
+                  entry->path().filename().string().find(model) != std::string::npos;
     return number;
 }
 
@@ -181,7 +180,7 @@ TEST_F(KilledRun, LeavesWholeFilesAndIsResumedToTheSameResults) {
     RecordProperty("kept", static_cast<int>(num_kept));
 }
 
-/// What a model has solved is not solved again, also where no load case has a result yet, and what several load cases
+/// A solution of a model is not solved again, also where no load case has a result yet, and what several load cases
 /// are solved together for is the same to the last bit.
 TEST_F(KilledRun, LosesNoSolution) {
     tests::write_bar_body(folder_, tests::pressure_ratio); // so that they are solved together

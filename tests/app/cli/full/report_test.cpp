@@ -262,7 +262,7 @@ TEST_F(Report, ReadsFilesByTheirKind) {
     }
 }
 
-/// What is whole is worth a report; what is not stands in it, on standard error and in the exit status.
+/// Whole files are worth a report; others stand in it, on standard error and in the exit status.
 TEST_F(Report, SaysWhatItLeftOut) {
     results::write_result(path_, tests::sample_result());
     write("second.h5", tests::sample_result());

@@ -32,7 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using Rows = std::vector<std::array<double, 4>>;
 
-/// How all tractions here are spread.
+/// Spread of all tractions here.
 const core::RoundLoad shape{{0.3, 0.2, 0.1}, 0.9};
 
 server::Message binary(Rows rows, const core::RoundLoad &load = shape) {

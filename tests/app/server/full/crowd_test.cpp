@@ -58,7 +58,7 @@ class CrowdedServer {
     CrowdedServer(const CrowdedServer &) = delete;
     CrowdedServer &operator=(const CrowdedServer &) = delete;
 
-    /// Of the process so far [s].
+    /// Processor time of the process so far [s].
     double processor_time() const {
         std::ifstream file(fmt::format("/proc/{}/stat", process_));
         std::string text((std::istreambuf_iterator<char>(file)), {});

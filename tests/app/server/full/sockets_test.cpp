@@ -342,7 +342,7 @@ TEST(Sockets, EndWithTheServer) {
     EXPECT_FALSE(talking.receive());
 }
 
-/// What goes on in the child process of the test below.
+/// Work of the child process of the test below.
 [[noreturn]] void stop_while_a_reply_is_worked_out() {
     Served served;
     WebSocketClient client(served.port);
