@@ -5,6 +5,8 @@
 #include <fmt/ostream.h>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <iterator>
+#include <sstream>
 
 #include "core/error_norms.hpp"
 #include "results/hdf5/result_file.hpp"
@@ -94,6 +96,58 @@ TEST_F(ExchangeStudy, AProblemIsWrittenInThreeFormats) {
         num_nodes += is_node ? 1 : 0; // the heading too
     }
     EXPECT_EQ(num_nodes, result.problem.body->mesh.num_nodes());
+}
+
+TEST_F(ExchangeStudy, EveryFormatIsWrittenWhereItIsNamedAndAnUnknownOneIsRefused) {
+    for (const auto &format : exchange::all_formats()) {
+        exported.formats = {format.name};
+        const auto found = export_problem(exported, "test").files;
+        ASSERT_EQ(found.size(), 1 + format.files.size()) << format.name;
+        for (std::size_t f = 0; f < format.files.size(); ++f) {
+            EXPECT_EQ(found[f + 1].filename(), std::string("pull") + format.files[f].ending);
+            EXPECT_GT(fs::file_size(found[f + 1]), 0u) << found[f + 1];
+        }
+    }
+    exported.formats = {"tetgn"};
+    tests::expect_input_error([&] { export_problem(exported, "test"); },
+                              {"no format 'tetgn'", "did you mean 'tetgen'?"});
+}
+
+/// Rows of numbers behind the first line, which has their number.
+std::vector<std::vector<double>> rows_of_tetgen(const fs::path &file) {
+    std::ifstream text(file);
+    std::vector<std::vector<double>> rows;
+    std::string line;
+    std::size_t count = 0;
+    text >> count;
+    std::getline(text, line);
+    while (std::getline(text, line)) {
+        std::istringstream words(line);
+        rows.emplace_back(std::istream_iterator<double>(words), std::istream_iterator<double>());
+    }
+    EXPECT_EQ(rows.size(), count) << file;
+    return rows;
+}
+
+TEST_F(ExchangeStudy, TetgenHasTheNumbersOfTheMesh) {
+    exported.formats = {"tetgen"};
+    const auto files = export_problem(exported, "test").files;
+    ASSERT_EQ(files.size(), 4u);
+    const auto mesh = results::read_result(files[0]).problem.body->mesh;
+    const auto nodes = rows_of_tetgen(files[1]), elements = rows_of_tetgen(files[2]), faces = rows_of_tetgen(files[3]);
+    ASSERT_EQ(nodes.size(), mesh.points.size());
+    ASSERT_EQ(elements.size(), mesh.tetrahedra.size());
+    ASSERT_EQ(faces.size(), mesh.boundary_triangles.size());
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+        EXPECT_EQ(nodes[i], (std::vector{i + 1.0, mesh.points[i].x(), mesh.points[i].y(), mesh.points[i].z()}));
+    for (std::size_t t = 0; t < elements.size(); ++t) {
+        const auto &[a, b, c, d] = mesh.tetrahedra[t];
+        EXPECT_EQ(elements[t], (std::vector{t + 1.0, a + 1.0, b + 1.0, c + 1.0, d + 1.0, mesh.region[t] + 1.0}));
+    }
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        const auto &[a, b, c] = mesh.boundary_triangles[f];
+        EXPECT_EQ(faces[f], (std::vector{f + 1.0, a + 1.0, b + 1.0, c + 1.0, mesh.boundary_patch[f] + 1.0}));
+    }
 }
 
 TEST_F(ExchangeStudy, ASolutionOfAnotherMeshAndANameThatIsTakenAreRefused) {
