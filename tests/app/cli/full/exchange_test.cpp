@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fmt/ostream.h>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <string>
@@ -26,44 +25,8 @@ class Exchange : public testing::Test {
     std::string at(const std::string &name) const { return (folder_ / name).string(); }
     std::string problem() const { return at("bar.toml") + " " + at("pull.toml"); }
 
-    void write_csv(const results::Result &result, const std::string &model) const {
-        const auto found = std::ranges::find(result.models, model, &results::ModelResult::name);
-        std::ofstream out(folder_ / "solution.csv");
-        out << "x,y,z,ux,uy,uz\n";
-        for (std::size_t i = 0; i < result.problem.body->mesh.points.size(); ++i) {
-            const auto &x = result.problem.body->mesh.points[i];
-            const auto &u = found->solution.displacement[i];
-            fmt::print(out, "{},{},{},{},{},{}\n", x.x(), x.y(), x.z(), u.x(), u.y(), u.z());
-        }
-    }
-
     fs::path folder_;
 };
-
-const results::ModelResult &find(const results::Result &result, const std::string &name) {
-    return *std::ranges::find(result.models, name, &results::ModelResult::name);
-}
-
-/// Displacements of our own springs come back with the same error as in a run.
-TEST_F(Exchange, ASolutionIsScoredAsOurOwnModelsAre) {
-    const auto ran = tests::livermark(fmt::format("run --body {} --load-case {} --model lloyd --output {}",
-                                                  at("bar.toml"), at("pull.toml"), at("runs")));
-    ASSERT_EQ(ran.status, 0) << ran.output;
-    const auto run = results::read_result(folder_ / "runs" / "bar" / "pull.h5");
-    write_csv(run, "lloyd");
-    const auto outcome = tests::livermark(
-        fmt::format("score {} {} --name outside --output {}", problem(), at("solution.csv"), at("scores")));
-    ASSERT_EQ(outcome.status, 0) << outcome.output;
-    const auto scored = results::read_result(folder_ / "scores" / "bar" / "pull.outside.h5");
-    const auto &ours = *find(run, "lloyd").comparison;
-    const auto &theirs = *find(scored, "outside").comparison;
-    EXPECT_EQ(theirs.reference, ours.reference);
-    EXPECT_EQ(theirs.relative_l2, ours.relative_l2);
-    EXPECT_EQ(theirs.max_error, ours.max_error);
-    EXPECT_TRUE(std::isnan(theirs.reaction_error));
-    EXPECT_NE(outcome.output.find("outside"), std::string::npos);
-    EXPECT_NE(outcome.output.find("fem_p1"), std::string::npos);
-}
 
 TEST_F(Exchange, AProblemIsWrittenInThreeFormats) {
     const auto outcome = tests::livermark(fmt::format("export {} -o {}", problem(), at("out")));

@@ -17,6 +17,7 @@
 #include "results/hdf5/result_file.hpp"
 #include "tests/child.hpp"
 #include "tests/listening_sockets.hpp"
+#include "tests/livermark_command.hpp"
 #include "tests/same_bits.hpp"
 #include "tests/samples/small_bar.hpp"
 
@@ -95,13 +96,6 @@ std::size_t num_solutions(const fs::path &place, const std::string &model = "") 
          !error && entry != fs::recursive_directory_iterator(); entry.increment(error))
         number += entry->path().extension() == ".solution" &&
                   entry->path().filename().string().find(model) != std::string::npos;
-    return number;
-}
-
-std::size_t count(const std::string &text, const std::string &part) {
-    std::size_t number = 0;
-    for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
-        ++number;
     return number;
 }
 
@@ -211,10 +205,10 @@ TEST_F(KilledRun, LosesNoSolution) {
             const auto resumed = run_on(place, {"--resume", "--jobs", jobs == "1" ? "2" : "1"});
             EXPECT_EQ(resumed.status, 0) << resumed.errors;
             // Between the result and the end of its solutions a load case has both, with each of two workers.
-            const auto kept = count(resumed.errors, " / lloyd, kept");
+            const auto kept = tests::count(resumed.errors, " / lloyd, kept");
             EXPECT_GE(kept, std::max(left, done)) << resumed.errors;
             EXPECT_GE(kept + 2, std::min(left + done, num_cases)) << resumed.errors;
-            EXPECT_EQ(count(resumed.errors, " / lloyd"), num_cases) << resumed.errors;
+            EXPECT_EQ(tests::count(resumed.errors, " / lloyd"), num_cases) << resumed.errors;
             EXPECT_FALSE(fs::exists(place / "runs" / ".solutions"));
             const auto completed = files_with(results_of(place), ".h5");
             ASSERT_EQ(completed.size(), num_cases);
@@ -234,9 +228,10 @@ TEST_F(KilledRun, LeavesNothingToAnotherCommand) {
         EXPECT_EQ(run(place, {"--jobs", "1"}, [&] { return num_solutions(place, "lloyd.") >= 2; }).signal, SIGKILL);
         return place;
     };
-    EXPECT_EQ(count(run(kill_with_two("begun_anew"), {"--jobs", "1"}).errors, ", kept"), 0U);
-    EXPECT_EQ(count(run(kill_with_two("stiffer"), {"--jobs", "1", "--young", "6000", "--resume"}).errors, ", kept"),
-              0U);
+    EXPECT_EQ(tests::count(run(kill_with_two("begun_anew"), {"--jobs", "1"}).errors, ", kept"), 0U);
+    EXPECT_EQ(
+        tests::count(run(kill_with_two("stiffer"), {"--jobs", "1", "--young", "6000", "--resume"}).errors, ", kept"),
+        0U);
 }
 
 using Clock = std::chrono::steady_clock;
@@ -264,7 +259,7 @@ TEST(TooLittleMemory, EndsARunWithASentence) {
             EXPECT_EQ(end.status, 1) << end.errors;
             if (end.errors.find("too little memory; take --jobs 1, or a mesh of fewer tetrahedra") != std::string::npos)
                 ++num_said;
-            EXPECT_GT(count(end.errors, "livermark: "), 0U) << end.errors;
+            EXPECT_GT(tests::count(end.errors, "livermark: "), 0U) << end.errors;
             ASSERT_LT(megabytes, 4000U);
         }
     EXPECT_GT(num_said, 0);
@@ -298,12 +293,13 @@ TEST(KilledWorker, CostsItsLoadCaseAlone) {
     ASSERT_EQ(killed.size(), num_to_kill);
     ASSERT_EQ(end.signal, 0);
     const auto num_told =
-        count(end.errors, "its process was killed, most likely because memory ran out; take --jobs 1");
+        tests::count(end.errors, "its process was killed, most likely because memory ran out; take --jobs 1");
     EXPECT_GT(num_told, 0U) << end.errors;
-    EXPECT_EQ(count(end.errors, "livermark: bar / pull_") + count(end.errors, "livermark: failed: bar / pull_"),
+    EXPECT_EQ(tests::count(end.errors, "livermark: bar / pull_") +
+                  tests::count(end.errors, "livermark: failed: bar / pull_"),
               num_told)
         << end.errors;
-    const auto num_failed = count(end.errors, "livermark: failed: ");
+    const auto num_failed = tests::count(end.errors, "livermark: failed: ");
     EXPECT_EQ(bar.num_results() + num_failed, 3U) << end.errors;
     EXPECT_EQ(end.status, num_failed > 0 ? 1 : 0);
 }

@@ -22,14 +22,6 @@
 namespace livermark::studies {
 namespace {
 
-/// With the number of pieces of a text in it.
-std::size_t count(const std::string &text, const std::string &part) {
-    std::size_t number = 0;
-    for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
-        ++number;
-    return number;
-}
-
 void expect_parts(const std::string &page, const std::vector<std::string> &parts) {
     for (const auto &part : parts)
         EXPECT_NE(page.find(part), std::string::npos) << part;
@@ -212,18 +204,18 @@ TEST_F(Report, DoesNotDrawWhatHasLeftTheRoom) {
         write("result.h5", result);
         const auto text = page();
         EXPECT_EQ(text.find("<img"), std::string::npos) << length;
-        EXPECT_EQ(count(text, "No model was compared with a reference here"), 1u);
+        EXPECT_EQ(tests::count(text, "No model was compared with a reference here"), 1u);
         auto far = tests::sample_result();
         for (auto &displacement : far.models[0].solution.displacement)
             displacement.z() = length;
         write("result.h5", far);
-        EXPECT_EQ(count(page(), "The reference does not move, or has diverged"), 1u);
+        EXPECT_EQ(tests::count(page(), "The reference does not move, or has diverged"), 1u);
     }
     auto still = tests::sample_result();
     for (auto &displacement : still.models[0].solution.displacement)
         displacement.setZero();
     write("result.h5", still);
-    EXPECT_EQ(count(page(), "The reference does not move"), 1u);
+    EXPECT_EQ(tests::count(page(), "The reference does not move"), 1u);
 }
 
 TEST_F(Report, ReadsFilesByTheirKind) {
@@ -295,7 +287,7 @@ TEST_F(Report, SaysWhatToInstallWherePythonLacksALibrary) {
         EXPECT_EQ(outcome.status, 2) << outcome.output;
         expect_parts(outcome.output, {fmt::format("No module named '{}'", library),
                                       "apt-get install python3-matplotlib python3-jinja2 python3-h5py"});
-        EXPECT_EQ(count(outcome.output, "\n"), 1u) << outcome.output;
+        EXPECT_EQ(tests::count(outcome.output, "\n"), 1u) << outcome.output;
         EXPECT_FALSE(std::filesystem::exists(directory_ / "runs" / "report.html"));
         std::filesystem::remove(module);
     }
@@ -340,7 +332,7 @@ TEST_F(Report, SaysWhatToUnsetWherePythonPathIsThatOfAnotherInterpreter) {
             fmt::format("cd {0}; PYTHONPATH={0}/other {1} {2}", directory_.string(), LIVERMARK_BINARY, words));
         EXPECT_EQ(outcome.status, 2) << outcome.output;
         expect_parts(outcome.output, {"built for another Python", "unset PYTHONPATH"});
-        EXPECT_EQ(count(outcome.output, "\n"), 1u) << outcome.output;
+        EXPECT_EQ(tests::count(outcome.output, "\n"), 1u) << outcome.output;
     }
 }
 

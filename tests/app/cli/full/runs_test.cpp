@@ -193,13 +193,6 @@ bool has_part(const tests::Outcome &outcome, const std::string &part) {
     return outcome.output.find(part) != std::string::npos;
 }
 
-int count_parts(const std::string &text, const std::string &part) {
-    int count = 0;
-    for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
-        ++count;
-    return count;
-}
-
 TEST(TablesOfRuns, NameTheReferenceAndNeverMixTwo) {
     const auto folder = folder_with_pull("two_references", 20.0);
     const auto refined = run_pull(folder, "", "refined"), on_mesh = run_pull(folder, "--reference-on-mesh", "on_mesh");
@@ -213,12 +206,12 @@ TEST(TablesOfRuns, NameTheReferenceAndNeverMixTwo) {
         const auto both =
             tests::livermark(fmt::format("table --kind {1} {0}/refined {0}/on_mesh", folder.string(), kind));
         EXPECT_EQ(both.status, 0) << both.output;
-        EXPECT_EQ(count_parts(both.output, "Errors are against"), 2) << both.output;
+        EXPECT_EQ(tests::count(both.output, "Errors are against"), 2u) << both.output;
         const auto end = both.output.find("Errors are against fem_p2p1,");
         const auto first = both.output.substr(0, end), second = both.output.substr(end);
-        EXPECT_EQ(count_parts(first, "lloyd "), 1) << both.output;
-        EXPECT_EQ(count_parts(second, "lloyd "), 1) << both.output;
-        EXPECT_EQ(count_parts(second, "fem_p2p1_refined"), 0) << both.output;
+        EXPECT_EQ(tests::count(first, "lloyd "), 1u) << both.output;
+        EXPECT_EQ(tests::count(second, "lloyd "), 1u) << both.output;
+        EXPECT_EQ(tests::count(second, "fem_p2p1_refined"), 0u) << both.output;
     }
 }
 
