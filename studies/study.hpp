@@ -32,8 +32,7 @@ inline constexpr const char *touching_load_cases_folder = "load_cases/touching";
 /// @param folder  one of these
 /// @param word    "body" or "load case", for messages
 /// @throws support::InputError for a name that does not ship, with the nearest one that does; for a load case of
-/// another
-///   folder with the command that takes it
+///   another folder with the command that takes it
 std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string> &wanted, const char *folder,
                                                    const char *word);
 

@@ -37,8 +37,7 @@ Command add_sensitivity(CLI::App &parent, const std::string &command_line);
 Command add_stability(CLI::App &parent, const std::string &command_line);
 
 /// Faults of the command line as one sentence with the remedy, where CLI11 would take several lines, show numbers of
-/// its own or name the largest double in full.
-/// Options that several commands have, with the same words.
+/// its own or name the largest double in full. Options that several commands have, with the same words.
 
 /// Refuses a word in the place of a subcommand that is none, and names the nearest one.
 /// @throws support::InputError

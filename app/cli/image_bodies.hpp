@@ -61,8 +61,7 @@ std::string stem_of_image(const std::string &body);
 /// options is used as it is, so that materials put into it stay. Where the name belongs to another body already, say
 /// that of another patient or of the segmentation before it was edited, the new one is <name>_<eight digits>.
 /// @param bodies        names and files, as behind --body; all surfaces among them are one body, the first the liver
-/// and
-///                      the others its lesions
+///   and the others its lesions
 /// @param command_line  kept in the body files
 /// @param force         whether to mesh anew what is there of the same content
 /// @return body files in the place of segmentations, the others as they were

@@ -194,15 +194,6 @@ void print_group(Printer &printer, std::span<const results::Result> results, Tab
 
 } // namespace
 
-void print_left_out(const std::vector<studies::LeftOut> &left_out, bool markdown) {
-    if (left_out.empty())
-        return;
-    results::Layout layout{{{"left out on"}, {"load case"}, {"because"}}, {}};
-    for (const auto &group : studies::grouped(left_out))
-        layout.rows.push_back({group.body, group.load_case, group.reason});
-    fmt::print("\n{}", table_text(layout, markdown));
-}
-
 void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown) {
     if (kind == TableKind::cohort)
         return print_cohort(results::cohort_errors(results), markdown);

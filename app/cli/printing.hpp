@@ -8,7 +8,6 @@
 #include "results/records/cohort.hpp"
 #include "results/records/result.hpp"
 #include "results/tables/table_layout.hpp"
-#include "studies/run/problems.hpp"
 #include "studies/study.hpp"
 
 namespace livermark::cli {
@@ -39,15 +38,11 @@ inline const std::map<std::string, TableKind> table_kinds{
 /// are never in one table, nor are errors against different references: each group has its tables, below a sentence
 /// that names the reference. Nothing is printed where there are no results.
 /// @throws support::InputError if medians are asked for and there is no static load case, and if a cohort is asked for
-/// and no
-///         body's name ends in a number
+///   and no body's name ends in a number
 void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown);
 
 /// Prints statistics of errors, as `--kind cohort` does; Python makes them.
 /// @throws support::InputError if there are none, and where numpy or h5py is missing
 void print_cohort(std::span<const results::CohortError> errors, bool markdown);
-
-/// Prints which load cases do not fit which body, and why; nothing where all fit.
-void print_left_out(const std::vector<studies::LeftOut> &left_out, bool markdown);
 
 } // namespace livermark::cli

@@ -104,9 +104,8 @@ ResultFiles result_files(const Site &site);
 
 using AskAboutFile = std::function<bool(const std::filesystem::path &)>;
 
-/// Asks once about each file until it changes (inode, size, time of the last change), and keeps the reply: a file
-/// with thousands of models takes seconds to be told from others. Copies share what they keep, and threads may ask at
-/// once.
+/// Asks once about each file until it changes (inode, size, time of the last change), and keeps the reply: a file with
+/// thousands of models takes seconds to be told from others. Copies share what they keep, and threads may ask at once.
 AskAboutFile remembered(AskAboutFile ask);
 
 /// Times that the server waits for others.

@@ -128,8 +128,7 @@ struct RegionFigures {
     double volume = 0.0; ///< [m^3]
     int num_tetrahedra = 0;
     int num_parts = 0; ///< that are joined by faces
-    /// Tetrahedra of the smallest part, and the diameter of the ball of its volume over the mean length of its
-    /// edges.
+    /// Tetrahedra of the smallest part, and the diameter of the ball of its volume over the mean length of its edges.
     int smallest_part_tetrahedra = 0;
     double smallest_part_in_edges = 0.0;
 };

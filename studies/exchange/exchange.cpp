@@ -206,7 +206,7 @@ std::vector<std::string> question_of_unit(const results::Result &result, const S
 std::vector<core::Model> models_beside(const ScoreOptions &options) {
     auto models = choose_models(options.models, {}, !options.reference_on_mesh);
     if (!options.solve_reference)
-        leave_out_unsolved_motions(models, stored_references_folder());
+        leave_out_unsolved_motions(models);
     for (const auto &model : models)
         if (model.name == options.name)
             throw support::InputError(
@@ -229,7 +229,7 @@ std::string announced(const core::Model &model, const core::Problem &problem, co
     auto on_mesh = fmt::format("{} on {} tetrahedra", model.name, problem.body->mesh.num_tetrahedra());
     if (!is_stored(model, problem))
         return on_mesh;
-    if (!options.solve_reference && !SolutionCache(stored_references_folder()).where(model, problem).empty())
+    if (!options.solve_reference && !SolutionCache::shipped().where(model, problem).empty())
         return model.name + ", which is stored";
     return on_mesh + (model.role_at_rest(problem.load_case.regime) == core::Role::refined_reference
                           ? " and finer meshes, which takes longest; --reference-on-mesh does without"
@@ -240,7 +240,7 @@ results::Result evaluate_beside(std::vector<core::Model> models, const core::Pro
                                 const std::vector<core::Vector3> &displacement, const ScoreOptions &options,
                                 const std::string &command_line, const ProgressReport &report) {
     models.push_back(outside_model(options, displacement));
-    PreparedModels prepared(options.solve_reference ? SolutionCache() : SolutionCache(stored_references_folder()));
+    PreparedModels prepared(options.solve_reference ? SolutionCache() : SolutionCache::shipped());
     const auto num_steps = std::ranges::count_if(models, [&](const auto &m) { return m.takes_part_in(problem); });
     Steps steps(static_cast<int>(num_steps), report);
     const auto solve = [&](const core::Model &model, const core::Problem &to_solve) {

@@ -374,8 +374,8 @@ Run read_run(const RunOptions &options) {
     std::ranges::move(yielded_places(run.problems), std::back_inserter(run.notes));
     std::ranges::move(without_part_in_slow_histories(run), std::back_inserter(run.notes));
     if (!options.solve_reference) {
-        run.solutions = SolutionCache(stored_references_folder());
-        leave_out_unsolved_motions(run.models, stored_references_folder());
+        run.solutions = SolutionCache::shipped();
+        leave_out_unsolved_motions(run.models);
     }
     if (support::mpi_rank() == 0)
         for (const auto &problem : run.problems)

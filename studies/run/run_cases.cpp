@@ -156,9 +156,8 @@ std::vector<WorkItem> plan_of(const std::vector<Case> &cases, const std::vector<
 /// nothing is kept.
 Run with_cache(Run run, const results::Provenance &provenance) {
     if (support::mpi_num_ranks() == 1) {
-        run.solutions.keep_in(
-            folder_of_solutions(run.options.output, fmt::format("{}\n{}\n{}", provenance.command, provenance.git_commit,
-                                                                provenance.build_type)));
+        run.solutions.keep_in(run.options.output, fmt::format("{}\n{}\n{}", provenance.command, provenance.git_commit,
+                                                              provenance.build_type));
         if (!run.options.resume)
             run.solutions.clear();
     }

@@ -52,6 +52,16 @@ bool can_be_kept(const core::Model &model) {
 
 } // namespace
 
+SolutionCache SolutionCache::shipped() {
+    return SolutionCache(stored_references_folder());
+}
+
+void SolutionCache::keep_in(const std::filesystem::path &output, const std::string &settings) {
+    support::FnvHash hash;
+    hash.add(settings);
+    folder_ = output / solutions_folder / fmt::format("{:016x}", hash.value());
+}
+
 std::filesystem::path SolutionCache::file(const core::Model &model, const core::Problem &problem) const {
     return folder_ / problem.body->name / fmt::format("{}.{}.solution", model.name, results::problem_key(problem));
 }
@@ -108,12 +118,6 @@ void SolutionCache::clear() const {
     std::filesystem::remove(folder_.parent_path(), nobody_cares); // that of all runs, if there is no other
 }
 
-std::filesystem::path folder_of_solutions(const std::filesystem::path &output, const std::string &settings) {
-    support::FnvHash hash;
-    hash.add(settings);
-    return output / solutions_folder / fmt::format("{:016x}", hash.value());
-}
-
 bool is_stored(const core::Model &model, const core::Problem &problem) {
     if (!model.takes_part_in(problem))
         return false;
@@ -128,10 +132,10 @@ std::filesystem::path stored_references_folder() {
     return support::root_folder() / "results" / "references";
 }
 
-void leave_out_unsolved_motions(std::vector<core::Model> &models, const std::filesystem::path &folder) {
+void leave_out_unsolved_motions(std::vector<core::Model> &models) {
     for (auto &model : models)
         if (refines_motion(model))
-            model.is_wanted = [solved = SolutionCache(folder), model](const core::Problem &problem) {
+            model.is_wanted = [solved = SolutionCache::shipped(), model](const core::Problem &problem) {
                 return !solved.where(model, problem).empty();
             };
 }

@@ -219,7 +219,7 @@ toml::array outputs_with_laws(const core::Problem &large, const std::vector<Outp
     auto models = models::all_models();
     std::erase_if(models,
                   [](const core::Model &model) { return model.name != law_of_reference && model.name != other_law; });
-    PreparedModels prepared{SolutionCache(stored_references_folder())};
+    PreparedModels prepared{SolutionCache::shipped()};
     toml::array answers;
     for (const auto *name : {law_of_reference, other_law}) {
         steps.next(fmt::format("{} / {} / {}", large.body->name, large.load_case.name, name));

@@ -49,6 +49,16 @@ void print_done(const std::vector<results::Result> &done, const std::vector<doub
     }
 }
 
+/// Prints which load cases do not fit which body, and why; nothing where all fit.
+void print_left_out(const std::vector<studies::LeftOut> &left_out, bool markdown) {
+    if (left_out.empty())
+        return;
+    results::Layout layout{{{"left out on"}, {"load case"}, {"because"}}, {}};
+    for (const auto &group : studies::grouped(left_out))
+        layout.rows.push_back({group.body, group.load_case, group.reason});
+    fmt::print("\n{}", table_text(layout, markdown));
+}
+
 int run(const studies::RunOptions &options, Printing printing, const std::string &command_line) {
     studies::TimeSpent spent;
     spent.begin("bodies and load cases");

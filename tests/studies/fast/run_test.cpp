@@ -148,15 +148,15 @@ TEST(Nonlinearity, HasADashWhereAProblemFailedAndTheStatusWhereAModelDid) {
 
 using core::Vector3;
 
-const std::shared_ptr<const core::Body> bar =
+const std::shared_ptr<const core::Body> bar_body =
     tests::make_body(tests::box_mesh({0.1, 0.05, 0.05}, {3, 1, 1}), {1e3, 5e3, 0.3});
 
 core::Problem pulled_bar() {
-    auto load_case = tests::empty_load_case(bar->mesh);
+    auto load_case = tests::empty_load_case(bar_body->mesh);
     load_case.name = "pull";
-    tests::prescribe(load_case, bar->mesh, "x_min", Vector3::Zero());
-    tests::pull(load_case, bar->mesh, "x_max", {10.0, 0.0, 0.0});
-    return {bar, std::move(load_case)};
+    tests::prescribe(load_case, bar_body->mesh, "x_min", Vector3::Zero());
+    tests::pull(load_case, bar_body->mesh, "x_max", {10.0, 0.0, 0.0});
+    return {bar_body, std::move(load_case)};
 }
 
 /// With the role that a model of this name has.
@@ -174,7 +174,7 @@ core::Solution stretched(double factor) {
     core::Solution solution;
     if (factor == 0.0)
         solution.status = core::SolutionStatus::not_converged;
-    for (const auto &point : bar->mesh.points)
+    for (const auto &point : bar_body->mesh.points)
         solution.displacement.push_back(0.01 * factor * point);
     solution.reaction.assign(1, Vector3(-factor, 0.0, 0.0));
     solution.strain_energy = factor * factor;

@@ -52,7 +52,7 @@ class SolutionsOfARun : public testing::Test {
 
     SolutionCache cache() const {
         SolutionCache cache;
-        cache.keep_in(folder);
+        cache.keep_in(output, "settings");
         return cache;
     }
 
@@ -72,7 +72,7 @@ class SolutionsOfARun : public testing::Test {
 
     fs::path output = fs::path(testing::TempDir()) / ("livermark_solutions_" + std::to_string(getpid()) +
                                                       testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::path folder = folder_of_solutions(output, "settings");
+    fs::path folder = output / ".solutions";
     int num_prepared = 0, num_solved = 0;
 };
 
@@ -119,7 +119,9 @@ TEST_F(SolutionsOfARun, AreThoseOfOneModelAndProblem) {
     auto other = model;
     other.name = "other";
     EXPECT_FALSE(cache().find(other, problem));
-    EXPECT_NE(folder_of_solutions(output, "settings"), folder_of_solutions(output, "other settings"));
+    SolutionCache otherwise;
+    otherwise.keep_in(output, "other settings");
+    EXPECT_FALSE(otherwise.find(model, problem));
 }
 
 TEST_F(SolutionsOfARun, ThatAreDamagedAreNone) {
@@ -148,7 +150,7 @@ TEST_F(SolutionsOfARun, GoWhenAResultHasThem) {
     EXPECT_FALSE(cache().find(models[0], problem));
     EXPECT_TRUE(cache().find(models[0], other));
     cache().clear();
-    EXPECT_FALSE(fs::exists(folder.parent_path()));
+    EXPECT_FALSE(fs::exists(folder));
 }
 
 TEST_F(SolutionsOfARun, AreSolvedOnce) {
@@ -197,7 +199,7 @@ TEST_F(SolutionsOfARun, AreNotSolvedAgainBesideAStoredReference) {
     stored.strain_energy *= 2.0;
     results::write_reference(file, stored, problem, together.name, {});
     SolutionCache with_references(references);
-    with_references.keep_in(folder);
+    with_references.keep_in(output, "settings");
     EXPECT_EQ(with_references.where(together, problem), "stored");
     const std::array problems{problem, core::Problem{problem.body, other.load_case}};
     for (int again = 0; again < 2; ++again) {
