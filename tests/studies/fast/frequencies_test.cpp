@@ -78,9 +78,7 @@ StabilityOptions options_of_bar_with_lump(const std::string &suite, bool has_lum
         std::ofstream(folder / "bar.toml", std::ios::app) << "[regions.lump]\ndensity = 1000.0\nyoung_modulus = "
                                                              "500000.0\npoisson_ratio = 0.3\nsource = \"made up\"\n";
     }
-    std::ofstream(folder / "hold.toml")
-        << "title = \"hold\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
-           "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = [10.0, 0.0, 0.0]\n";
+    tests::write_pull(folder, "hold");
     StabilityOptions options;
     options.bodies = {(folder / "bar.toml").string()};
     options.load_case = (folder / "hold.toml").string();

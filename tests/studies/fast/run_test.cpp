@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fstream>
 #include <gtest/gtest.h>
 #include <limits>
 #include <stdexcept>
@@ -327,12 +326,9 @@ TEST(ChosenModels, HaveInteractiveMethodsOnlyIfTheyAreNamed) {
 /// A bar of the user's own, and a load case that pulls at it.
 RunOptions pull_of_a_bar(const std::string &more = "") {
     const auto folder = tests::folder_with_bar("run_task", 0.03);
-    std::ofstream(folder / "pull.toml") << more
-                                        << "[[condition]]\npatch = \"x_min\"\ndisplacement = [0.0, 0.0, 0.0]\n"
-                                           "[[condition]]\npatch = \"x_max\"\ntraction = [1.0, 0.0, 0.0]\n";
     RunOptions options;
     options.bodies = {(folder / "bar.toml").string()};
-    options.load_cases = {(folder / "pull.toml").string()};
+    options.load_cases = {tests::write_pull(folder, "pull", 1.0, more)};
     return options;
 }
 

@@ -85,9 +85,7 @@ TEST(GrowingCuts, OfADoubleCantileverSetFreeWhatBeamsDo) {
 
 CutStudyOptions options_of_cut_bar(const std::string &suite) {
     const auto folder = tests::folder_with_bar(suite, 0.01);
-    std::ofstream(folder / "pull.toml")
-        << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
-           "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = [2.0, 0.0, 0.0]\n";
+    tests::write_pull(folder, "pull", 2.0);
     CutStudyOptions options;
     options.body = (folder / "bar.toml").string();
     options.load_case = (folder / "pull.toml").string();
@@ -207,19 +205,15 @@ TEST(GrowingCuts, AreJudgedInTheLargeRegimeOnTheBodiesOfTheSmallOne) {
     options.num_steps = 1;
     options.num_refined = 0;
     options.models = {"nodal_springs"};
-    const auto opening_at =
-        [&](double traction, std::optional<core::Regime> regime) {
-            std::ofstream(options.load_case)
-                << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
-                   "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = ["
-                << traction << ", 0.0, 0.0]\n";
-            options.regime = regime;
-            const auto done = let_blade_in(options, "test", {});
-            EXPECT_EQ(done.file.regime, regime.value_or(core::Regime::small));
-            EXPECT_EQ(done.file.runs.front().model, regime ? "fem_p2p1_neo_hookean" : "fem_p2p1");
-            EXPECT_TRUE(done.file.levels.empty());
-            return std::pair{done.file.runs.front().opening.back(), done.file.nodes};
-        };
+    const auto opening_at = [&](double traction, std::optional<core::Regime> regime) {
+        tests::write_pull(std::filesystem::path(options.load_case).parent_path(), "pull", traction);
+        options.regime = regime;
+        const auto done = let_blade_in(options, "test", {});
+        EXPECT_EQ(done.file.regime, regime.value_or(core::Regime::small));
+        EXPECT_EQ(done.file.runs.front().model, regime ? "fem_p2p1_neo_hookean" : "fem_p2p1");
+        EXPECT_TRUE(done.file.levels.empty());
+        return std::pair{done.file.runs.front().opening.back(), done.file.nodes};
+    };
     const auto large = core::Regime::large;
     const auto [small_linear, nodes] = opening_at(0.002, std::nullopt);
     const auto [small_loads, same_nodes] = opening_at(0.002, large);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include "studies/models/model_table.hpp"
 #include "studies/run/problems.hpp"
@@ -14,9 +13,7 @@ namespace {
 
 StabilityOptions options_of_bar(const std::string &suite) {
     const auto folder = tests::folder_with_bar(suite);
-    std::ofstream(folder / "pull.toml")
-        << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
-           "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = [10.0, 0.0, 0.0]\n";
+    tests::write_pull(folder);
     StabilityOptions options;
     options.bodies = {(folder / "bar.toml").string()};
     options.load_case = (folder / "pull.toml").string();

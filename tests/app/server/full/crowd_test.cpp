@@ -215,9 +215,7 @@ TEST(Listening, StartsWithNobodyForAnIterativeSolveInOneProcess) {
 
 TEST(Listening, DuringARunIsNobody) {
     const auto folder = tests::folder_with_bar("listening");
-    std::ofstream(folder / "pull.toml")
-        << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
-           "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = [10.0, 0.0, 0.0]\n";
+    const auto pull = tests::write_pull(folder);
     std::set<std::string> heard;
     std::size_t num_looks = 0;
     const auto look = [&] {
@@ -228,8 +226,8 @@ TEST(Listening, DuringARunIsNobody) {
         return false;
     };
     const auto end = tests::run_child({LIVERMARK_BINARY, "run", "--body", (folder / "bar.toml").string(), "--load-case",
-                                       (folder / "pull.toml").string(), "--model", "fem_p2", "--fem-solver",
-                                       "iterative", "--reference-on-mesh", "--output", (folder / "runs").string()},
+                                       pull, "--model", "fem_p2", "--fem-solver", "iterative", "--reference-on-mesh",
+                                       "--output", (folder / "runs").string()},
                                       {.killed_when = look});
     EXPECT_EQ(end.status, 0) << end.output << end.errors;
     EXPECT_GT(num_looks, 10U);
