@@ -330,61 +330,6 @@ int make_body(const SegmentCommand &command, std::vector<std::string> words) {
     return status;
 }
 
-} // namespace
-
-int make_body_of_labels(const SegmentCommand &command) {
-    std::vector<std::string> words{"labels", command.labels};
-    if (!command.liver.empty())
-        words.insert(words.end(), {"--liver", list_of(command.liver)});
-    if (!command.tumours.empty())
-        words.insert(words.end(), {"--tumours", list_of(command.tumours)});
-    return make_body(command, std::move(words));
-}
-
-int make_body_of_surfaces(const SegmentCommand &command) {
-    std::vector<std::string> words{"surfaces"};
-    words.insert(words.end(), command.surfaces.begin(), command.surfaces.end());
-    if (command.unit)
-        words.insert(words.end(), {"--unit", *command.unit});
-    return make_body(command, std::move(words));
-}
-
-std::string figures_of_labels(const std::string &file) {
-    return segment({"figures-of-labels", file}).output;
-}
-
-std::string figures_of_surface(const std::string &file) {
-    return segment({"figures-of-surface", file}).output;
-}
-
-int make_phantom(const PhantomCommand &command) {
-    for (const double spacing : command.spacing)
-        if (!(spacing >= 0.1e-3 && spacing <= 20e-3))
-            throw support::InputError(
-                fmt::format("--spacing is {} m; give three lengths between 0.0001 and 0.02 m", spacing));
-    for (const double angle : command.turn)
-        if (constexpr double most = 100.0; !(std::abs(angle) <= most))
-            throw support::InputError(
-                fmt::format("--turn is {} rad; give three angles, which turn about x, y and z together", angle));
-    std::vector<std::string> words{"phantom", "--output", command.output};
-    for (const auto &[option, numbers] :
-         {std::pair("--spacing", &command.spacing), std::pair("--turn", &command.turn)}) {
-        words.emplace_back(option);
-        for (const double number : *numbers)
-            words.push_back(fmt::format("{}", number));
-    }
-    if (command.touching)
-        words.emplace_back("--touching");
-    if (!command.scan.empty()) {
-        support::check_place(command.scan);
-        words.insert(words.end(), {"--scan", command.scan});
-    }
-    fmt::print("{}", segment(std::move(words)).output);
-    return 0;
-}
-
-namespace {
-
 /// Whether a body file is that of these sources.
 bool is_made_of(const BodySources &sources, const fs::path &body_file) {
     try {
@@ -449,6 +394,57 @@ class Mesher {
 };
 
 } // namespace
+
+int make_body_of_labels(const SegmentCommand &command) {
+    std::vector<std::string> words{"labels", command.labels};
+    if (!command.liver.empty())
+        words.insert(words.end(), {"--liver", list_of(command.liver)});
+    if (!command.tumours.empty())
+        words.insert(words.end(), {"--tumours", list_of(command.tumours)});
+    return make_body(command, std::move(words));
+}
+
+int make_body_of_surfaces(const SegmentCommand &command) {
+    std::vector<std::string> words{"surfaces"};
+    words.insert(words.end(), command.surfaces.begin(), command.surfaces.end());
+    if (command.unit)
+        words.insert(words.end(), {"--unit", *command.unit});
+    return make_body(command, std::move(words));
+}
+
+std::string figures_of_labels(const std::string &file) {
+    return segment({"figures-of-labels", file}).output;
+}
+
+std::string figures_of_surface(const std::string &file) {
+    return segment({"figures-of-surface", file}).output;
+}
+
+int make_phantom(const PhantomCommand &command) {
+    for (const double spacing : command.spacing)
+        if (!(spacing >= 0.1e-3 && spacing <= 20e-3))
+            throw support::InputError(
+                fmt::format("--spacing is {} m; give three lengths between 0.0001 and 0.02 m", spacing));
+    for (const double angle : command.turn)
+        if (constexpr double most = 100.0; !(std::abs(angle) <= most))
+            throw support::InputError(
+                fmt::format("--turn is {} rad; give three angles, which turn about x, y and z together", angle));
+    std::vector<std::string> words{"phantom", "--output", command.output};
+    for (const auto &[option, numbers] :
+         {std::pair("--spacing", &command.spacing), std::pair("--turn", &command.turn)}) {
+        words.emplace_back(option);
+        for (const double number : *numbers)
+            words.push_back(fmt::format("{}", number));
+    }
+    if (command.touching)
+        words.emplace_back("--touching");
+    if (!command.scan.empty()) {
+        support::check_place(command.scan);
+        words.insert(words.end(), {"--scan", command.scan});
+    }
+    fmt::print("{}", segment(std::move(words)).output);
+    return 0;
+}
 
 std::string stem_of_image(const std::string &body) {
     const fs::path path = body;

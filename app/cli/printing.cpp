@@ -73,32 +73,6 @@ std::string time_text(double passed, int step, int num_steps) {
     return fmt::format(" ({}, about {} left)", clock_text(passed), clock_text(rest));
 }
 
-} // namespace
-
-studies::ProgressReport print_progress() {
-    using Clock = std::chrono::steady_clock;
-    return [line = std::make_shared<Line>(), start = std::make_shared<std::optional<Clock::time_point>>()](
-               int step, int num_steps, const std::string &about) {
-        const auto now = Clock::now();
-        if (!*start)
-            *start = now;
-        const double passed = std::chrono::duration<double>(now - **start).count();
-        line->write(
-            fmt::format("[{}/{}] {}{}", step, num_steps, about, step > 1 ? time_text(passed, step, num_steps) : ""));
-    };
-}
-
-std::string table_text(const results::Layout &layout, bool markdown) {
-    return markdown ? results::to_markdown(layout) : results::to_text(layout);
-}
-
-void print_notes(const std::vector<std::string> &notes) {
-    for (const auto &note : notes)
-        fmt::print(stderr, "livermark: {}\n", note);
-}
-
-namespace {
-
 constexpr auto *small_title = "Small deformations; reference: linear elasticity.";
 constexpr auto *slow_title = "Tissue that relaxes: the force over time.";
 constexpr auto *large_title = "Large deformations; reference: hyperelasticity along the path of the load.";
@@ -193,6 +167,28 @@ void print_group(Printer &printer, std::span<const results::Result> results, Tab
 }
 
 } // namespace
+
+studies::ProgressReport print_progress() {
+    using Clock = std::chrono::steady_clock;
+    return [line = std::make_shared<Line>(), start = std::make_shared<std::optional<Clock::time_point>>()](
+               int step, int num_steps, const std::string &about) {
+        const auto now = Clock::now();
+        if (!*start)
+            *start = now;
+        const double passed = std::chrono::duration<double>(now - **start).count();
+        line->write(
+            fmt::format("[{}/{}] {}{}", step, num_steps, about, step > 1 ? time_text(passed, step, num_steps) : ""));
+    };
+}
+
+std::string table_text(const results::Layout &layout, bool markdown) {
+    return markdown ? results::to_markdown(layout) : results::to_text(layout);
+}
+
+void print_notes(const std::vector<std::string> &notes) {
+    for (const auto &note : notes)
+        fmt::print(stderr, "livermark: {}\n", note);
+}
 
 void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown) {
     if (kind == TableKind::cohort)

@@ -99,6 +99,67 @@ py::dict errors_of_models(const Scored &scored) {
     return errors;
 }
 
+std::vector<std::string> stems(const char *folder, const char *word) {
+    std::vector<std::string> names;
+    for (const auto &file : studies::find_toml_files({}, folder, word))
+        names.push_back(file.stem().string());
+    return names;
+}
+
+/// Attributes of the program that wrote a file, see "Where it comes from" in results/schema.md.
+py::dict provenance(const std::string &command) {
+    const auto found = results::current_provenance(command);
+    py::dict attributes;
+    attributes["software_version"] = found.software_version;
+    attributes["git_commit"] = found.git_commit;
+    attributes["created"] = found.created;
+    attributes["command"] = found.command;
+    attributes["cpu"] = found.cpu;
+    attributes["compiler"] = found.compiler;
+    attributes["build_type"] = found.build_type;
+    attributes["threads"] = found.threads;
+    return attributes;
+}
+
+std::string advise_on(const core::Body &body, const studies::AdviceOptions &options) {
+    return studies::to_json(studies::advise(body, options, {}));
+}
+
+std::string advise_on_file(const std::string &body, std::optional<double> young_modulus,
+                           std::optional<double> poisson_ratio, double tool_radius, std::optional<double> budget) {
+    return without_interpreter([&] {
+        const auto file = studies::find_toml_files({body}, studies::bodies_folder, "body").front();
+        const bool is_mesh = support::file_ending(file) != ".toml";
+        return advise_on(meshes::read_body(file, {young_modulus, poisson_ratio}),
+                         {.tool_radius = tool_radius,
+                          .budget = budget,
+                          .is_material_assumed = is_mesh && !young_modulus.has_value()});
+    });
+}
+
+std::string advise_on_arrays(const py::object &points, const py::object &tetrahedra, const py::object &young_modulus,
+                             const py::object &poisson_ratio, const py::object &density, double tool_radius,
+                             std::optional<double> budget, bool is_material_assumed) {
+    const auto body = to_body(points, tetrahedra, young_modulus, poisson_ratio, density);
+    return without_interpreter([&] {
+        return advise_on(body,
+                         {.tool_radius = tool_radius, .budget = budget, .is_material_assumed = is_material_assumed});
+    });
+}
+
+using meshes::CutBody;
+
+CutBody cut_body(const std::string &body, const meshes::CutWords &words, const std::optional<std::string> &output) {
+    return without_interpreter([&] {
+        const auto cut = meshes::cut_of(words, "livermark.cut()");
+        auto result = meshes::cut(
+            meshes::read_body(studies::find_toml_files({body}, studies::bodies_folder, "body").front()), cut);
+        if (output)
+            meshes::write_cut_body(*output, result, "livermark.cut()");
+        return result;
+    });
+}
+
 } // namespace
 
 void add_score(py::module_ &module, py::class_<LoadedBody> &problem) {
@@ -154,32 +215,6 @@ void add_score(py::module_ &module, py::class_<LoadedBody> &problem) {
         "of reference_on_mesh. Returns Score.\nRaises InputError.");
 }
 
-namespace {
-
-std::vector<std::string> stems(const char *folder, const char *word) {
-    std::vector<std::string> names;
-    for (const auto &file : studies::find_toml_files({}, folder, word))
-        names.push_back(file.stem().string());
-    return names;
-}
-
-/// Attributes of the program that wrote a file, see "Where it comes from" in results/schema.md.
-py::dict provenance(const std::string &command) {
-    const auto found = results::current_provenance(command);
-    py::dict attributes;
-    attributes["software_version"] = found.software_version;
-    attributes["git_commit"] = found.git_commit;
-    attributes["created"] = found.created;
-    attributes["command"] = found.command;
-    attributes["cpu"] = found.cpu;
-    attributes["compiler"] = found.compiler;
-    attributes["build_type"] = found.build_type;
-    attributes["threads"] = found.threads;
-    return attributes;
-}
-
-} // namespace
-
 void add_catalogue(py::module_ &module) {
     module.def(
         "bodies", [] { return stems(studies::bodies_folder, "body"); }, "Names of the bodies that ship.");
@@ -198,36 +233,6 @@ void add_catalogue(py::module_ &module) {
     module.def("_provenance", &provenance, py::arg("command"));
 }
 
-namespace {
-
-std::string advise_on(const core::Body &body, const studies::AdviceOptions &options) {
-    return studies::to_json(studies::advise(body, options, {}));
-}
-
-std::string advise_on_file(const std::string &body, std::optional<double> young_modulus,
-                           std::optional<double> poisson_ratio, double tool_radius, std::optional<double> budget) {
-    return without_interpreter([&] {
-        const auto file = studies::find_toml_files({body}, studies::bodies_folder, "body").front();
-        const bool is_mesh = support::file_ending(file) != ".toml";
-        return advise_on(meshes::read_body(file, {young_modulus, poisson_ratio}),
-                         {.tool_radius = tool_radius,
-                          .budget = budget,
-                          .is_material_assumed = is_mesh && !young_modulus.has_value()});
-    });
-}
-
-std::string advise_on_arrays(const py::object &points, const py::object &tetrahedra, const py::object &young_modulus,
-                             const py::object &poisson_ratio, const py::object &density, double tool_radius,
-                             std::optional<double> budget, bool is_material_assumed) {
-    const auto body = to_body(points, tetrahedra, young_modulus, poisson_ratio, density);
-    return without_interpreter([&] {
-        return advise_on(body,
-                         {.tool_radius = tool_radius, .budget = budget, .is_material_assumed = is_material_assumed});
-    });
-}
-
-} // namespace
-
 void add_advise(py::module_ &module) {
     module.def("_advise_on_file", &advise_on_file, py::arg("body"), py::arg("young_modulus"), py::arg("poisson_ratio"),
                py::arg("tool_radius"), py::arg("budget"), "JSON of livermark.advise() for a body by name or path.");
@@ -235,23 +240,6 @@ void add_advise(py::module_ &module) {
                py::arg("young_modulus"), py::arg("poisson_ratio"), py::arg("density"), py::arg("tool_radius"),
                py::arg("budget"), py::arg("is_material_assumed"), "JSON of livermark.advise() for arrays.");
 }
-
-namespace {
-
-using meshes::CutBody;
-
-CutBody cut_body(const std::string &body, const meshes::CutWords &words, const std::optional<std::string> &output) {
-    return without_interpreter([&] {
-        const auto cut = meshes::cut_of(words, "livermark.cut()");
-        auto result = meshes::cut(
-            meshes::read_body(studies::find_toml_files({body}, studies::bodies_folder, "body").front()), cut);
-        if (output)
-            meshes::write_cut_body(*output, result, "livermark.cut()");
-        return result;
-    });
-}
-
-} // namespace
 
 void add_cut(py::module_ &module) {
     py::class_<CutBody> cut(module, "CutBody",

@@ -66,6 +66,45 @@ py::array fixed(const LoadedBody &loaded) {
     return mask;
 }
 
+core::Model find_model(const std::string &name) {
+    const auto models = models::all_models();
+    return support::find_named(models, name, "model");
+}
+
+core::Solution solution_of(const LoadedBody &loaded, const std::string &name) {
+    const auto model = find_model(name);
+    const auto &problem = loaded.problem;
+    if (!model.takes_part_in(problem))
+        throw support::InputError(fmt::format("model {} does not take part in load case {}: it is for {}", name,
+                                              problem.load_case.name,
+                                              model.only_moving ? "motions" : "the other regime"));
+    if (model.check)
+        model.check(problem);
+    return model.solve(problem);
+}
+
+core::Solution solve(const LoadedBody &loaded, const std::string &name) {
+    return without_interpreter([&] { return solution_of(loaded, name); });
+}
+
+template <class Member> auto springs_member(Member member) {
+    return [=](const core::Solution &s) { return s.springs ? &((*s.springs).*member) : nullptr; };
+}
+
+template <class Member> auto history_member(Member member) {
+    return [=](const core::Solution &s) { return s.history ? &((*s.history).*member) : nullptr; };
+}
+
+/// (K, Q, 3)
+py::object motion_of_probes(const py::object &self) {
+    const auto &history = self.cast<const core::Solution &>().history;
+    if (!history || history->time.empty())
+        return py::none();
+    const auto records = static_cast<py::ssize_t>(history->time.size());
+    const auto probes = static_cast<py::ssize_t>(history->displacement.size()) / records;
+    return view(reinterpret_cast<const double *>(history->displacement.data()), {records, probes, 3}, self);
+}
+
 } // namespace
 
 void add_problem(py::module_ &module) {
@@ -116,49 +155,6 @@ void add_problem(py::module_ &module) {
                "path of a .toml.\nyoung_modulus [Pa]: of the first region, others keep their ratio to it. "
                "poisson_ratio: of every region.\nReturns Problem. Raises InputError.");
 }
-
-namespace {
-
-core::Model find_model(const std::string &name) {
-    const auto models = models::all_models();
-    return support::find_named(models, name, "model");
-}
-
-core::Solution solution_of(const LoadedBody &loaded, const std::string &name) {
-    const auto model = find_model(name);
-    const auto &problem = loaded.problem;
-    if (!model.takes_part_in(problem))
-        throw support::InputError(fmt::format("model {} does not take part in load case {}: it is for {}", name,
-                                              problem.load_case.name,
-                                              model.only_moving ? "motions" : "the other regime"));
-    if (model.check)
-        model.check(problem);
-    return model.solve(problem);
-}
-
-core::Solution solve(const LoadedBody &loaded, const std::string &name) {
-    return without_interpreter([&] { return solution_of(loaded, name); });
-}
-
-template <class Member> auto springs_member(Member member) {
-    return [=](const core::Solution &s) { return s.springs ? &((*s.springs).*member) : nullptr; };
-}
-
-template <class Member> auto history_member(Member member) {
-    return [=](const core::Solution &s) { return s.history ? &((*s.history).*member) : nullptr; };
-}
-
-/// (K, Q, 3)
-py::object motion_of_probes(const py::object &self) {
-    const auto &history = self.cast<const core::Solution &>().history;
-    if (!history || history->time.empty())
-        return py::none();
-    const auto records = static_cast<py::ssize_t>(history->time.size());
-    const auto probes = static_cast<py::ssize_t>(history->displacement.size()) / records;
-    return view(reinterpret_cast<const double *>(history->displacement.data()), {records, probes, 3}, self);
-}
-
-} // namespace
 
 void add_solve(py::module_ &module, py::class_<LoadedBody> &problem) {
     using core::Solution;

@@ -50,41 +50,6 @@ double shortest_time(const std::function<void()> &step) {
     return shortest;
 }
 
-} // namespace
-
-double StepCost::safe_time_step() const {
-    return msm::default_safety_factor * critical_time_step;
-}
-
-int StepCost::steps_per_frame() const {
-    return static_cast<int>(std::ceil(frame / safe_time_step()));
-}
-
-double critical_time_step(const core::Body &body, const msm::ElasticBody &springs) {
-    const auto &positions = body.mesh.points;
-    return 2.0 / msm::largest_angular_frequency(springs, positions, nothing_constrained(positions.size()));
-}
-
-StepCost step_cost(const core::Body &body, const msm::ElasticBody &springs) {
-    const auto &positions = body.mesh.points;
-    const auto conditions = nothing_constrained(positions.size());
-    StepCost cost;
-    cost.critical_time_step = critical_time_step(body, springs);
-    auto steps = msm::FastSteps::prepare(springs, positions, conditions, {}, "symplectic_euler", cost.safe_time_step());
-    cost.is_on_vector_units = steps.has_value();
-    cost.seconds_per_step = steps ? shortest_time([&] { steps->take(1); })
-                                  : shortest_time([&] { msm::elastic_gradient(springs, positions); });
-    return cost;
-}
-
-double scaled_critical_time_step(const core::Body &body, const msm::ElasticBody &springs) {
-    const auto conditions = nothing_constrained(body.mesh.points.size());
-    const auto scaling = msm::scale_masses(body, springs, conditions);
-    return 2.0 / msm::largest_angular_frequency(springs, body.mesh.points, conditions, scaling);
-}
-
-namespace {
-
 /// Tetrahedra of one region that faces join.
 std::vector<std::vector<int>> parts_of_regions(const core::TetraMesh &mesh) {
     const auto part =
@@ -331,6 +296,37 @@ toml::table json_of_evidence(const Evidence &evidence) {
 }
 
 } // namespace
+
+double StepCost::safe_time_step() const {
+    return msm::default_safety_factor * critical_time_step;
+}
+
+int StepCost::steps_per_frame() const {
+    return static_cast<int>(std::ceil(frame / safe_time_step()));
+}
+
+double critical_time_step(const core::Body &body, const msm::ElasticBody &springs) {
+    const auto &positions = body.mesh.points;
+    return 2.0 / msm::largest_angular_frequency(springs, positions, nothing_constrained(positions.size()));
+}
+
+StepCost step_cost(const core::Body &body, const msm::ElasticBody &springs) {
+    const auto &positions = body.mesh.points;
+    const auto conditions = nothing_constrained(positions.size());
+    StepCost cost;
+    cost.critical_time_step = critical_time_step(body, springs);
+    auto steps = msm::FastSteps::prepare(springs, positions, conditions, {}, "symplectic_euler", cost.safe_time_step());
+    cost.is_on_vector_units = steps.has_value();
+    cost.seconds_per_step = steps ? shortest_time([&] { steps->take(1); })
+                                  : shortest_time([&] { msm::elastic_gradient(springs, positions); });
+    return cost;
+}
+
+double scaled_critical_time_step(const core::Body &body, const msm::ElasticBody &springs) {
+    const auto conditions = nothing_constrained(body.mesh.points.size());
+    const auto scaling = msm::scale_masses(body, springs, conditions);
+    return 2.0 / msm::largest_angular_frequency(springs, body.mesh.points, conditions, scaling);
+}
 
 BodyFigures body_figures(const core::Body &body, double tool_radius) {
     const auto volumes = core::tetrahedron_volumes(body.mesh);

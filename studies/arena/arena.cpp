@@ -58,44 +58,6 @@ std::vector<std::string> moving_load_cases() {
                                                                : std::vector<std::string>{};
 }
 
-} // namespace
-
-bool moves_tool(const std::string &load_case) {
-    const auto known = moving_load_cases();
-    if (std::ranges::find(known, load_case) != known.end())
-        return true;
-    std::error_code nobody_cares; // reading says it
-    return load_case.ends_with(".toml") && std::filesystem::exists(load_case, nobody_cares) &&
-           load_cases::load_case_kind(load_case).is_for("arena");
-}
-
-ProblemSet read_arena_problems(const std::vector<std::string> &bodies, const std::string &load_case,
-                               const meshes::MaterialOverride &material) {
-    const auto file = find_toml_files({load_case}, moving_load_cases_folder, "load case").front();
-    return read_moving_problems(bodies, file.string(), material);
-}
-
-core::Problem on_arena_mesh(const core::Problem &problem, int mesh) {
-    if (mesh == mesh_as_it_is)
-        return problem;
-    if (mesh == cut_into_eight)
-        return core::refine(problem);
-    auto parts = core::bisect(*problem.body, longest_edges(problem.body->mesh));
-    auto load_case = core::on_parts(problem.load_case, parts);
-    return {std::make_shared<const core::Body>(std::move(parts.body)), std::move(load_case)};
-}
-
-void refuse_single_components(const core::LoadCase &load_case) {
-    for (int f = 0; f < load_case.num_facets(); ++f)
-        if (load_case.is_constrained(f) && load_case.value[f].array().isNaN().any())
-            throw support::InputError(
-                fmt::format("load case {}: '{}' leaves a component of the displacement free, and interactive methods "
-                            "constrain whole nodes; give all three components, or choose another load case",
-                            load_case.name, load_case.on(f)->place));
-}
-
-namespace {
-
 /// The model that motions under a tool are judged by, and the same on the mesh as it is.
 constexpr const char *tool_reference_model = "fem_p2_neo_hookean_refined_at_rims";
 constexpr const char *coarse_tool_reference_model = "fem_p2_neo_hookean";
@@ -149,32 +111,6 @@ void store_tool_reference(const results::ToolReference &reference, const core::P
     results::write_tool_reference(path, reference, problem, results::current_provenance(command_line));
 }
 
-} // namespace
-
-results::ToolReference coarse_tool_reference(const core::Problem &problem, const std::filesystem::path &path,
-                                             const std::string &command_line,
-                                             const std::function<void(const std::string &)> &starting) {
-    if (auto known = results::read_tool_reference(path, problem, coarse_tool_reference_model))
-        return *std::move(known);
-    support::check_place(path);
-    starting(
-        fmt::format("{}: a coarse reference of {}, which takes minutes", problem.body->name, problem.load_case.name));
-    results::ToolReference coarse{.model = coarse_tool_reference_model,
-                                  .level = 0,
-                                  .steps_per_frame = coarse_steps_per_frame,
-                                  .history = whole_motion(problem, 0, coarse_steps_per_frame),
-                                  .last_refinement = unknown_errors,
-                                  .half_steps = unknown_errors};
-    results::write_tool_reference(path, coarse, problem, results::current_provenance(command_line));
-    return coarse;
-}
-
-std::optional<results::ToolReference> find_tool_reference(const core::Problem &problem) {
-    return results::read_tool_reference(path_of(problem), problem, tool_reference_model);
-}
-
-namespace {
-
 std::vector<models::MovingMethod> chosen_moving_methods(const std::vector<std::string> &names) {
     auto methods = models::all_moving_methods();
     for (const auto &name : names)
@@ -217,6 +153,62 @@ results::ArenaMethod texts_of(const models::MovingMethod &method) {
 }
 
 } // namespace
+
+bool moves_tool(const std::string &load_case) {
+    const auto known = moving_load_cases();
+    if (std::ranges::find(known, load_case) != known.end())
+        return true;
+    std::error_code nobody_cares; // reading says it
+    return load_case.ends_with(".toml") && std::filesystem::exists(load_case, nobody_cares) &&
+           load_cases::load_case_kind(load_case).is_for("arena");
+}
+
+ProblemSet read_arena_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                               const meshes::MaterialOverride &material) {
+    const auto file = find_toml_files({load_case}, moving_load_cases_folder, "load case").front();
+    return read_moving_problems(bodies, file.string(), material);
+}
+
+core::Problem on_arena_mesh(const core::Problem &problem, int mesh) {
+    if (mesh == mesh_as_it_is)
+        return problem;
+    if (mesh == cut_into_eight)
+        return core::refine(problem);
+    auto parts = core::bisect(*problem.body, longest_edges(problem.body->mesh));
+    auto load_case = core::on_parts(problem.load_case, parts);
+    return {std::make_shared<const core::Body>(std::move(parts.body)), std::move(load_case)};
+}
+
+void refuse_single_components(const core::LoadCase &load_case) {
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.is_constrained(f) && load_case.value[f].array().isNaN().any())
+            throw support::InputError(
+                fmt::format("load case {}: '{}' leaves a component of the displacement free, and interactive methods "
+                            "constrain whole nodes; give all three components, or choose another load case",
+                            load_case.name, load_case.on(f)->place));
+}
+
+results::ToolReference coarse_tool_reference(const core::Problem &problem, const std::filesystem::path &path,
+                                             const std::string &command_line,
+                                             const std::function<void(const std::string &)> &starting) {
+    if (auto known = results::read_tool_reference(path, problem, coarse_tool_reference_model))
+        return *std::move(known);
+    support::check_place(path);
+    starting(
+        fmt::format("{}: a coarse reference of {}, which takes minutes", problem.body->name, problem.load_case.name));
+    results::ToolReference coarse{.model = coarse_tool_reference_model,
+                                  .level = 0,
+                                  .steps_per_frame = coarse_steps_per_frame,
+                                  .history = whole_motion(problem, 0, coarse_steps_per_frame),
+                                  .last_refinement = unknown_errors,
+                                  .half_steps = unknown_errors};
+    results::write_tool_reference(path, coarse, problem, results::current_provenance(command_line));
+    return coarse;
+}
+
+std::optional<results::ToolReference> find_tool_reference(const core::Problem &problem) {
+    return results::read_tool_reference(path_of(problem), problem, tool_reference_model);
+}
 
 results::Arena empty_arena(const core::Problem &problem, const results::ToolReference *reference,
                            const std::string &command_line) {

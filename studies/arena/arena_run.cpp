@@ -76,67 +76,6 @@ MeasuredEffort until_it_fits(const MeasuredFrame &frame, models::Setting setting
     return guess;
 }
 
-} // namespace
-
-Effort twice(const Effort &effort) {
-    return effort.iterations > 1 ? Effort{effort.steps, 2 * effort.iterations}
-                                 : Effort{2 * effort.steps, effort.iterations};
-}
-
-Effort effort_of(models::Setting setting, int number) {
-    if (setting == models::Setting::one_step)
-        return {.steps = 1, .iterations = number};
-    return {.steps = number, .iterations = setting == models::Setting::ten_iterations ? 10 : 1};
-}
-
-std::optional<MeasuredEffort> largest_effort(const MeasuredFrame &frame, models::Setting setting, double budget) {
-    const auto one_step = time_of_frame(frame, effort_of(setting, 1));
-    const bool needs_two = setting == models::Setting::ten_iterations;
-    if (one_step.seconds > budget)
-        return needs_two ? std::nullopt
-                         : std::optional(MeasuredEffort{effort_of(setting, 1), one_step.seconds, one_step.spread});
-    constexpr int most_times_trial = 8; // a frame of many times the budget is nothing to measure
-    const int trial = std::clamp(static_cast<int>(0.5 * budget / one_step.seconds), 2, most_effort);
-    const auto trial_time = time_of_frame(frame, effort_of(setting, trial));
-    const double each_step = std::max((trial_time.seconds - one_step.seconds) / (trial - 1), 1e-9);
-    const int number = std::clamp(1 + static_cast<int>((budget - one_step.seconds) / each_step), 1,
-                                  std::min(most_effort, most_times_trial * trial));
-    if (needs_two && number == 1)
-        return std::nullopt;
-    return until_it_fits(frame, setting, budget,
-                         {effort_of(setting, number), one_step.seconds + (number - 1) * each_step,
-                          std::max(one_step.spread, trial_time.spread)},
-                         number);
-}
-
-TimedBody::TimedBody(const std::function<std::unique_ptr<models::FrameBody>()> &prepare, const Effort &effort,
-                     const std::vector<core::Vector3> &points)
-    : effort_(effort), bound_(core::extent(points)) {
-    const double start = processor_seconds();
-    body_ = prepare();
-    body_->prepare_for(effort_);
-    setup_seconds_ = processor_seconds() - start;
-}
-
-void TimedBody::advance(const models::Lead &lead) {
-    displacement_.reset();
-    frame_seconds_.push_back(time([&](models::FrameBody &body) { body.advance(lead, effort_); }));
-}
-
-const std::vector<core::Vector3> &TimedBody::displacement() {
-    if (!displacement_)
-        displacement_ = body_->displacement();
-    return *displacement_;
-}
-
-bool TimedBody::is_within_bounds() {
-    return std::ranges::all_of(displacement(), [&](const core::Vector3 &u) { // NaN is not
-        return u.lpNorm<Eigen::Infinity>() < bound_;
-    });
-}
-
-namespace {
-
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 /// Part of the radius of a ball: where its centre is nearer to the surface, it has gone through.
 constexpr double gone_through = 0.5;
@@ -264,33 +203,6 @@ void find_forces(results::ArenaRun &run, const core::Problem &problem) {
     run.slid_ratio = std::abs(along) > smallest_part * sum.norm() ? sum.dot(across) / along : not_a_number;
 }
 
-} // namespace
-
-double pressed_force(const core::ToolMotion &motion, const std::vector<core::Vector3> &force) {
-    double size = 0.0;
-    for (int record = 0; record < motion.num_records() && motion.time_of(record) <= motion.slide_from; ++record)
-        size = force[record].norm();
-    return size;
-}
-
-std::vector<double> volume_changes(const core::TetraMesh &mesh, const core::ToolHistory &history) {
-    std::vector<double> changes;
-    for (const auto &shape : shapes(mesh, history))
-        changes.push_back(shape.volume_change);
-    return changes;
-}
-
-void judge_shape(results::ArenaRun &run, const core::TetraMesh &mesh, const core::ToolHistory &history,
-                 const core::ToolHistory &reference) {
-    run.smallest_jacobian = std::numeric_limits<double>::infinity();
-    const auto expected = volume_changes(mesh, reference);
-    const auto found = shapes(mesh, history);
-    for (std::size_t f = 0; f < found.size(); ++f)
-        judge(run, found[f], expected[f]);
-}
-
-namespace {
-
 results::ArenaRun run_method(const models::MovingMethod &method, const ArenaScene &scene, const Effort &effort) {
     const auto &motion = scene.problem.load_case.tool.value();
     results::ArenaRun run;
@@ -324,6 +236,86 @@ results::ArenaRun run_method(const models::MovingMethod &method, const ArenaScen
 }
 
 } // namespace
+
+Effort twice(const Effort &effort) {
+    return effort.iterations > 1 ? Effort{effort.steps, 2 * effort.iterations}
+                                 : Effort{2 * effort.steps, effort.iterations};
+}
+
+Effort effort_of(models::Setting setting, int number) {
+    if (setting == models::Setting::one_step)
+        return {.steps = 1, .iterations = number};
+    return {.steps = number, .iterations = setting == models::Setting::ten_iterations ? 10 : 1};
+}
+
+std::optional<MeasuredEffort> largest_effort(const MeasuredFrame &frame, models::Setting setting, double budget) {
+    const auto one_step = time_of_frame(frame, effort_of(setting, 1));
+    const bool needs_two = setting == models::Setting::ten_iterations;
+    if (one_step.seconds > budget)
+        return needs_two ? std::nullopt
+                         : std::optional(MeasuredEffort{effort_of(setting, 1), one_step.seconds, one_step.spread});
+    constexpr int most_times_trial = 8; // a frame of many times the budget is nothing to measure
+    const int trial = std::clamp(static_cast<int>(0.5 * budget / one_step.seconds), 2, most_effort);
+    const auto trial_time = time_of_frame(frame, effort_of(setting, trial));
+    const double each_step = std::max((trial_time.seconds - one_step.seconds) / (trial - 1), 1e-9);
+    const int number = std::clamp(1 + static_cast<int>((budget - one_step.seconds) / each_step), 1,
+                                  std::min(most_effort, most_times_trial * trial));
+    if (needs_two && number == 1)
+        return std::nullopt;
+    return until_it_fits(frame, setting, budget,
+                         {effort_of(setting, number), one_step.seconds + (number - 1) * each_step,
+                          std::max(one_step.spread, trial_time.spread)},
+                         number);
+}
+
+TimedBody::TimedBody(const std::function<std::unique_ptr<models::FrameBody>()> &prepare, const Effort &effort,
+                     const std::vector<core::Vector3> &points)
+    : effort_(effort), bound_(core::extent(points)) {
+    const double start = processor_seconds();
+    body_ = prepare();
+    body_->prepare_for(effort_);
+    setup_seconds_ = processor_seconds() - start;
+}
+
+void TimedBody::advance(const models::Lead &lead) {
+    displacement_.reset();
+    frame_seconds_.push_back(time([&](models::FrameBody &body) { body.advance(lead, effort_); }));
+}
+
+const std::vector<core::Vector3> &TimedBody::displacement() {
+    if (!displacement_)
+        displacement_ = body_->displacement();
+    return *displacement_;
+}
+
+bool TimedBody::is_within_bounds() {
+    return std::ranges::all_of(displacement(), [&](const core::Vector3 &u) { // NaN is not
+        return u.lpNorm<Eigen::Infinity>() < bound_;
+    });
+}
+
+double pressed_force(const core::ToolMotion &motion, const std::vector<core::Vector3> &force) {
+    double size = 0.0;
+    for (int record = 0; record < motion.num_records() && motion.time_of(record) <= motion.slide_from; ++record)
+        size = force[record].norm();
+    return size;
+}
+
+std::vector<double> volume_changes(const core::TetraMesh &mesh, const core::ToolHistory &history) {
+    std::vector<double> changes;
+    for (const auto &shape : shapes(mesh, history))
+        changes.push_back(shape.volume_change);
+    return changes;
+}
+
+void judge_shape(results::ArenaRun &run, const core::TetraMesh &mesh, const core::ToolHistory &history,
+                 const core::ToolHistory &reference) {
+    run.smallest_jacobian = std::numeric_limits<double>::infinity();
+    const auto expected = volume_changes(mesh, reference);
+    const auto found = shapes(mesh, history);
+    for (std::size_t f = 0; f < found.size(); ++f)
+        judge(run, found[f], expected[f]);
+}
 
 std::vector<results::ArenaRun> run_budgets(const models::MovingMethod &method, const ArenaScene &scene,
                                            const std::vector<double> &budgets) {

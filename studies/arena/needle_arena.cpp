@@ -143,44 +143,6 @@ results::NeedleArenaRun run_with_needle(const models::MovingMethod &method, cons
     return run;
 }
 
-} // namespace
-
-results::NeedleArena empty_needle_arena(const core::Needle &needle, const models::NeedlePlan &plan,
-                                        const core::Insertion &reference, const core::Insertion *coarser) {
-    results::NeedleArena arena;
-    arena.speed = plan.speed;
-    arena.rest = plan.rest;
-    arena.mass_damping = plan.mass_damping;
-    arena.frame_interval = plan.frame_interval;
-    arena.at_plan = plan.at_plan(needle);
-    arena.depth = depths_of(plan, needle);
-    arena.reference_force = at_depths(reference, reference.force, plan, needle);
-    arena.reference_target = at_depths(reference, reference.target, plan, needle);
-    arena.reference_forces = results::needle_forces(arena.depth, arena.reference_force, arena.at_plan);
-    if (coarser) {
-        const auto before =
-            results::needle_forces(arena.depth, at_depths(*coarser, coarser->force, plan, needle), arena.at_plan);
-        arena.reference_changes = {.peak = std::abs(arena.reference_forces.peak - before.peak),
-                                   .slope = std::abs(arena.reference_forces.slope - before.slope),
-                                   .pull = std::abs(arena.reference_forces.pull - before.pull)};
-    }
-    return arena;
-}
-
-std::vector<results::NeedleArenaRun> run_needle_budgets(const models::MovingMethod &method, const NeedleScene &scene,
-                                                        const std::vector<double> &budgets) {
-    const auto measured = method.with_needle(scene.problem, scene.needle, scene.plan);
-    const double depth = part_to_measure * scene.needle.depth();
-    if (!measured->least_effort())
-        for (int frame = 1; frame <= frames_to_get_there; ++frame)
-            measured->advance({.depth = depth * frame / frames_to_get_there}, {});
-    return runs_within_budgets(
-        *measured, [&](const Effort &each) { measured->advance({.depth = depth}, each); }, budgets, false,
-        [&](const Effort &effort) { return run_with_needle(method, scene, effort); });
-}
-
-namespace {
-
 constexpr const char *needle_obstacle =
     "the masses of its stiff parts are scaled, and impulses of a needle are those of true masses";
 
@@ -255,6 +217,40 @@ ReferenceOfNeedle reference_of_needle(const core::Problem &problem, const core::
 }
 
 } // namespace
+
+results::NeedleArena empty_needle_arena(const core::Needle &needle, const models::NeedlePlan &plan,
+                                        const core::Insertion &reference, const core::Insertion *coarser) {
+    results::NeedleArena arena;
+    arena.speed = plan.speed;
+    arena.rest = plan.rest;
+    arena.mass_damping = plan.mass_damping;
+    arena.frame_interval = plan.frame_interval;
+    arena.at_plan = plan.at_plan(needle);
+    arena.depth = depths_of(plan, needle);
+    arena.reference_force = at_depths(reference, reference.force, plan, needle);
+    arena.reference_target = at_depths(reference, reference.target, plan, needle);
+    arena.reference_forces = results::needle_forces(arena.depth, arena.reference_force, arena.at_plan);
+    if (coarser) {
+        const auto before =
+            results::needle_forces(arena.depth, at_depths(*coarser, coarser->force, plan, needle), arena.at_plan);
+        arena.reference_changes = {.peak = std::abs(arena.reference_forces.peak - before.peak),
+                                   .slope = std::abs(arena.reference_forces.slope - before.slope),
+                                   .pull = std::abs(arena.reference_forces.pull - before.pull)};
+    }
+    return arena;
+}
+
+std::vector<results::NeedleArenaRun> run_needle_budgets(const models::MovingMethod &method, const NeedleScene &scene,
+                                                        const std::vector<double> &budgets) {
+    const auto measured = method.with_needle(scene.problem, scene.needle, scene.plan);
+    const double depth = part_to_measure * scene.needle.depth();
+    if (!measured->least_effort())
+        for (int frame = 1; frame <= frames_to_get_there; ++frame)
+            measured->advance({.depth = depth * frame / frames_to_get_there}, {});
+    return runs_within_budgets(
+        *measured, [&](const Effort &each) { measured->advance({.depth = depth}, each); }, budgets, false,
+        [&](const Effort &effort) { return run_with_needle(method, scene, effort); });
+}
 
 Found<results::NeedleFile> run_needle_arena(const ArenaOptions &options, const NeedleArenaOptions &needle_options,
                                             const std::string &command_line, const ProgressReport &report) {

@@ -68,42 +68,6 @@ std::vector<exchange::ExportFormat> chosen_formats(const std::vector<std::string
     return chosen;
 }
 
-} // namespace
-
-ExportedProblem export_problem(const ExportOptions &options, const std::string &command_line) {
-    if (moves_tool(options.load_case))
-        return export_tool_scene(options, command_line);
-    const auto formats = chosen_formats(options.formats);
-    auto [problems, notes, left_out] = read_scaled_problems({options.body}, options.load_case, {});
-    const auto &problem = problems.front();
-    core::for_each_event(problem.load_case, [&](const auto &event) {
-        using Kind = std::decay_t<decltype(event)>;
-        if constexpr (!Kind::in_time)
-            throw support::InputError(fmt::format("load case {} has {}, which the exported files cannot describe; "
-                                                  "choose one without a [{}]",
-                                                  problem.load_case.name, Kind::noun, Kind::key));
-    });
-    const OutputFolder folder(std::filesystem::path(options.output) / problem.body->name);
-    ExportedProblem exported{{}, std::move(notes)};
-    const auto file = [&](const char *extension) {
-        return exported.files.emplace_back(folder.path() / (problem.load_case.name + extension));
-    };
-
-    results::Result result;
-    result.provenance = results::current_provenance(command_line);
-    result.problem = problem;
-    results::write_result(file(".problem.h5"), result);
-    for (const auto &format : formats)
-        for (const auto &[ending, write] : format.files) {
-            std::ostringstream text;
-            write(text, problem, options.choices);
-            support::write_whole(file(ending), text.str());
-        }
-    return exported;
-}
-
-namespace {
-
 /// A model that has been solved elsewhere. It says nothing about forces, energy and time.
 core::Model outside_model(const ScoreOptions &options, const std::vector<core::Vector3> &displacement) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -250,7 +214,74 @@ results::Result evaluate_beside(std::vector<core::Model> models, const core::Pro
     return studies::evaluate(problem, models, solve, results::current_provenance(command_line));
 }
 
+/// In metres.
+results::OutsideMotion read_motion(const ScoreOptions &options, const core::Problem &problem) {
+    auto motion = results::read_outside_motion(options.solution, problem);
+    auto &displacement = motion.history.displacement;
+    if (!options.unit.empty()) {
+        const auto metres = static_cast<float>(support::metres_per_unit(options.unit, "--unit"));
+        for (auto &u : displacement)
+            u *= metres;
+    } else {
+        double largest = 0.0;
+        for (const auto &u : displacement)
+            largest = std::max(largest, static_cast<double>(u.norm()));
+        refuse_other_unit(largest, problem, options.solution);
+    }
+    return motion;
+}
+
+results::ToolReference reference_for(const core::Problem &problem, const std::filesystem::path &folder,
+                                     const std::string &command_line, const ProgressReport &report,
+                                     std::vector<std::string> &notes) {
+    if (auto stored = find_tool_reference(problem))
+        return *std::move(stored);
+    Steps steps(1, report);
+    const auto path = folder / fmt::format("{}.coarse_reference.h5", problem.load_case.name);
+    auto coarse =
+        coarse_tool_reference(problem, path, command_line, [&](const std::string &about) { steps.next(about); });
+    notes.push_back(fmt::format("no refined reference of {} on {} is stored, so errors are against a coarse one ({}, "
+                                "on the mesh itself), whose "
+                                "own error is not known; `livermark arena --body ... --load-case {} --solve-reference` "
+                                "makes the refined one in "
+                                "minutes to an hour",
+                                problem.load_case.name, problem.body->name, coarse.model, problem.load_case.name));
+    return coarse;
+}
+
 } // namespace
+
+ExportedProblem export_problem(const ExportOptions &options, const std::string &command_line) {
+    if (moves_tool(options.load_case))
+        return export_tool_scene(options, command_line);
+    const auto formats = chosen_formats(options.formats);
+    auto [problems, notes, left_out] = read_scaled_problems({options.body}, options.load_case, {});
+    const auto &problem = problems.front();
+    core::for_each_event(problem.load_case, [&](const auto &event) {
+        using Kind = std::decay_t<decltype(event)>;
+        if constexpr (!Kind::in_time)
+            throw support::InputError(fmt::format("load case {} has {}, which the exported files cannot describe; "
+                                                  "choose one without a [{}]",
+                                                  problem.load_case.name, Kind::noun, Kind::key));
+    });
+    const OutputFolder folder(std::filesystem::path(options.output) / problem.body->name);
+    ExportedProblem exported{{}, std::move(notes)};
+    const auto file = [&](const char *extension) {
+        return exported.files.emplace_back(folder.path() / (problem.load_case.name + extension));
+    };
+
+    results::Result result;
+    result.provenance = results::current_provenance(command_line);
+    result.problem = problem;
+    results::write_result(file(".problem.h5"), result);
+    for (const auto &format : formats)
+        for (const auto &[ending, write] : format.files) {
+            std::ostringstream text;
+            write(text, problem, options.choices);
+            support::write_whole(file(ending), text.str());
+        }
+    return exported;
+}
 
 std::string fault_of_name(const std::string &name) {
     const bool is_good = !name.empty() && name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -304,45 +335,6 @@ Score score(const ScoreOptions &options, const std::string &command_line, const 
     std::ranges::move(doubts_about_sign(scored.result, options.name), std::back_inserter(scored.notes));
     return scored;
 }
-
-namespace {
-
-/// In metres.
-results::OutsideMotion read_motion(const ScoreOptions &options, const core::Problem &problem) {
-    auto motion = results::read_outside_motion(options.solution, problem);
-    auto &displacement = motion.history.displacement;
-    if (!options.unit.empty()) {
-        const auto metres = static_cast<float>(support::metres_per_unit(options.unit, "--unit"));
-        for (auto &u : displacement)
-            u *= metres;
-    } else {
-        double largest = 0.0;
-        for (const auto &u : displacement)
-            largest = std::max(largest, static_cast<double>(u.norm()));
-        refuse_other_unit(largest, problem, options.solution);
-    }
-    return motion;
-}
-
-results::ToolReference reference_for(const core::Problem &problem, const std::filesystem::path &folder,
-                                     const std::string &command_line, const ProgressReport &report,
-                                     std::vector<std::string> &notes) {
-    if (auto stored = find_tool_reference(problem))
-        return *std::move(stored);
-    Steps steps(1, report);
-    const auto path = folder / fmt::format("{}.coarse_reference.h5", problem.load_case.name);
-    auto coarse =
-        coarse_tool_reference(problem, path, command_line, [&](const std::string &about) { steps.next(about); });
-    notes.push_back(fmt::format("no refined reference of {} on {} is stored, so errors are against a coarse one ({}, "
-                                "on the mesh itself), whose "
-                                "own error is not known; `livermark arena --body ... --load-case {} --solve-reference` "
-                                "makes the refined one in "
-                                "minutes to an hour",
-                                problem.load_case.name, problem.body->name, coarse.model, problem.load_case.name));
-    return coarse;
-}
-
-} // namespace
 
 MotionScore score_motion(const ScoreOptions &options, const std::string &command_line, const ProgressReport &report) {
     auto [problems, notes, left_out] = read_arena_problems({options.body}, options.load_case);

@@ -48,31 +48,6 @@ std::vector<core::Model> models_with_modes(const std::vector<std::string> &wante
     return chosen;
 }
 
-} // namespace
-
-Found<results::Result> find_modes(const ModesOptions &options, const std::string &command_line,
-                                  const ProgressReport &report) {
-    const auto models = models_with_modes(options.models);
-    const auto [problems, notes, left_out] =
-        read_constrained_problems(options.bodies, options.load_case, options.material);
-    Found<results::Result> found{{}, notes};
-    Steps steps(static_cast<int>(problems.size() * models.size()), report);
-    for (const auto &problem : problems) {
-        const OutputFile file(options.output, problem, fmt::format("modes.{}.h5", problem.load_case.name));
-        results::Result result{
-            .provenance = results::current_provenance(command_line), .problem = problem, .models = {}, .modes = {}};
-        for (const auto &model : models) {
-            steps.next(fmt::format("{} / {}", problem.body->name, model.name));
-            result.modes.push_back({model.name, model.modes(problem, options.count)});
-        }
-        results::write_result(file.path(), result);
-        found.records.push_back(std::move(result));
-    }
-    return found;
-}
-
-namespace {
-
 /// The integrators that were named, in that order; all if none was.
 /// @throws support::InputError for a name that there is not, or that comes twice
 std::vector<msm::Integrator> find_integrators(const std::vector<std::string> &names) {
@@ -186,40 +161,6 @@ results::Stability examine(const core::Problem &problem, const NamedSprings &nam
     return stability;
 }
 
-} // namespace
-
-bool is_as_predicted(const results::Stability &stability) {
-    const auto holds = [](const results::StepLimit &limit) {
-        return std::isnan(limit.observed) || std::abs(limit.difference()) <= largest_difference;
-    };
-    return std::ranges::all_of(stability.limits, [&](const results::IntegratorLimits &limits) {
-        return holds(limits.undamped) && holds(limits.damped);
-    });
-}
-
-Found<results::Stability> find_stability(const StabilityOptions &options, const std::string &command_line,
-                                         const ProgressReport &report) {
-    const auto all_springs = springs_to_examine(options);
-    const auto integrators = find_integrators(options.integrators);
-    const auto [problems, notes, left_out] =
-        read_constrained_problems(options.bodies, options.load_case, options.material);
-    Found<results::Stability> found{{}, notes};
-    Steps steps(static_cast<int>(problems.size() * all_springs.size() * (1 + integrators.size())), report);
-    for (const auto &problem : problems)
-        for (const auto &named : all_springs) {
-            const auto springs = named.make(problem.body); // which may refuse, before anything is written
-            const OutputFile file(options.output, problem,
-                                  fmt::format("stability.{}.h5", named.model.empty() ? named.law : named.model));
-            auto stability = examine(problem, named, springs, integrators, options, steps);
-            stability.provenance = results::current_provenance(command_line);
-            results::write_stability(file.path(), stability);
-            found.records.push_back(std::move(stability));
-        }
-    return found;
-}
-
-namespace {
-
 /// Other programs take turns on this core: the shortest of these is close to what an idle machine takes.
 constexpr int num_timed_steps = 200;
 /// Below this part of a rate a node does not ask for the next one.
@@ -308,6 +249,57 @@ ScaledSteps examine_scaled(const core::Problem &problem, const models::MovingSpr
 }
 
 } // namespace
+
+Found<results::Result> find_modes(const ModesOptions &options, const std::string &command_line,
+                                  const ProgressReport &report) {
+    const auto models = models_with_modes(options.models);
+    const auto [problems, notes, left_out] =
+        read_constrained_problems(options.bodies, options.load_case, options.material);
+    Found<results::Result> found{{}, notes};
+    Steps steps(static_cast<int>(problems.size() * models.size()), report);
+    for (const auto &problem : problems) {
+        const OutputFile file(options.output, problem, fmt::format("modes.{}.h5", problem.load_case.name));
+        results::Result result{
+            .provenance = results::current_provenance(command_line), .problem = problem, .models = {}, .modes = {}};
+        for (const auto &model : models) {
+            steps.next(fmt::format("{} / {}", problem.body->name, model.name));
+            result.modes.push_back({model.name, model.modes(problem, options.count)});
+        }
+        results::write_result(file.path(), result);
+        found.records.push_back(std::move(result));
+    }
+    return found;
+}
+
+bool is_as_predicted(const results::Stability &stability) {
+    const auto holds = [](const results::StepLimit &limit) {
+        return std::isnan(limit.observed) || std::abs(limit.difference()) <= largest_difference;
+    };
+    return std::ranges::all_of(stability.limits, [&](const results::IntegratorLimits &limits) {
+        return holds(limits.undamped) && holds(limits.damped);
+    });
+}
+
+Found<results::Stability> find_stability(const StabilityOptions &options, const std::string &command_line,
+                                         const ProgressReport &report) {
+    const auto all_springs = springs_to_examine(options);
+    const auto integrators = find_integrators(options.integrators);
+    const auto [problems, notes, left_out] =
+        read_constrained_problems(options.bodies, options.load_case, options.material);
+    Found<results::Stability> found{{}, notes};
+    Steps steps(static_cast<int>(problems.size() * all_springs.size() * (1 + integrators.size())), report);
+    for (const auto &problem : problems)
+        for (const auto &named : all_springs) {
+            const auto springs = named.make(problem.body); // which may refuse, before anything is written
+            const OutputFile file(options.output, problem,
+                                  fmt::format("stability.{}.h5", named.model.empty() ? named.law : named.model));
+            auto stability = examine(problem, named, springs, integrators, options, steps);
+            stability.provenance = results::current_provenance(command_line);
+            results::write_stability(file.path(), stability);
+            found.records.push_back(std::move(stability));
+        }
+    return found;
+}
 
 double ScaledSteps::cost() const {
     return seconds_per_step / (msm::default_safety_factor * critical_time_step);

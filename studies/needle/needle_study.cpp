@@ -36,40 +36,6 @@ std::vector<core::Model> models_that_take_needles(core::Regime regime) {
 
 constexpr const char *kind_of_model = "model that a needle can be driven into";
 
-} // namespace
-
-core::Model needle_reference_model(bool on_mesh, core::Regime regime) {
-    const auto judge = models::static_reference(regime);
-    return support::find_named(models_that_take_needles(regime), on_mesh ? judge.on_mesh : judge.refined,
-                               kind_of_model);
-}
-
-std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::vector<std::string> &notes) {
-    const auto file = find_toml_files({options.load_case}, needle_load_cases_folder, "load case").front();
-    auto set = read_needle_problems(options.bodies, file.string(), options.material);
-    notes = std::move(set.notes);
-    std::vector<NeedleProblem> problems;
-    std::string fault;
-    for (auto &problem : set.problems)
-        try {
-            auto needles = load_cases::read_needles(file, *problem.body, problem.load_case);
-            problem.load_case.regime = options.regime;
-            const bool is_large = options.regime == core::Regime::large;
-            for (auto &needle : needles)
-                needle.step = options.step.value_or(is_large ? large_needle_step : needle.step);
-            problems.push_back({std::move(problem), std::move(needles)});
-        } catch (const load_cases::NotOnBody &error) {
-            notes.push_back(fmt::format("left out on {}: {}, because {}", problem.body->name, file.stem().string(),
-                                        error.reason()));
-            fault = error.what();
-        }
-    if (problems.empty())
-        throw support::InputError(fault);
-    return problems;
-}
-
-namespace {
-
 /// The reference first, then those that were asked for, each once.
 /// @throws support::InputError for a model that cannot tell
 std::vector<core::Model> models_with_needles(const NeedleOptions &options) {
@@ -160,37 +126,6 @@ int meshes_of(const std::vector<core::Model> &models, core::Regime regime) {
     return count;
 }
 
-} // namespace
-
-Found<results::NeedleFile> drive_needles(const NeedleOptions &options, const std::string &command_line,
-                                         const ProgressReport &report) {
-    const auto models = models_with_needles(options);
-    Found<results::NeedleFile> done;
-    const auto problems = read_with_needles(options, done.notes);
-    std::size_t num_needles = 0;
-    for (const auto &[problem, needles] : problems)
-        num_needles += needles.size();
-    Steps steps(static_cast<int>(num_needles) * meshes_of(models, options.regime), report);
-    for (const auto &[problem, needles] : problems) {
-        const bool is_large = options.regime == core::Regime::large;
-        const OutputFile output(options.output, problem,
-                                fmt::format("needle.{}{}.h5", problem.load_case.name, is_large ? ".large" : ""));
-        results::NeedleFile file{.provenance = results::current_provenance(command_line),
-                                 .body = problem.body->name,
-                                 .load_case = problem.load_case.name,
-                                 .title = problem.load_case.title + (is_large ? ", large regime" : ""),
-                                 .regime = options.regime,
-                                 .needles = {}};
-        for (const auto &needle : needles)
-            file.needles.push_back(drive(problem, needle, models, steps));
-        results::write_needles(output.path(), file);
-        done.records.push_back(std::move(file));
-    }
-    return done;
-}
-
-namespace {
-
 constexpr double stretch = 0.002; ///< [m]
 /// Friction [N/m]: the most that is tried, and the tolerance to which it is found.
 constexpr double most_friction = 500.0, friction_tolerance = 0.01;
@@ -251,6 +186,63 @@ results::FittedNeedle fitted(const Eigen::MatrixXd &compliance, const core::Need
 }
 
 } // namespace
+
+core::Model needle_reference_model(bool on_mesh, core::Regime regime) {
+    const auto judge = models::static_reference(regime);
+    return support::find_named(models_that_take_needles(regime), on_mesh ? judge.on_mesh : judge.refined,
+                               kind_of_model);
+}
+
+std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::vector<std::string> &notes) {
+    const auto file = find_toml_files({options.load_case}, needle_load_cases_folder, "load case").front();
+    auto set = read_needle_problems(options.bodies, file.string(), options.material);
+    notes = std::move(set.notes);
+    std::vector<NeedleProblem> problems;
+    std::string fault;
+    for (auto &problem : set.problems)
+        try {
+            auto needles = load_cases::read_needles(file, *problem.body, problem.load_case);
+            problem.load_case.regime = options.regime;
+            const bool is_large = options.regime == core::Regime::large;
+            for (auto &needle : needles)
+                needle.step = options.step.value_or(is_large ? large_needle_step : needle.step);
+            problems.push_back({std::move(problem), std::move(needles)});
+        } catch (const load_cases::NotOnBody &error) {
+            notes.push_back(fmt::format("left out on {}: {}, because {}", problem.body->name, file.stem().string(),
+                                        error.reason()));
+            fault = error.what();
+        }
+    if (problems.empty())
+        throw support::InputError(fault);
+    return problems;
+}
+
+Found<results::NeedleFile> drive_needles(const NeedleOptions &options, const std::string &command_line,
+                                         const ProgressReport &report) {
+    const auto models = models_with_needles(options);
+    Found<results::NeedleFile> done;
+    const auto problems = read_with_needles(options, done.notes);
+    std::size_t num_needles = 0;
+    for (const auto &[problem, needles] : problems)
+        num_needles += needles.size();
+    Steps steps(static_cast<int>(num_needles) * meshes_of(models, options.regime), report);
+    for (const auto &[problem, needles] : problems) {
+        const bool is_large = options.regime == core::Regime::large;
+        const OutputFile output(options.output, problem,
+                                fmt::format("needle.{}{}.h5", problem.load_case.name, is_large ? ".large" : ""));
+        results::NeedleFile file{.provenance = results::current_provenance(command_line),
+                                 .body = problem.body->name,
+                                 .load_case = problem.load_case.name,
+                                 .title = problem.load_case.title + (is_large ? ", large regime" : ""),
+                                 .regime = options.regime,
+                                 .needles = {}};
+        for (const auto &needle : needles)
+            file.needles.push_back(drive(problem, needle, models, steps));
+        results::write_needles(output.path(), file);
+        done.records.push_back(std::move(file));
+    }
+    return done;
+}
 
 results::MeasuredNeedle compare_with_measured(const NeedleOptions &options, const ProgressReport &report) {
     const auto curve = experiments::read_needle_curve();

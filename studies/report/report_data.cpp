@@ -138,51 +138,6 @@ std::vector<SpokenFor> read_cohorts(std::vector<std::filesystem::path> &files, R
     return spoken_for;
 }
 
-} // namespace
-
-ReportData read_report_data(const std::filesystem::path &folder, const std::map<std::string, std::string> &left_out) {
-    std::error_code error;
-    if (!std::filesystem::is_directory(folder, error))
-        throw support::InputError(
-            fmt::format("{}: there is no such folder; give the one that `livermark run` filled", folder.string()));
-    ReportData data;
-    data.folder = folder;
-    auto files = results::hdf5_files_below(folder);
-    for (const auto &[name, fault] : left_out) {
-        std::erase(files, folder / name);
-        data.faults.push_back(fault);
-    }
-    const auto spoken_for = read_cohorts(files, data);
-    for (const auto &file : files)
-        try {
-            if (std::ranges::none_of(spoken_for, [&](const SpokenFor &cohort) { return cohort.has(file); }))
-                read_file(file, file.lexically_relative(folder).string(), data);
-        } catch (const support::InputError &fault) {
-            data.faults.emplace_back(fault.what());
-        }
-    if (data.results.empty() && data.large.empty() && data.cohorts.empty() && data.arenas.empty() &&
-        data.stability.empty() && data.timings.empty() && data.experiments.empty() && data.needles.empty() &&
-        data.files.sensitivities.empty())
-        throw support::InputError(
-            data.faults.empty() ? fmt::format("{0}: there are no result files here; make some with `livermark run "
-                                              "--output {0}`",
-                                              folder.string())
-                                : data.faults.front());
-    keep_one_reference(data.results, data.files.results, data.faults);
-    keep_one_reference(data.large, data.files.large, data.faults);
-    // Small and large deformations of one body are of one body.
-    std::vector<results::Result> all = std::move(data.results);
-    const auto num_small = static_cast<std::ptrdiff_t>(all.size());
-    std::ranges::move(data.large, std::back_inserter(all));
-    results::tell_bodies_apart(all);
-    data.results.assign(std::move_iterator(all.begin()), std::move_iterator(all.begin() + num_small));
-    data.large.assign(std::move_iterator(all.begin() + num_small), std::move_iterator(all.end()));
-    sort_results(data);
-    return data;
-}
-
-namespace {
-
 template <class Values> toml::array array_of(const Values &values) {
     toml::array array;
     for (const auto &value : values)
@@ -342,6 +297,47 @@ std::string below(const std::filesystem::path &folder, std::string sentence) {
 }
 
 } // namespace
+
+ReportData read_report_data(const std::filesystem::path &folder, const std::map<std::string, std::string> &left_out) {
+    std::error_code error;
+    if (!std::filesystem::is_directory(folder, error))
+        throw support::InputError(
+            fmt::format("{}: there is no such folder; give the one that `livermark run` filled", folder.string()));
+    ReportData data;
+    data.folder = folder;
+    auto files = results::hdf5_files_below(folder);
+    for (const auto &[name, fault] : left_out) {
+        std::erase(files, folder / name);
+        data.faults.push_back(fault);
+    }
+    const auto spoken_for = read_cohorts(files, data);
+    for (const auto &file : files)
+        try {
+            if (std::ranges::none_of(spoken_for, [&](const SpokenFor &cohort) { return cohort.has(file); }))
+                read_file(file, file.lexically_relative(folder).string(), data);
+        } catch (const support::InputError &fault) {
+            data.faults.emplace_back(fault.what());
+        }
+    if (data.results.empty() && data.large.empty() && data.cohorts.empty() && data.arenas.empty() &&
+        data.stability.empty() && data.timings.empty() && data.experiments.empty() && data.needles.empty() &&
+        data.files.sensitivities.empty())
+        throw support::InputError(
+            data.faults.empty() ? fmt::format("{0}: there are no result files here; make some with `livermark run "
+                                              "--output {0}`",
+                                              folder.string())
+                                : data.faults.front());
+    keep_one_reference(data.results, data.files.results, data.faults);
+    keep_one_reference(data.large, data.files.large, data.faults);
+    // Small and large deformations of one body are of one body.
+    std::vector<results::Result> all = std::move(data.results);
+    const auto num_small = static_cast<std::ptrdiff_t>(all.size());
+    std::ranges::move(data.large, std::back_inserter(all));
+    results::tell_bodies_apart(all);
+    data.results.assign(std::move_iterator(all.begin()), std::move_iterator(all.begin() + num_small));
+    data.large.assign(std::move_iterator(all.begin() + num_small), std::move_iterator(all.end()));
+    sort_results(data);
+    return data;
+}
 
 std::string report_tables(const ReportData &data, const std::string &command_line) {
     toml::array faults;

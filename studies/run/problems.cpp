@@ -144,6 +144,22 @@ double with_few_digits(double factor) {
     return factor;
 }
 
+std::vector<CaseGroup> with_the_same_solution(std::span<const core::Problem> problems) {
+    std::vector<CaseGroup> case_groups;
+    for (std::size_t p = 0; p < problems.size(); ++p) {
+        const auto &problem = problems[p];
+        const auto same = std::ranges::find_if(case_groups, [&](const CaseGroup &case_group) {
+            const auto &first = problems[case_group.front()];
+            return first.body == problem.body && core::are_statically_equal(first.load_case, problem.load_case);
+        });
+        if (same != case_groups.end())
+            same->push_back(p);
+        else
+            case_groups.push_back({p});
+    }
+    return case_groups;
+}
+
 } // namespace
 
 std::vector<std::string> yielded_places(std::span<const core::Problem> problems) {
@@ -265,26 +281,6 @@ std::vector<core::Problem> at_amplitudes(const core::Problem &problem, std::span
     }
     return problems;
 }
-
-namespace {
-
-std::vector<CaseGroup> with_the_same_solution(std::span<const core::Problem> problems) {
-    std::vector<CaseGroup> case_groups;
-    for (std::size_t p = 0; p < problems.size(); ++p) {
-        const auto &problem = problems[p];
-        const auto same = std::ranges::find_if(case_groups, [&](const CaseGroup &case_group) {
-            const auto &first = problems[case_group.front()];
-            return first.body == problem.body && core::are_statically_equal(first.load_case, problem.load_case);
-        });
-        if (same != case_groups.end())
-            same->push_back(p);
-        else
-            case_groups.push_back({p});
-    }
-    return case_groups;
-}
-
-} // namespace
 
 std::vector<CaseGroup> case_groups_of(std::span<const core::Problem> problems) {
     const auto all = with_the_same_solution(problems);

@@ -149,95 +149,6 @@ void enter(AmplitudeRow &row, const core::Solution &solution, std::size_t column
         row.fair_up_to = amplitude;
 }
 
-} // namespace
-
-std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, const models::ModelOptions &options,
-                                       bool with_uncertainty) {
-    auto models = models::all_models(options);
-    for (const auto &name : wanted)
-        support::find_named(models, name, "model");
-    std::erase_if(models, [&](const core::Model &model) {
-        if (std::ranges::find(wanted, model.name) != wanted.end())
-            return false;
-        if (model.only_when_named)
-            return true;
-        if (model.at_rest == Role::refined_reference || model.in_motion == Role::refined_reference)
-            return !with_uncertainty;
-        return !wanted.empty() && model.at_rest != Role::reference && model.in_motion != Role::reference;
-    });
-    for (auto &model : models)
-        if (model.in_motion == Role::reference && !wanted.empty() &&
-            std::ranges::find(wanted, model.name) == wanted.end())
-            model.only_moving = true;
-    return models;
-}
-
-const core::Model &baseline_of(const std::vector<core::Model> &models) {
-    return *std::ranges::find(models, Role::baseline, &core::Model::at_rest);
-}
-
-bool may_fail(const std::string &model, core::Regime regime) {
-    if (regime != core::Regime::large)
-        return false;
-    const auto known = models::all_models();
-    const auto found = std::ranges::find(known, model, &core::Model::name);
-    return found == known.end() || (found->at_rest != Role::reference && found->at_rest != Role::substitute_reference);
-}
-
-results::Result evaluate(const core::Problem &problem, const std::vector<core::Model> &models, const SolveModel &solve,
-                         results::Provenance provenance) {
-    results::Result result{
-        .provenance = std::move(provenance), .problem = problem, .models = {}, .reference_uncertainty = {}};
-    TakingPart taking_part;
-    for (const auto &model : models)
-        if (model.takes_part_in(problem))
-            taking_part.push_back(&model);
-    for (const auto *model : taking_part)
-        result.models.push_back({.name = model->name,
-                                 .summary = model->summary,
-                                 .source = model->source,
-                                 .solution = {},
-                                 .comparison = {}});
-    const bool is_first_rank = support::mpi_rank() == 0;
-    for (const bool is_collective : {true, false})
-        for (std::size_t m = 0; m < taking_part.size(); ++m)
-            if (taking_part[m]->is_collective == is_collective && (is_collective || is_first_rank))
-                result.models[m].solution = solve(*taking_part[m], problem);
-    if (is_first_rank)
-        compare_with_reference(result, taking_part);
-    return result;
-}
-
-results::Layout nonlinearity_by_amplitude(std::span<const results::Result> results,
-                                          std::span<const double> amplitudes) {
-    results::Layout layout{{{"body"}, {"load case"}, {"model"}}, {}};
-    for (const double amplitude : amplitudes)
-        layout.columns.push_back({fmt::format("x {:g} [%]", amplitude), true});
-    layout.columns.push_back({fmt::format("below {:g} % up to", core::percent * fair_nonlinearity), true});
-    std::vector<AmplitudeRow> rows;
-    for (std::size_t column = 0; column < amplitudes.size(); ++column)
-        for (const auto &result : results) {
-            const auto &name = result.problem.load_case.name;
-            const auto end = fmt::format("@{:g}", amplitudes[column]);
-            if (!name.ends_with(end))
-                continue;
-            for (const auto &model : result.models)
-                if (model.solution.springs || !std::isnan(model.solution.nonlinearity))
-                    enter(find_row(rows,
-                                   {result.problem.body->name, name.substr(0, name.size() - end.size()), model.name},
-                                   amplitudes.size()),
-                          model.solution, column, amplitudes[column]);
-        }
-    for (auto &row : rows) {
-        layout.rows.push_back(std::move(row.key));
-        layout.rows.back().insert(layout.rows.back().end(), row.cells.begin(), row.cells.end());
-        layout.rows.back().push_back(row.fair_up_to > 0.0 ? fmt::format("x {:g}", row.fair_up_to) : "none");
-    }
-    return layout;
-}
-
-namespace {
-
 /// The model of RunOptions::calibration.
 constexpr auto *calibrated_springs = "calibrated_nodal_volume";
 
@@ -355,6 +266,91 @@ std::vector<std::string> without_part_in_slow_histories(const Run &run) {
 }
 
 } // namespace
+
+std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, const models::ModelOptions &options,
+                                       bool with_uncertainty) {
+    auto models = models::all_models(options);
+    for (const auto &name : wanted)
+        support::find_named(models, name, "model");
+    std::erase_if(models, [&](const core::Model &model) {
+        if (std::ranges::find(wanted, model.name) != wanted.end())
+            return false;
+        if (model.only_when_named)
+            return true;
+        if (model.at_rest == Role::refined_reference || model.in_motion == Role::refined_reference)
+            return !with_uncertainty;
+        return !wanted.empty() && model.at_rest != Role::reference && model.in_motion != Role::reference;
+    });
+    for (auto &model : models)
+        if (model.in_motion == Role::reference && !wanted.empty() &&
+            std::ranges::find(wanted, model.name) == wanted.end())
+            model.only_moving = true;
+    return models;
+}
+
+const core::Model &baseline_of(const std::vector<core::Model> &models) {
+    return *std::ranges::find(models, Role::baseline, &core::Model::at_rest);
+}
+
+bool may_fail(const std::string &model, core::Regime regime) {
+    if (regime != core::Regime::large)
+        return false;
+    const auto known = models::all_models();
+    const auto found = std::ranges::find(known, model, &core::Model::name);
+    return found == known.end() || (found->at_rest != Role::reference && found->at_rest != Role::substitute_reference);
+}
+
+results::Result evaluate(const core::Problem &problem, const std::vector<core::Model> &models, const SolveModel &solve,
+                         results::Provenance provenance) {
+    results::Result result{
+        .provenance = std::move(provenance), .problem = problem, .models = {}, .reference_uncertainty = {}};
+    TakingPart taking_part;
+    for (const auto &model : models)
+        if (model.takes_part_in(problem))
+            taking_part.push_back(&model);
+    for (const auto *model : taking_part)
+        result.models.push_back({.name = model->name,
+                                 .summary = model->summary,
+                                 .source = model->source,
+                                 .solution = {},
+                                 .comparison = {}});
+    const bool is_first_rank = support::mpi_rank() == 0;
+    for (const bool is_collective : {true, false})
+        for (std::size_t m = 0; m < taking_part.size(); ++m)
+            if (taking_part[m]->is_collective == is_collective && (is_collective || is_first_rank))
+                result.models[m].solution = solve(*taking_part[m], problem);
+    if (is_first_rank)
+        compare_with_reference(result, taking_part);
+    return result;
+}
+
+results::Layout nonlinearity_by_amplitude(std::span<const results::Result> results,
+                                          std::span<const double> amplitudes) {
+    results::Layout layout{{{"body"}, {"load case"}, {"model"}}, {}};
+    for (const double amplitude : amplitudes)
+        layout.columns.push_back({fmt::format("x {:g} [%]", amplitude), true});
+    layout.columns.push_back({fmt::format("below {:g} % up to", core::percent * fair_nonlinearity), true});
+    std::vector<AmplitudeRow> rows;
+    for (std::size_t column = 0; column < amplitudes.size(); ++column)
+        for (const auto &result : results) {
+            const auto &name = result.problem.load_case.name;
+            const auto end = fmt::format("@{:g}", amplitudes[column]);
+            if (!name.ends_with(end))
+                continue;
+            for (const auto &model : result.models)
+                if (model.solution.springs || !std::isnan(model.solution.nonlinearity))
+                    enter(find_row(rows,
+                                   {result.problem.body->name, name.substr(0, name.size() - end.size()), model.name},
+                                   amplitudes.size()),
+                          model.solution, column, amplitudes[column]);
+        }
+    for (auto &row : rows) {
+        layout.rows.push_back(std::move(row.key));
+        layout.rows.back().insert(layout.rows.back().end(), row.cells.begin(), row.cells.end());
+        layout.rows.back().push_back(row.fair_up_to > 0.0 ? fmt::format("x {:g}", row.fair_up_to) : "none");
+    }
+    return layout;
+}
 
 std::filesystem::path Run::result_file(const core::Problem &problem) const {
     auto folder = std::filesystem::path(options.output);

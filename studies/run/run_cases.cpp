@@ -73,39 +73,6 @@ class Plan {
     int new_group() const { return items.empty() ? 0 : items.back().group + 1; }
 };
 
-} // namespace
-
-std::vector<WorkItem> plan_work(std::span<const core::Problem> problems, std::span<const core::Model> models,
-                                const std::function<bool(std::size_t)> &is_wanted) {
-    std::vector<std::size_t> together, others;
-    std::size_t most_together = 1;
-    for (std::size_t m = 0; m < models.size(); ++m)
-        if (models[m].most_together > 1) {
-            together.push_back(m);
-            most_together = std::max(most_together, models[m].most_together);
-        } else {
-            others.push_back(m);
-        }
-    auto left = case_groups_of(problems);
-    Plan plan;
-    while (!left.empty()) {
-        const auto body = problems[left.front().front()].body;
-        const auto end_of_body = std::stable_partition(left.begin(), left.end(), [&](const CaseGroup &case_group) {
-            return problems[case_group.front()].body == body;
-        });
-        const std::vector same_body(left.begin(), end_of_body);
-        left.erase(left.begin(), end_of_body);
-        if (!together.empty())
-            plan.add_solves(together, same_body, most_together, is_wanted);
-        for (const auto model : others)
-            plan.add_solves({model}, same_body, 1, is_wanted);
-        plan.add_evaluations(wanted_of(same_body, is_wanted));
-    }
-    return std::move(plan.items);
-}
-
-namespace {
-
 /// The stage of all that is not done by a model.
 constexpr auto other_work = "loads, comparisons, files";
 
@@ -387,6 +354,35 @@ void help_first_rank(const Run &task, const std::string &command_line) {
 }
 
 } // namespace
+
+std::vector<WorkItem> plan_work(std::span<const core::Problem> problems, std::span<const core::Model> models,
+                                const std::function<bool(std::size_t)> &is_wanted) {
+    std::vector<std::size_t> together, others;
+    std::size_t most_together = 1;
+    for (std::size_t m = 0; m < models.size(); ++m)
+        if (models[m].most_together > 1) {
+            together.push_back(m);
+            most_together = std::max(most_together, models[m].most_together);
+        } else {
+            others.push_back(m);
+        }
+    auto left = case_groups_of(problems);
+    Plan plan;
+    while (!left.empty()) {
+        const auto body = problems[left.front().front()].body;
+        const auto end_of_body = std::stable_partition(left.begin(), left.end(), [&](const CaseGroup &case_group) {
+            return problems[case_group.front()].body == body;
+        });
+        const std::vector same_body(left.begin(), end_of_body);
+        left.erase(left.begin(), end_of_body);
+        if (!together.empty())
+            plan.add_solves(together, same_body, most_together, is_wanted);
+        for (const auto model : others)
+            plan.add_solves({model}, same_body, 1, is_wanted);
+        plan.add_evaluations(wanted_of(same_body, is_wanted));
+    }
+    return std::move(plan.items);
+}
 
 RunOutcome run_cases(const Run &task, const std::string &command_line, const ProgressReport &report) {
     RunOutcome outcome;

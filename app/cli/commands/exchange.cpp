@@ -25,31 +25,6 @@ int print_exported(studies::ExportOptions options, const std::string &command_li
     return 0;
 }
 
-} // namespace
-
-Command add_export(CLI::App &parent, const std::string &command_line) {
-    auto *command = parent.add_subcommand(
-        "export", "Write the problem of a load case on a body, for another program to solve: HDF5 (a result file "
-                  "without solutions), CalculiX or Abaqus input, and VTU; with a moving tool HDF5 with the path of the "
-                  "tool, a job for FEBio and a scene for SOFA");
-    auto options = std::make_shared<studies::ExportOptions>();
-    add_body(*command, options->body);
-    command
-        ->add_option("load-case,--load-case", options->load_case, "A name as in 'livermark list load-cases', or a path")
-        ->required();
-    command->add_option("-o,--output", options->output, "Folder for <body>/<load case>.inp and the other files")
-        ->capture_default_str();
-    std::vector<std::string> formats;
-    for (const auto &format : exchange::all_formats())
-        formats.push_back(fmt::format("{} ({})", format.name, format.summary));
-    command->add_option("--format", options->formats,
-                        fmt::format("Formats beside HDF5: {}; by default calculix and vtu", fmt::join(formats, ", ")));
-    command->add_flag("--quadratic", options->choices.quadratic, "Quadratic tetrahedra (C3D10) in the .inp");
-    return [options, command_line] { return print_exported(*options, command_line); };
-}
-
-namespace {
-
 int print_motion_score(const studies::ScoreOptions &options, bool markdown, const std::string &command_line) {
     const auto scored = studies::score_motion(options, command_line, print_progress());
     print_notes(scored.notes);
@@ -72,6 +47,27 @@ int print_score(studies::ScoreOptions options, bool markdown, const std::string 
 }
 
 } // namespace
+
+Command add_export(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "export", "Write the problem of a load case on a body, for another program to solve: HDF5 (a result file "
+                  "without solutions), CalculiX or Abaqus input, and VTU; with a moving tool HDF5 with the path of the "
+                  "tool, a job for FEBio and a scene for SOFA");
+    auto options = std::make_shared<studies::ExportOptions>();
+    add_body(*command, options->body);
+    command
+        ->add_option("load-case,--load-case", options->load_case, "A name as in 'livermark list load-cases', or a path")
+        ->required();
+    command->add_option("-o,--output", options->output, "Folder for <body>/<load case>.inp and the other files")
+        ->capture_default_str();
+    std::vector<std::string> formats;
+    for (const auto &format : exchange::all_formats())
+        formats.push_back(fmt::format("{} ({})", format.name, format.summary));
+    command->add_option("--format", options->formats,
+                        fmt::format("Formats beside HDF5: {}; by default calculix and vtu", fmt::join(formats, ", ")));
+    command->add_flag("--quadratic", options->choices.quadratic, "Quadratic tetrahedra (C3D10) in the .inp");
+    return [options, command_line] { return print_exported(*options, command_line); };
+}
 
 Command add_score(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(

@@ -32,26 +32,6 @@ int print_modes(studies::ModesOptions options, bool markdown, const std::string 
     return 0;
 }
 
-} // namespace
-
-Command add_modes(CLI::App &parent, const std::string &command_line) {
-    auto *command = parent.add_subcommand("modes", "Find the lowest frequencies and modes of constrained bodies");
-    auto options = std::make_shared<studies::ModesOptions>();
-    auto markdown = std::make_shared<bool>(false);
-    add_bodies(*command, options->bodies);
-    add_constraints(*command, options->load_case);
-    command->add_option("--model", options->models, "Models that can compute their modes")->capture_default_str();
-    command->add_option("--count", options->count, "Number of modes")
-        ->check(CLI::Range(1, studies::most_modes))
-        ->capture_default_str();
-    add_materials(*command, options->material);
-    add_output(*command, options->output, "Folder for <body>/modes.<load case>.h5");
-    command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
-    return [=] { return print_modes(*options, *markdown, command_line); };
-}
-
-namespace {
-
 using core::microseconds;
 using core::milliseconds;
 using core::percent;
@@ -174,6 +154,22 @@ int print_stability(const studies::StabilityOptions &options, bool markdown, con
 }
 
 } // namespace
+
+Command add_modes(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand("modes", "Find the lowest frequencies and modes of constrained bodies");
+    auto options = std::make_shared<studies::ModesOptions>();
+    auto markdown = std::make_shared<bool>(false);
+    add_bodies(*command, options->bodies);
+    add_constraints(*command, options->load_case);
+    command->add_option("--model", options->models, "Models that can compute their modes")->capture_default_str();
+    command->add_option("--count", options->count, "Number of modes")
+        ->check(CLI::Range(1, studies::most_modes))
+        ->capture_default_str();
+    add_materials(*command, options->material);
+    add_output(*command, options->output, "Folder for <body>/modes.<load case>.h5");
+    command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
+    return [=] { return print_modes(*options, *markdown, command_line); };
+}
 
 Command add_stability(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(

@@ -51,6 +51,23 @@ int run_command_of_cohort(const CohortCommand &command, const studies::RunOption
     return outcome.is_well ? 0 : 1;
 }
 
+struct SensitivityFormat {
+    bool json = false, markdown = false;
+};
+
+int run_sensitivity(studies::SensitivityOptions options, const SensitivityFormat &format,
+                    const std::string &command_line) {
+    const auto bodies = with_images_meshed({options.body}, options.output, command_line, false);
+    options.body = bodies.front();
+    const auto done = studies::study_sensitivity(options, command_line, print_progress());
+    print_notes(done.notes);
+    fmt::print("{}", studies::shown_sensitivities(done.files, format.json       ? "json"
+                                                              : format.markdown ? "markdown"
+                                                                                : "text"));
+    fmt::print(stderr, "Result files are in {}\n", done.folder);
+    return 0;
+}
+
 } // namespace
 
 Command add_cohort(CLI::App &parent, const std::string &command_line) {
@@ -79,27 +96,6 @@ Command add_cohort(CLI::App &parent, const std::string &command_line) {
         return run_command_of_cohort(*options, *run, command_line);
     };
 }
-
-namespace {
-
-struct SensitivityFormat {
-    bool json = false, markdown = false;
-};
-
-int run_sensitivity(studies::SensitivityOptions options, const SensitivityFormat &format,
-                    const std::string &command_line) {
-    const auto bodies = with_images_meshed({options.body}, options.output, command_line, false);
-    options.body = bodies.front();
-    const auto done = studies::study_sensitivity(options, command_line, print_progress());
-    print_notes(done.notes);
-    fmt::print("{}", studies::shown_sensitivities(done.files, format.json       ? "json"
-                                                              : format.markdown ? "markdown"
-                                                                                : "text"));
-    fmt::print(stderr, "Result files are in {}\n", done.folder);
-    return 0;
-}
-
-} // namespace
 
 Command add_sensitivity(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(

@@ -95,83 +95,6 @@ std::string without_jobs_and_resume(const std::string &command_line) {
     return std::regex_replace(command_line, std::regex(" (--resume|--jobs[ =][0-9]+)(?= |$)"), "");
 }
 
-} // namespace
-
-Command add_run(CLI::App &parent, const std::string &command_line) {
-    auto *command = parent.add_subcommand("run", "Run models on load cases and compare them with the finite element "
-                                                 "reference; by default everything that ships");
-    auto options = std::make_shared<studies::RunOptions>();
-    auto printing = std::make_shared<Printing>();
-    auto force = std::make_shared<bool>(false);
-    add_bodies(*command, options->bodies);
-    command->add_flag("--force", *force,
-                      "Mesh segmentations again, and overwrite their body files in the output folder");
-    add_run_choices(*command, options);
-    command
-        ->add_option("--amplitude", options->amplitudes,
-                     "Multiples of the loads, such as 0.1,1,10, to see where linear elasticity stops being a fair "
-                     "reference; result files are then <load case>@<amplitude>.h5")
-        ->delimiter(',')
-        ->check(positive_number());
-    command->add_option("--young", options->young_modulus,
-                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
-    command->add_option("--calibration", options->calibration,
-                        "A file of 'python3 -m livermark.calibration' for the body: its springs run as "
-                        "calibrated_nodal_volume, beside those of --model");
-    add_output(*command, options->output, "Folder for <body>/<load case>.h5");
-    command->add_flag("--solve-reference", options->solve_reference,
-                      "Solve the references even if results/references has their solutions");
-    command->add_flag("--static", options->only_static, "Leave out load cases that depend on time: quicker");
-    command->add_flag("--resume", options->resume,
-                      "Continue the same command, and keep what it has solved in the output folder");
-    using enum fem_reference::SolverChoice;
-    command
-        ->add_option("--fem-solver", options->model_options.fem_solver,
-                     "Solver of the finite elements: auto (by size), direct (sparse Cholesky) or iterative (conjugate "
-                     "gradients with algebraic multigrid)")
-        ->transform(one_of(std::map<std::string, fem_reference::SolverChoice>{
-            {"auto", automatic}, {"direct", direct}, {"iterative", iterative}}))
-        ->default_str("auto");
-    command
-        ->add_option("--equilibrium", options->model_options.equilibrium,
-                     "Search for the equilibrium of mass-spring models: newton, or relaxation (time stepping, which "
-                     "leaves out load cases with a controlled depth)")
-        ->transform(one_of(std::map<std::string, models::EquilibriumMethod>{
-            {"newton", models::EquilibriumMethod::newton}, {"relaxation", models::EquilibriumMethod::relaxation}}))
-        ->default_str("newton");
-    auto &stepping = options->model_options.time_stepping;
-    command->add_option("--integrator", stepping.integrator,
-                        "Integrator of mass-spring models: a name as in 'livermark list integrators'; by default "
-                        "runge_kutta_4 or runge_kutta_chebyshev, whichever needs fewer force evaluations, and "
-                        "runge_kutta_4 with --equilibrium relaxation");
-    command
-        ->add_option("--time-step", stepping.time_step,
-                     "Longest step of mass-spring models [s]; by default 0.8 of the longest that is stable")
-        ->check(positive_number());
-    using enum msm::StepKernel;
-    command
-        ->add_option("--kernel", stepping.kernel,
-                     "Kernel for the forces of mass-spring models in motion: simd_float (vector units, single "
-                     "precision), simd_double, or scalar (the slow oracle)")
-        ->transform(one_of(std::map<std::string, msm::StepKernel>{
-            {"simd_float", simd_float}, {"simd_double", simd_double}, {"scalar", scalar}}))
-        ->default_str("simd_float");
-    command->add_flag("--force-time-step", stepping.force, "Take the step even if it is unstable");
-    command->add_flag("--tables", printing->tables,
-                      "Print all tables of 'livermark table' and the time of each stage, not only two numbers for each "
-                      "model and body");
-    command->add_flag("--markdown", printing->markdown, "Print tables in Markdown");
-    return [options, printing, force, command_line] {
-        options->amplitudes = sorted_once(std::move(options->amplitudes));
-        options->poisson_ratios = sorted_once(std::move(options->poisson_ratios));
-        const auto kept_command_line = without_jobs_and_resume(command_line);
-        options->bodies = with_images_meshed(options->bodies, options->output, kept_command_line, *force);
-        return run(*options, *printing, kept_command_line);
-    };
-}
-
-namespace {
-
 struct ReferenceOptions {
     std::vector<std::string> bodies, load_cases, models;
     std::vector<double> poisson_ratios;
@@ -255,6 +178,79 @@ int solve_all(const ReferenceOptions &options) {
 }
 
 } // namespace
+
+Command add_run(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand("run", "Run models on load cases and compare them with the finite element "
+                                                 "reference; by default everything that ships");
+    auto options = std::make_shared<studies::RunOptions>();
+    auto printing = std::make_shared<Printing>();
+    auto force = std::make_shared<bool>(false);
+    add_bodies(*command, options->bodies);
+    command->add_flag("--force", *force,
+                      "Mesh segmentations again, and overwrite their body files in the output folder");
+    add_run_choices(*command, options);
+    command
+        ->add_option("--amplitude", options->amplitudes,
+                     "Multiples of the loads, such as 0.1,1,10, to see where linear elasticity stops being a fair "
+                     "reference; result files are then <load case>@<amplitude>.h5")
+        ->delimiter(',')
+        ->check(positive_number());
+    command->add_option("--young", options->young_modulus,
+                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
+    command->add_option("--calibration", options->calibration,
+                        "A file of 'python3 -m livermark.calibration' for the body: its springs run as "
+                        "calibrated_nodal_volume, beside those of --model");
+    add_output(*command, options->output, "Folder for <body>/<load case>.h5");
+    command->add_flag("--solve-reference", options->solve_reference,
+                      "Solve the references even if results/references has their solutions");
+    command->add_flag("--static", options->only_static, "Leave out load cases that depend on time: quicker");
+    command->add_flag("--resume", options->resume,
+                      "Continue the same command, and keep what it has solved in the output folder");
+    using enum fem_reference::SolverChoice;
+    command
+        ->add_option("--fem-solver", options->model_options.fem_solver,
+                     "Solver of the finite elements: auto (by size), direct (sparse Cholesky) or iterative (conjugate "
+                     "gradients with algebraic multigrid)")
+        ->transform(one_of(std::map<std::string, fem_reference::SolverChoice>{
+            {"auto", automatic}, {"direct", direct}, {"iterative", iterative}}))
+        ->default_str("auto");
+    command
+        ->add_option("--equilibrium", options->model_options.equilibrium,
+                     "Search for the equilibrium of mass-spring models: newton, or relaxation (time stepping, which "
+                     "leaves out load cases with a controlled depth)")
+        ->transform(one_of(std::map<std::string, models::EquilibriumMethod>{
+            {"newton", models::EquilibriumMethod::newton}, {"relaxation", models::EquilibriumMethod::relaxation}}))
+        ->default_str("newton");
+    auto &stepping = options->model_options.time_stepping;
+    command->add_option("--integrator", stepping.integrator,
+                        "Integrator of mass-spring models: a name as in 'livermark list integrators'; by default "
+                        "runge_kutta_4 or runge_kutta_chebyshev, whichever needs fewer force evaluations, and "
+                        "runge_kutta_4 with --equilibrium relaxation");
+    command
+        ->add_option("--time-step", stepping.time_step,
+                     "Longest step of mass-spring models [s]; by default 0.8 of the longest that is stable")
+        ->check(positive_number());
+    using enum msm::StepKernel;
+    command
+        ->add_option("--kernel", stepping.kernel,
+                     "Kernel for the forces of mass-spring models in motion: simd_float (vector units, single "
+                     "precision), simd_double, or scalar (the slow oracle)")
+        ->transform(one_of(std::map<std::string, msm::StepKernel>{
+            {"simd_float", simd_float}, {"simd_double", simd_double}, {"scalar", scalar}}))
+        ->default_str("simd_float");
+    command->add_flag("--force-time-step", stepping.force, "Take the step even if it is unstable");
+    command->add_flag("--tables", printing->tables,
+                      "Print all tables of 'livermark table' and the time of each stage, not only two numbers for each "
+                      "model and body");
+    command->add_flag("--markdown", printing->markdown, "Print tables in Markdown");
+    return [options, printing, force, command_line] {
+        options->amplitudes = sorted_once(std::move(options->amplitudes));
+        options->poisson_ratios = sorted_once(std::move(options->poisson_ratios));
+        const auto kept_command_line = without_jobs_and_resume(command_line);
+        options->bodies = with_images_meshed(options->bodies, options->output, kept_command_line, *force);
+        return run(*options, *printing, kept_command_line);
+    };
+}
 
 Command add_reference(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(

@@ -90,25 +90,6 @@ const std::vector<List> &lists() {
     return table;
 }
 
-} // namespace
-
-Command add_list(CLI::App &parent) {
-    auto *command = parent.add_subcommand(
-        "list", "List bodies, load cases (also those with a moving or touching tool, with a needle, or of tissue that "
-                "relaxes), models, methods of the arena, spring laws or integrators");
-    auto what = std::make_shared<std::string>();
-    const auto names = support::names_of(lists());
-    command->add_option("what", *what, fmt::format("One of {}", fmt::join(names, ", ")))
-        ->required()
-        ->check(one_of(names));
-    return [what] {
-        support::find_named(lists(), CLI::detail::to_lower(*what), "list").print();
-        return 0;
-    };
-}
-
-namespace {
-
 struct TableOptions {
     std::vector<std::string> paths;
     TableKind kind = TableKind::all;
@@ -121,30 +102,6 @@ int print(const TableOptions &options) {
     print_tables(results, options.kind, options.markdown);
     return 0;
 }
-
-} // namespace
-
-Command add_table(CLI::App &parent) {
-    auto *command = parent.add_subcommand("table", "Print tables of existing result files");
-    auto options = std::make_shared<TableOptions>();
-    options->paths = {runs_folder()};
-    command->add_option("paths", options->paths, "Result files of 'livermark run', or folders of them")
-        ->capture_default_str();
-    command
-        ->add_option(
-            "--kind", options->kind,
-            "all, brief (two numbers for each model and body, as at the end of a run), models (a row for each model "
-            "and load case), forces (of large deformations along the path of the load), summary (a column for each "
-            "load case), overview (columns for each Poisson's ratio), means (columns for each body), medians (over "
-            "load cases, for each Poisson's ratio, with load cases of pressure separately), or cohort (over bodies "
-            "whose names end in a number, odd and even numbers separately)")
-        ->transform(one_of(table_kinds))
-        ->default_str("all");
-    command->add_flag("--markdown", options->markdown, "Print the tables in Markdown");
-    return [options] { return print(*options); };
-}
-
-namespace {
 
 struct ReportOptions {
     std::string folder;
@@ -188,24 +145,6 @@ int make_report(const ReportOptions &options, const std::string &command_line) {
         fmt::print(stderr, "livermark: left out: {}\n", fault);
     return data.faults.empty() ? 0 : 1;
 }
-
-} // namespace
-
-Command add_report(CLI::App &parent, const std::string &command_line) {
-    auto *command = parent.add_subcommand(
-        "report",
-        "Write tables, plots and pictures of the result files in a folder into one HTML file, and print its path");
-    auto options = std::make_shared<ReportOptions>();
-    options->folder = runs_folder();
-    command
-        ->add_option("folder", options->folder,
-                     "Folder with files of 'livermark run', 'stability' and step_benchmark --hdf5")
-        ->capture_default_str();
-    command->add_option("-o,--output", options->output, "The HTML file; by default <folder>/report.html");
-    return [options, command_line] { return make_report(*options, command_line); };
-}
-
-namespace {
 
 namespace fs = std::filesystem;
 
@@ -326,6 +265,55 @@ int view(const ViewOptions &options) {
 }
 
 } // namespace
+
+Command add_list(CLI::App &parent) {
+    auto *command = parent.add_subcommand(
+        "list", "List bodies, load cases (also those with a moving or touching tool, with a needle, or of tissue that "
+                "relaxes), models, methods of the arena, spring laws or integrators");
+    auto what = std::make_shared<std::string>();
+    const auto names = support::names_of(lists());
+    command->add_option("what", *what, fmt::format("One of {}", fmt::join(names, ", ")))
+        ->required()
+        ->check(one_of(names));
+    return [what] {
+        support::find_named(lists(), CLI::detail::to_lower(*what), "list").print();
+        return 0;
+    };
+}
+
+Command add_table(CLI::App &parent) {
+    auto *command = parent.add_subcommand("table", "Print tables of existing result files");
+    auto options = std::make_shared<TableOptions>();
+    options->paths = {runs_folder()};
+    command->add_option("paths", options->paths, "Result files of 'livermark run', or folders of them")
+        ->capture_default_str();
+    command
+        ->add_option(
+            "--kind", options->kind,
+            "all, brief (two numbers for each model and body, as at the end of a run), models (a row for each model "
+            "and load case), forces (of large deformations along the path of the load), summary (a column for each "
+            "load case), overview (columns for each Poisson's ratio), means (columns for each body), medians (over "
+            "load cases, for each Poisson's ratio, with load cases of pressure separately), or cohort (over bodies "
+            "whose names end in a number, odd and even numbers separately)")
+        ->transform(one_of(table_kinds))
+        ->default_str("all");
+    command->add_flag("--markdown", options->markdown, "Print the tables in Markdown");
+    return [options] { return print(*options); };
+}
+
+Command add_report(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "report",
+        "Write tables, plots and pictures of the result files in a folder into one HTML file, and print its path");
+    auto options = std::make_shared<ReportOptions>();
+    options->folder = runs_folder();
+    command
+        ->add_option("folder", options->folder,
+                     "Folder with files of 'livermark run', 'stability' and step_benchmark --hdf5")
+        ->capture_default_str();
+    command->add_option("-o,--output", options->output, "The HTML file; by default <folder>/report.html");
+    return [options, command_line] { return make_report(*options, command_line); };
+}
 
 Command add_view(CLI::App &parent) {
     auto *command = parent.add_subcommand("view", "Show result files in a browser on this machine");

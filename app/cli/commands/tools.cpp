@@ -48,6 +48,35 @@ int print_measured(const studies::NeedleOptions &options, bool markdown) {
     return 0;
 }
 
+int print_cut(studies::CutStudyOptions options, bool markdown, const std::string &command_line) {
+    options.body = with_image_meshed(options.body, command_line);
+    const auto done = studies::let_blade_in(options, command_line, print_progress());
+    print_notes(done.notes);
+    const auto &file = done.file;
+    fmt::print("{}: {}\n{} step by step:\n\n", file.body, results::printable(file.title), file.runs.front().model);
+    for (const auto &table : {results::cut_table(file), results::cut_models_table(file)})
+        fmt::print("{}\n", table_text(table, markdown));
+    fmt::print("{}\n", results::cut_judge_note(file));
+    if (!file.levels.empty()) {
+        const auto table = results::cut_levels_table(file);
+        fmt::print("{} in the end, on meshes that are finer and finer at the rim of the wound:\n\n{}\n{}\n",
+                   file.runs.front().model, table_text(table, markdown), results::cut_levels_note(file));
+    }
+    if (const auto table = results::cut_steps_table(file); !table.rows.empty())
+        fmt::print(
+            "Longest stable step of springs, by symplectic Euler with nothing damped and nothing constrained:\n\n"
+            "{}\n",
+            table_text(table, markdown));
+    if (!file.motions.empty()) {
+        const auto table = results::cut_motions_table(file);
+        fmt::print("Methods that move in frames of {:.1f} ms, {} for each step of the blade:\n\n{}\n",
+                   1e3 * file.frame_interval, file.frames_per_step, table_text(table, markdown));
+    }
+    fmt::print("{}", results::cut_note(file));
+    fmt::print(stderr, "The result file is in {}\n", options.output);
+    return 0;
+}
+
 } // namespace
 
 Command add_needle(CLI::App &parent, const std::string &command_line) {
@@ -99,39 +128,6 @@ Command add_needle(CLI::App &parent, const std::string &command_line) {
         return print_measured(chosen, *markdown);
     };
 }
-
-namespace {
-
-int print_cut(studies::CutStudyOptions options, bool markdown, const std::string &command_line) {
-    options.body = with_image_meshed(options.body, command_line);
-    const auto done = studies::let_blade_in(options, command_line, print_progress());
-    print_notes(done.notes);
-    const auto &file = done.file;
-    fmt::print("{}: {}\n{} step by step:\n\n", file.body, results::printable(file.title), file.runs.front().model);
-    for (const auto &table : {results::cut_table(file), results::cut_models_table(file)})
-        fmt::print("{}\n", table_text(table, markdown));
-    fmt::print("{}\n", results::cut_judge_note(file));
-    if (!file.levels.empty()) {
-        const auto table = results::cut_levels_table(file);
-        fmt::print("{} in the end, on meshes that are finer and finer at the rim of the wound:\n\n{}\n{}\n",
-                   file.runs.front().model, table_text(table, markdown), results::cut_levels_note(file));
-    }
-    if (const auto table = results::cut_steps_table(file); !table.rows.empty())
-        fmt::print(
-            "Longest stable step of springs, by symplectic Euler with nothing damped and nothing constrained:\n\n"
-            "{}\n",
-            table_text(table, markdown));
-    if (!file.motions.empty()) {
-        const auto table = results::cut_motions_table(file);
-        fmt::print("Methods that move in frames of {:.1f} ms, {} for each step of the blade:\n\n{}\n",
-                   1e3 * file.frame_interval, file.frames_per_step, table_text(table, markdown));
-    }
-    fmt::print("{}", results::cut_note(file));
-    fmt::print(stderr, "The result file is in {}\n", options.output);
-    return 0;
-}
-
-} // namespace
 
 Command add_cut(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(

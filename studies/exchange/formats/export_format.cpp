@@ -77,4 +77,15 @@ std::vector<Vector3> traction_forces(const core::TetraMesh &mesh, const core::Lo
     return force;
 }
 
+std::vector<Vector3> nodal_forces(const core::Problem &problem, const Discretisation &fem) {
+    const auto &mesh = problem.body->mesh;
+    auto force = traction_forces(mesh, problem.load_case, fem);
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+        for (const int node : mesh.tetrahedra[t])
+            force[node] +=
+                0.25 * problem.body->materials[mesh.region[t]].density * volumes[t] * problem.load_case.acceleration;
+    return force;
+}
+
 } // namespace livermark::exchange

@@ -56,4 +56,8 @@ std::vector<core::Vector3> prescribed_displacement(const core::LoadCase &load_ca
 std::vector<core::Vector3> traction_forces(const core::TetraMesh &mesh, const core::LoadCase &load_case,
                                            const Discretisation &fem);
 
+/// These and the acceleration on linear tetrahedra, whose weight acts in quarters on their corners.
+/// @return shape (n) [N]
+std::vector<core::Vector3> nodal_forces(const core::Problem &problem, const Discretisation &fem);
+
 } // namespace livermark::exchange

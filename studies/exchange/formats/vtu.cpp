@@ -27,18 +27,6 @@ std::string text(const Vector3 &value) {
     return fmt::format("{} {} {}", value.x(), value.y(), value.z());
 }
 
-/// Tractions and the acceleration: a tetrahedron's weight acts in quarters on its corners.
-std::vector<Vector3> nodal_forces(const core::Problem &problem, const Discretisation &fem) {
-    const auto &mesh = problem.body->mesh;
-    auto force = traction_forces(mesh, problem.load_case, fem);
-    const auto volumes = tetrahedron_volumes(mesh);
-    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
-        for (const int node : mesh.tetrahedra[t])
-            force[node] +=
-                0.25 * problem.body->materials[mesh.region[t]].density * volumes[t] * problem.load_case.acceleration;
-    return force;
-}
-
 /// (N) 1 at the nodes of a patch.
 std::vector<int> is_in_patch(const core::TetraMesh &mesh, const std::string &name) {
     std::vector<int> marks(mesh.points.size(), 0);

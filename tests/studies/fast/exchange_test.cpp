@@ -100,6 +100,8 @@ TEST_F(ExchangeStudy, AProblemIsWrittenInThreeFormats) {
 
 TEST_F(ExchangeStudy, EveryFormatIsWrittenWhereItIsNamedAndAnUnknownOneIsRefused) {
     for (const auto &format : exchange::all_formats()) {
+        if (format.name == "febio")
+            continue; // Python writes it
         exported.formats = {format.name};
         const auto found = export_problem(exported, "test").files;
         ASSERT_EQ(found.size(), 1 + format.files.size()) << format.name;

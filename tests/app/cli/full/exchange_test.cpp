@@ -51,6 +51,23 @@ TEST_F(Exchange, AProblemIsWrittenInThreeFormats) {
     EXPECT_TRUE(fs::exists(folder / "pull.inp"));
 }
 
+TEST_F(Exchange, PythonWritesAJobOfFebio) {
+    const auto outcome = tests::livermark(fmt::format("export {} --format febio -o {}", problem(), at("out")));
+    tests::expect_outcome(outcome, 0, {"pull.problem.h5", "pull.feb"});
+    const auto folder = folder_ / "out" / "bar";
+    const auto mesh = results::read_result(folder / "pull.problem.h5").problem.body->mesh;
+    const auto sums = tests::run_command(
+        fmt::format("/usr/bin/python3 -c \"import xml.etree.ElementTree as t; j = t.parse('{}').getroot(); n = lambda "
+                    "p: j.findall(p); "
+                    "f = [list(map(float, e.text.split(','))) for e in n('MeshData/NodeData/node')]; "
+                    "print('nodes', len(n('Mesh/Nodes/node')), 'elements', len(n('Mesh/Elements/elem')), "
+                    "'force %.6e %.6e' % (sum(e[0] for e in f), sum(e[2] for e in f)))\"",
+                    (folder / "pull.feb").string()));
+    tests::expect_outcome(sums, 0,
+                          {fmt::format("nodes {} elements {} ", mesh.num_nodes(), mesh.num_tetrahedra()),
+                           fmt::format("force {:.6e} {:.6e}", 10.0 * 9e-4, -0.5 * 1000.0 * 8.1e-5)});
+}
+
 } // namespace
 } // namespace livermark
 
