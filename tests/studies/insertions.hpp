@@ -25,6 +25,7 @@
 #include "studies/models/model_table.hpp"
 #include "studies/needle/needle_study.hpp"
 #include "tests/samples/random_needles.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {
 
@@ -38,6 +39,21 @@ inline core::Needle needle_of_some_tissue() {
             .friction = 10.0,
             .puncture_force = 0.2,
             .step = 2.5e-4};
+}
+
+/// Tissue in a box that is held below.
+inline core::Problem box_held_below(const core::Vector3 &size, const std::array<int, 3> &bricks) {
+    core::Problem held{make_body(box_mesh(size, bricks), {1060.0, 5e3, 0.45}), {}};
+    held.load_case = empty_load_case(held.body->mesh);
+    prescribe(held.load_case, held.body->mesh, "z_min", core::Vector3::Zero());
+    return held;
+}
+
+/// Patch springs with the volumes around nodes.
+inline msm::ElasticBody patch_springs(const core::Body &body) {
+    const auto beside =
+        msm::springs_beside_volume(body, support::find_named(msm::all_spring_laws(), "patch", "spring law"));
+    return msm::springs_with_volume(body, beside, msm::find_volume_term("nodal_volume")).body;
 }
 
 /// Tissue whose places give way the less for each other the farther they are apart, and not along the axis alone.
@@ -60,7 +76,7 @@ inline Eigen::MatrixXd some_tissue(const core::NeedleLine &line, double complian
 /// Largest fault of the balance of work, as a part of the work of the hand.
 inline constexpr double most_out_of_balance = 0.02;
 
-/// Fault of an insertion; empty if it has none.
+/// Fault of an insertion, in steps or not; empty if it has none.
 inline std::string fault_of(const core::Insertion &insertion, const core::Needle &needle, double energy_error) {
     const auto is_finite = [](double value) { return std::isfinite(value); };
     if (!std::ranges::all_of(insertion.force, is_finite) || !std::ranges::all_of(insertion.tip, is_finite) ||
@@ -73,6 +89,15 @@ inline std::string fault_of(const core::Insertion &insertion, const core::Needle
         return fmt::format("the hand pushes with {} N, more than {} N", *std::ranges::max_element(insertion.force),
                            most);
     return {};
+}
+
+/// The same, of one that ends outside.
+inline std::string fault_of(const results::NeedleRun &run, const core::Needle &needle) {
+    const auto &insertion = run.insertion;
+    auto fault = fault_of(insertion, needle, run.energy_error());
+    if (fault.empty() && std::abs(insertion.force.back()) > 1e-6)
+        fault = fmt::format("{} N are left when it is out", insertion.force.back());
+    return fault;
 }
 
 /// Random needles in random tissue.
@@ -92,10 +117,7 @@ inline std::vector<std::string> drive_into_some_tissue(unsigned seed, int count,
         const double compliance = std::pow(10.0, -3.0 + part(random));
         results::NeedleRun run;
         run.insertion = studies::insert(some_tissue(line, compliance, 0.005 + 0.05 * part(random), random), line, some);
-        auto fault = fault_of(run.insertion, some, run.energy_error());
-        if (fault.empty() && std::abs(run.insertion.force.back()) > 1e-6)
-            fault = fmt::format("{} N are left when it is out", run.insertion.force.back());
-        if (!fault.empty())
+        if (const auto fault = fault_of(run, some); !fault.empty())
             faults.push_back(fmt::format("{}: compliance {}, friction {}, spread {}: {}", n, compliance, some.friction,
                                          some.spread, fault));
     }
@@ -239,10 +261,7 @@ inline std::vector<std::string> drive_random_needles(const std::string &body, co
         const auto compliance = support::find_named(all, name, "model").compliance(problem, line.places);
         const results::NeedleRun run{
             .model = name, .insertion = studies::insert(compliance.matrix, line, needle), .setup_seconds = 0.0};
-        auto fault = fault_of(run.insertion, needle, run.energy_error());
-        if (fault.empty() && std::abs(run.insertion.force.back()) > 1e-6)
-            fault = fmt::format("{} N are left when it is out", run.insertion.force.back());
-        if (!fault.empty())
+        if (const auto fault = fault_of(run, needle); !fault.empty())
             faults.push_back(fmt::format("{} needle {}, {}: {}", body, n, name, fault));
     }
     return faults;
@@ -260,11 +279,8 @@ inline std::vector<std::string> step_random_needles(const std::string &body, con
     for (int n = 0; n < count; ++n) {
         auto [problem, needle] = random.next();
         needle.step = 1e-3; // of records
-        if (!springs) {
-            const auto beside = msm::springs_beside_volume(
-                *problem.body, support::find_named(msm::all_spring_laws(), "patch", "spring law"));
-            springs = msm::springs_with_volume(*problem.body, beside, msm::find_volume_term("nodal_volume")).body;
-        }
+        if (!springs)
+            springs = patch_springs(*problem.body);
         const auto conditions = msm::nodal_conditions(problem, springs->node_mass);
         if (time_step == 0.0)
             time_step = part_of_critical_step * 2.0 /

@@ -12,31 +12,33 @@
 #include "studies/models/model_table.hpp"
 #include "studies/models/motion/moving_method.hpp"
 #include "studies/needle/needle_study.hpp"
-#include "tests/samples/test_meshes.hpp"
+#include "tests/studies/insertions.hpp"
 
 namespace livermark::studies {
 namespace {
 
-/// A frame that takes so much time of the processor for a number of steps [s].
-std::function<void(const models::Effort &)> frame_of(const std::function<double(int)> &seconds) {
-    return [=](const models::Effort &effort) {
-        const double end = core::processor_seconds() + seconds(effort.steps);
-        while (core::processor_seconds() < end)
-            ;
-    };
+/// Time of the processor [s].
+void spend(double seconds) {
+    const double end = core::processor_seconds() + seconds;
+    while (core::processor_seconds() < end)
+        ;
+}
+
+/// The largest effort of whole steps of one iteration whose frame takes so much time for a number of them [s].
+std::optional<MeasuredEffort> largest_steps(const std::function<double(int)> &seconds, double budget) {
+    return largest_effort([&](const models::Effort &effort) { spend(seconds(effort.steps)); },
+                          models::Setting::one_iteration, budget);
 }
 
 TEST(LargestEffort, FillsTheBudgetWhereTimeIsALine) {
-    const auto fits =
-        largest_effort(frame_of([](int steps) { return 1e-4 + 2e-4 * steps; }), models::Setting::one_iteration, 4e-3);
+    const auto fits = largest_steps([](int steps) { return 1e-4 + 2e-4 * steps; }, 4e-3);
     ASSERT_TRUE(fits);
     EXPECT_NEAR(fits->effort.steps, 19, 3);
 }
 
 /// As under a ball, where one step of a whole frame is solved five times, and short ones once.
 TEST(LargestEffort, FitsWhereOneStepTakesAsLongAsMany) {
-    const auto fits = largest_effort(frame_of([](int steps) { return steps < 4 ? 2e-3 / steps : 2e-4 * steps; }),
-                                     models::Setting::one_iteration, 4e-3);
+    const auto fits = largest_steps([](int steps) { return steps < 4 ? 2e-3 / steps : 2e-4 * steps; }, 4e-3);
     ASSERT_TRUE(fits);
     EXPECT_NEAR(fits->effort.steps, 20, 3); // a line through the first two would say 20,000
     EXPECT_NEAR(fits->seconds, 4e-3, 4e-4);
@@ -44,11 +46,7 @@ TEST(LargestEffort, FitsWhereOneStepTakesAsLongAsMany) {
 
 /// As conjugate gradients that have converged: more iterations are a limit, and take no more time.
 TEST(LargestEffort, SaysWhereAMethodStopsEarlier) {
-    const auto frame = [](const models::Effort &effort) {
-        const double end = core::processor_seconds() + 5e-5 * std::min(effort.iterations, 20);
-        while (core::processor_seconds() < end)
-            ;
-    };
+    const auto frame = [](const models::Effort &effort) { spend(5e-5 * std::min(effort.iterations, 20)); };
     const auto stops = largest_effort(frame, models::Setting::one_step, 4e-3);
     ASSERT_TRUE(stops);
     EXPECT_TRUE(stops->stops_early);
@@ -60,22 +58,14 @@ TEST(LargestEffort, SaysWhereAMethodStopsEarlier) {
 }
 
 TEST(LargestEffort, IsTheLeastWhereNothingFits) {
-    const auto fits =
-        largest_effort(frame_of([](int steps) { return 2e-3 * steps; }), models::Setting::one_iteration, 1e-3);
+    const auto fits = largest_steps([](int steps) { return 2e-3 * steps; }, 1e-3);
     ASSERT_TRUE(fits);
     EXPECT_EQ(fits->effort.steps, 1);
 }
 
-using core::Vector3;
-
 /// A box of 40 x 30 x 30 mm that is held below, with a needle that goes in from above, aslant, and hardly moves it.
 struct NeedledBlock {
-    core::Problem problem = [] {
-        core::Problem held{tests::make_body(tests::box_mesh({0.04, 0.03, 0.03}, {4, 3, 3}), {1060.0, 5e3, 0.45}), {}};
-        held.load_case = tests::empty_load_case(held.body->mesh);
-        tests::prescribe(held.load_case, held.body->mesh, "z_min", Vector3::Zero());
-        return held;
-    }();
+    core::Problem problem = tests::box_held_below({0.04, 0.03, 0.03}, {4, 3, 3});
     core::Needle needle{.name = "needle",
                         .entry = {0.016, 0.013, 0.03},
                         .target = {0.024, 0.017, 0.014},

@@ -45,6 +45,16 @@ class ExchangeStudy : public testing::Test {
         }
     }
 
+    /// The problem, with the same displacement of every node as the solution of "own"; this is in the file, too.
+    results::Result own_solution(const core::Vector3 &displacement) const {
+        results::Result own;
+        own.problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
+        own.models.emplace_back().name = "own";
+        own.models[0].solution.displacement.assign(own.problem.body->mesh.points.size(), displacement);
+        write_csv(own, "own", 1.0);
+        return own;
+    }
+
     fs::path folder_;
     ScoreOptions scored;
     ExportOptions exported;
@@ -55,12 +65,7 @@ const results::ModelResult &find(const results::Result &result, const std::strin
 }
 
 TEST_F(ExchangeStudy, ASolutionHasTheErrorThatOurOwnModelWithTheSameHas) {
-    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
-    results::Result zero{.provenance = {}, .problem = problem, .models = {}};
-    zero.models.resize(1);
-    zero.models[0].name = "zero";
-    zero.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Zero());
-    write_csv(zero, "zero", 1.0);
+    own_solution(core::Vector3::Zero());
     const auto nothing = score(scored, "test", {}).result;
     EXPECT_EQ(find(nothing, "mine").comparison->relative_l2, 1.0) << "all of the displacement is missing";
 
@@ -161,12 +166,7 @@ TEST_F(ExchangeStudy, ASolutionOfAnotherMeshAndANameThatIsTakenAreRefused) {
 }
 
 TEST_F(ExchangeStudy, AsksWhetherASolutionIsInMillimetres) {
-    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
-    results::Result own{.provenance = {}, .problem = problem, .models = {}};
-    own.models.resize(1);
-    own.models[0].name = "own";
-    own.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3(1e-4, 0.0, 0.0));
-    write_csv(own, "own", 1.0);
+    auto own = own_solution(core::Vector3(1e-4, 0.0, 0.0));
     const double in_metres = find(score(scored, "test", {}).result, "mine").comparison->relative_l2;
 
     write_csv(own, "own", 1000.0);
@@ -178,12 +178,7 @@ TEST_F(ExchangeStudy, AsksWhetherASolutionIsInMillimetres) {
 }
 
 TEST_F(ExchangeStudy, DoubtsTheSignOfDisplacementsThatPointAgainstTheReference) {
-    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
-    results::Result own{.provenance = {}, .problem = problem, .models = {}};
-    own.models.resize(1);
-    own.models[0].name = "own";
-    own.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Zero());
-    write_csv(own, "own", 1.0);
+    own_solution(core::Vector3::Zero());
     const auto solved = score(scored, "test", {});
     EXPECT_TRUE(solved.notes.empty()) << solved.notes.front();
     write_csv(solved.result, "fem_p1", 1.0);
@@ -196,12 +191,9 @@ TEST_F(ExchangeStudy, DoubtsTheSignOfDisplacementsThatPointAgainstTheReference) 
 }
 
 TEST_F(ExchangeStudy, RefusesPositionsInPlaceOfDisplacements) {
-    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
-    results::Result own{.provenance = {}, .problem = problem, .models = {}};
-    own.models.resize(1);
-    own.models[0].name = "own";
+    auto own = own_solution(core::Vector3::Zero());
     for (const double per_metre : {1.0, 1000.0}) {
-        own.models[0].solution.displacement = problem.body->mesh.points;
+        own.models[0].solution.displacement = own.problem.body->mesh.points;
         for (auto &position : own.models[0].solution.displacement)
             position = per_metre * (position + core::Vector3(0.001, 0.0, 0.0));
         write_csv(own, "own", 1.0);
@@ -211,12 +203,7 @@ TEST_F(ExchangeStudy, RefusesPositionsInPlaceOfDisplacements) {
 }
 
 TEST_F(ExchangeStudy, SaysWhatWillTakeLongBeforeItIsSolved) {
-    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
-    results::Result own{.provenance = {}, .problem = problem, .models = {}};
-    own.models.resize(1);
-    own.models[0].name = "own";
-    own.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Zero());
-    write_csv(own, "own", 1.0);
+    auto own = own_solution(core::Vector3::Zero());
     const auto steps = [&] {
         std::vector<std::string> found;
         score(scored, "test", [&](int step, int num_steps, const std::string &about) {
@@ -226,7 +213,7 @@ TEST_F(ExchangeStudy, SaysWhatWillTakeLongBeforeItIsSolved) {
         });
         return found;
     };
-    const auto size = fmt::format(" on {} tetrahedra", problem.body->mesh.num_tetrahedra());
+    const auto size = fmt::format(" on {} tetrahedra", own.problem.body->mesh.num_tetrahedra());
     const auto found = steps();
     EXPECT_EQ(found.front(), "fem_p1" + size);
     EXPECT_EQ(found.back(), "mine, the last");
@@ -238,14 +225,9 @@ TEST_F(ExchangeStudy, SaysWhatWillTakeLongBeforeItIsSolved) {
 }
 
 TEST_F(ExchangeStudy, TakesCoordinatesInTheUnitOfTheDisplacementsToo) {
-    auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
-    results::Result own{.provenance = {}, .problem = problem, .models = {}};
-    own.models.resize(1);
-    own.models[0].name = "own";
-    own.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3(1e-4, 0.0, 0.0));
-    write_csv(own, "own", 1.0);
+    auto own = own_solution(core::Vector3(1e-4, 0.0, 0.0));
     const double in_metres = find(score(scored, "test", {}).result, "mine").comparison->relative_l2;
-    auto in_millimetres = *problem.body;
+    auto in_millimetres = *own.problem.body;
     for (auto &point : in_millimetres.mesh.points)
         point *= 1000.0;
     own.problem.body = std::make_shared<const core::Body>(std::move(in_millimetres));

@@ -17,12 +17,6 @@
 namespace livermark::studies {
 namespace {
 
-using tests::needle_of_some_tissue;
-
-core::Needle needle() {
-    return needle_of_some_tissue();
-}
-
 /// A rigid block on a spring along the axis that gives way by so much [m/N], and on stiffer ones across it.
 Eigen::MatrixXd block_on_spring(const core::Needle &needle, const core::NeedleLine &line, double compliance) {
     const auto places = static_cast<Eigen::Index>(line.places.size());
@@ -67,14 +61,15 @@ TEST(LeastWithinLimits, MeetsTheConditionsOfTheLeast) {
 }
 
 TEST(NeedleLine, HasTheTargetAmongItsPlaces) {
-    const auto line = core::needle_line(needle());
-    EXPECT_LE(line.spacing, needle().spread / 3.0 + 1e-12);
-    EXPECT_LT((line.places.at(line.target).middle - needle().target).norm(), 1e-12);
-    EXPECT_LT((line.places.front().middle - needle().entry).norm(), 1e-12);
+    const auto needle = tests::needle_of_some_tissue();
+    const auto line = core::needle_line(needle);
+    EXPECT_LE(line.spacing, needle.spread / 3.0 + 1e-12);
+    EXPECT_LT((line.places.at(line.target).middle - needle.target).norm(), 1e-12);
+    EXPECT_LT((line.places.front().middle - needle.entry).norm(), 1e-12);
 }
 
 TEST(Insertion, OfABlockOnASpringHasItsClosedForm) {
-    const auto soft = needle();
+    const auto soft = tests::needle_of_some_tissue();
     const auto line = core::needle_line(soft);
     const double compliance = 0.02;
     const auto found = insert(block_on_spring(soft, line, compliance), line, soft);
@@ -99,7 +94,7 @@ TEST(Insertion, OfABlockOnASpringHasItsClosedForm) {
 }
 
 TEST(Insertion, BalancesItsEnergies) {
-    const auto soft = needle();
+    const auto soft = tests::needle_of_some_tissue();
     const auto line = core::needle_line(soft);
     const auto found = insert(block_on_spring(soft, line, 0.02), line, soft);
     const auto end = found.work.size() - 1;
@@ -110,7 +105,7 @@ TEST(Insertion, BalancesItsEnergies) {
 }
 
 TEST(Insertion, JumpsWhereTheSurfaceGivesWay) {
-    auto tough = needle();
+    auto tough = tests::needle_of_some_tissue();
     tough.puncture_force = 0.8;
     const auto line = core::needle_line(tough);
     const double compliance = 0.02;
@@ -126,7 +121,7 @@ TEST(Insertion, JumpsWhereTheSurfaceGivesWay) {
 }
 
 TEST(Insertion, OfAForceTooSmallNeverPunctures) {
-    auto tough = needle();
+    auto tough = tests::needle_of_some_tissue();
     tough.puncture_force = 50.0;
     const auto line = core::needle_line(tough);
     const auto found = insert(block_on_spring(tough, line, 0.02), line, tough);
@@ -236,12 +231,7 @@ TEST(LargeInsertion, SaysWhereABodyComesToNoRest) {
 
 /// A box of 40 x 30 x 30 mm that is held below, with a needle that goes in from above, aslant.
 struct PushedBlock {
-    core::Problem problem = [] {
-        core::Problem held{tests::make_body(tests::box_mesh({0.04, 0.03, 0.03}, {4, 3, 3}), {1060.0, 5e3, 0.45}), {}};
-        held.load_case = tests::empty_load_case(held.body->mesh);
-        tests::prescribe(held.load_case, held.body->mesh, "z_min", core::Vector3::Zero());
-        return held;
-    }();
+    core::Problem problem = tests::box_held_below({0.04, 0.03, 0.03}, {4, 3, 3});
     core::Needle needle{.name = "needle",
                         .entry = {0.016, 0.013, 0.03},
                         .target = {0.024, 0.017, 0.012},

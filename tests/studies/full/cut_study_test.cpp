@@ -47,15 +47,26 @@ struct DoubleCantilever {
         return 12.0 * load * load / (material.young_modulus * width * std::pow(h, 3)) * (cube(to) - cube(from));
     }
 
-    /// Energy that a model stores with the cut as long as that: as much as the loads have done beside it [J].
-    double stored(const core::Model &model, const CutStage &stage) const {
+    /// The blade from the free end on, between the arms.
+    BladeWay cut_to(double length_of_cut, int num_steps) const {
+        return {{Vector3(-0.01, -0.01, h), Vector3(-0.01, 0.1, h), Vector3(length_of_cut, 0.1, h),
+                 Vector3(length_of_cut, -0.01, h)},
+                num_steps};
+    }
+
+    core::Problem loaded(const CutStage &stage) const {
         const auto &mesh = stage.body->mesh;
         auto load_case = tests::empty_load_case(mesh);
         tests::prescribe(load_case, mesh, "x_max", Vector3::Zero());
         const double traction = load / (width * h);
         tests::pull(load_case, mesh, "upper_end", {0.0, 0.0, traction});
         tests::pull(load_case, mesh, "x_min", {0.0, 0.0, -traction});
-        const auto solution = model.solve({stage.body, load_case});
+        return {stage.body, std::move(load_case)};
+    }
+
+    /// Energy that a model stores with the cut as long as that: as much as the loads have done beside it [J].
+    double stored(const core::Model &model, const CutStage &stage) const {
+        const auto solution = model.solve(loaded(stage));
         EXPECT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
         return solution.strain_energy;
     }
@@ -66,9 +77,7 @@ TEST(GrowingCuts, OfADoubleCantileverSetFreeWhatBeamsDo) {
     const auto all = models::all_models();
     const auto &model = support::find_named(all, std::string("fem_p2p1"), "model");
     constexpr double from = 0.05, to = 0.07;
-    const BladeWay way{{Vector3(-0.01, -0.01, beam.h), Vector3(-0.01, 0.1, beam.h), Vector3(to, 0.1, beam.h),
-                        Vector3(to, -0.01, beam.h)},
-                       4};
+    const auto way = beam.cut_to(to, 4);
     std::vector<double> errors;
     for (const int bricks_per_arm : {1, 2}) {
         const auto stages = grow_cut(beam.body(bricks_per_arm), way, {});
@@ -163,19 +172,12 @@ TEST(GrowingCuts, KnowHowFarTheReferenceIsFromFinerMeshes) {
     const auto all = models::all_models();
     const auto &model = support::find_named(all, std::string("fem_p2p1"), "model");
     constexpr double to = 0.06;
-    const BladeWay way{{Vector3(-0.01, -0.01, beam.h), Vector3(-0.01, 0.1, beam.h), Vector3(to, 0.1, beam.h),
-                        Vector3(to, -0.01, beam.h)},
-                       1};
+    const auto way = beam.cut_to(to, 1);
     const auto levels_on = [&](int bricks_per_arm, int times) {
         const auto stage = grow_cut(beam.body(bricks_per_arm), way, {}).back();
-        const auto &mesh = stage.body->mesh;
-        auto load_case = tests::empty_load_case(mesh);
-        tests::prescribe(load_case, mesh, "x_max", Vector3::Zero());
-        tests::pull(load_case, mesh, "upper_end", {0.0, 0.0, beam.load / (beam.width * beam.h)});
-        tests::pull(load_case, mesh, "x_min", {0.0, 0.0, -beam.load / (beam.width * beam.h)});
         std::string failure;
         auto levels = solve_finer_at_wound(
-            model, way, "facets", stage, {stage.body, load_case}, times, [] {}, failure);
+            model, way, "facets", stage, beam.loaded(stage), times, [] {}, failure);
         EXPECT_EQ(failure, "");
         return levels;
     };

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
-#include <stdexcept>
 
 #include "core/support/input_error.hpp"
 #include "core/tool/needle/needle_line.hpp"
@@ -39,12 +38,7 @@ TEST(RandomNeedles, InRandomTissueBalanceTheirWork) {
 
 /// A box of 60 x 30 x 30 mm that is held below, with a needle that goes in from above, aslant.
 struct Block {
-    core::Problem problem = [] {
-        core::Problem held{tests::make_body(tests::box_mesh({0.06, 0.03, 0.03}, {8, 4, 4}), {1060.0, 5e3, 0.45}), {}};
-        held.load_case = tests::empty_load_case(held.body->mesh);
-        tests::prescribe(held.load_case, held.body->mesh, "z_min", core::Vector3::Zero());
-        return held;
-    }();
+    core::Problem problem = tests::box_held_below({0.06, 0.03, 0.03}, {8, 4, 4});
     core::Needle needle{.name = "needle",
                         .entry = {0.026, 0.013, 0.03},
                         .target = {0.034, 0.017, 0.011},
@@ -65,19 +59,10 @@ struct Block {
     }
 };
 
-msm::ElasticBody patch_springs(const core::Body &body) {
-    return msm::springs_with_volume(
-               body,
-               msm::springs_beside_volume(body, support::find_named(msm::all_spring_laws(), "patch", "spring law")),
-               msm::find_volume_term("nodal_volume"))
-        .body;
-}
+using tests::patch_springs;
 
 msm::ElasticBody springs_around_nodes(const core::Body &body) {
-    for (const auto &coupled : msm::all_coupled_springs())
-        if (coupled.name == "nodal_neo_hookean")
-            return msm::coupled_springs_with_volume(body, coupled);
-    throw std::logic_error("no springs around nodes");
+    return msm::coupled_springs_with_volume(body, msm::find_coupled_springs("nodal_neo_hookean"));
 }
 
 /// All the way: forces, tip, surface and target, along the axis and across it. What moves quickly is let alone: the

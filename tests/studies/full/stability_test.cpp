@@ -78,16 +78,6 @@ TEST(Stability, OfAModelIsTheStepOfItsResultFiles) {
                 1e-6);
 }
 
-TEST(Stability, RefusesModelsThatAreNotMadeOfSprings) {
-    auto options = options_of_bar("stability_of_elements");
-    options.models = {"fem_p2"};
-    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"fem_p2", "nodal_springs"});
-    options.models = {"nodal_neo_hooke"};
-    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"did you mean 'nodal_neo_hookean'?"});
-    options.models = {"lloyd", "lloyd"};
-    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"'lloyd'", "twice"});
-}
-
 TEST(Stability, WithoutRunsHasPredictionsOnlyAndIsNotContradicted) {
     auto options = options_of_bar("stability_predicted");
     options.no_observed = true;
@@ -107,12 +97,19 @@ TEST(Stability, IsNotAsPredictedWhereARunDiffers) {
     EXPECT_FALSE(is_as_predicted(stability));
 }
 
-TEST(Stability, RefusesIntegratorsThatThereAreNot) {
+TEST(Stability, RefusesWhatThereIsNotAndTwins) {
     auto options = options_of_bar("stability_refused");
-    options.integrators = {"huen"};
-    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"'huen'", "did you mean 'heun'?"});
-    options.integrators = {"heun", "heun"};
-    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"'heun'", "twice"});
+    const auto refuse = [&](std::vector<std::string> StabilityOptions::*list, std::vector<std::string> names,
+                            const std::vector<std::string> &parts) {
+        options.*list = std::move(names);
+        tests::expect_input_error([&] { find_stability(options, "test", {}); }, parts);
+    };
+    refuse(&StabilityOptions::models, {"fem_p2"}, {"fem_p2", "nodal_springs"});
+    refuse(&StabilityOptions::models, {"nodal_neo_hooke"}, {"did you mean 'nodal_neo_hookean'?"});
+    refuse(&StabilityOptions::models, {"lloyd", "lloyd"}, {"'lloyd'", "twice"});
+    options.models = StabilityOptions{}.models;
+    refuse(&StabilityOptions::integrators, {"huen"}, {"'huen'", "did you mean 'heun'?"});
+    refuse(&StabilityOptions::integrators, {"heun", "heun"}, {"'heun'", "twice"});
 }
 
 } // namespace

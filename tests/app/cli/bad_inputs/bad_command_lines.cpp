@@ -143,7 +143,6 @@ std::vector<BadInput> bad_command_lines() {
           "score beam beam_bend solution.csv --name a/b --output out",
           "score beam beam_bend",
           "export beam palpatoin",
-          "export beam palpation",
           "export beam beam_bend --format vtk",
           "run --jobs 0",
           "run --time-step -1"})

@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
-#include <future>
 #include <gtest/gtest.h>
 #include <list>
 #include <set>
@@ -75,13 +74,7 @@ class CrowdedServer {
 
   private:
     [[noreturn]] static void be_served(int num_descriptors, int out) {
-        Site site{.folder = "/nowhere",
-                  .page = "/nowhere/index.html",
-                  .port = 0,
-                  .token = tests::token,
-                  .is_result_file = {},
-                  .sessions = {}};
-        serve(std::move(site), [&](std::uint16_t listening) {
+        serve(tests::empty_site(), [&](std::uint16_t listening) {
             const int first_free = dup(out);
             const rlimit limit{static_cast<rlim_t>(first_free + num_descriptors),
                                static_cast<rlim_t>(first_free + num_descriptors)};
@@ -234,39 +227,11 @@ TEST(Listening, DuringARunIsNobody) {
     EXPECT_EQ(heard, std::set<std::string>{});
 }
 
-/// A server whose session solves by iterations.
-class Served {
-  public:
-    Served() {
-        std::promise<std::uint16_t> is_ready;
-        auto port_in_future = is_ready.get_future();
-        thread_ = std::thread([is_ready = std::move(is_ready)]() mutable {
-            server::Site site{.folder = "/nowhere",
-                              .page = "/nowhere/index.html",
-                              .port = 0,
-                              .token = tests::token,
-                              .is_result_file = {},
-                              .sessions = {{"/solve", [](const server::Fields &, const server::ReportProgress &) {
-                                                return [](const server::Message &) -> server::Message {
-                                                    return {false, solved_by_iterations().solver};
-                                                };
-                                            }}}};
-            server::serve(std::move(site), [&](std::uint16_t port) { is_ready.set_value(port); });
-        });
-        port = port_in_future.get();
-    }
-    ~Served() {
-        kill(getpid(), SIGINT);
-        thread_.join();
-    }
-    std::uint16_t port = 0;
-
-  private:
-    std::thread thread_;
-};
-
 TEST(Listening, OfTheServerIsOneSocketForThisMachineThatItsChildrenDoNotGet) {
-    const Served served;
+    const tests::ServedInThread served(tests::empty_site(
+        {{"/solve", [](const server::Fields &, const server::ReportProgress &) {
+              return [](const server::Message &) -> server::Message { return {false, solved_by_iterations().solver}; };
+          }}}));
     const std::set<std::string> own{fmt::format("0100007F:{:04X}", served.port)};
     tests::WebSocketClient client(served.port);
     ASSERT_TRUE(client.open("/solve"));
