@@ -25,8 +25,8 @@
 #include "msm/integrator.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "results/records/result.hpp"
 #include "results/quantile.hpp"
+#include "results/records/result.hpp"
 #include "results/records/timings.hpp"
 
 namespace livermark::benchmarks {

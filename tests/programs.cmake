@@ -1,8 +1,7 @@
 # Tests that start programs: ours on bad input, on several ranks and on small files, and those of other people on our files.
 # The table of bad inputs, each for a child process. Programs that do not load two hundred libraries start at once.
-add_library(livermark_bad_inputs STATIC app/cli/bad_inputs/bad_solutions.cpp app/cli/bad_inputs/bad_blades.cpp app/cli/bad_inputs/bad_bodies.cpp
-  app/cli/bad_inputs/bad_command_lines.cpp app/cli/bad_inputs/bad_hdf5_files.cpp app/cli/bad_inputs/bad_images.cpp app/cli/bad_inputs/bad_inputs.cpp
-  app/cli/bad_inputs/bad_load_cases.cpp app/cli/bad_inputs/bad_meshes.cpp app/cli/bad_inputs/bad_places.cpp app/cli/bad_inputs/bad_tools.cpp)
+add_library(livermark_bad_inputs STATIC app/cli/bad_inputs/bad_command_lines.cpp app/cli/bad_inputs/bad_files.cpp
+  app/cli/bad_inputs/bad_hdf5_files.cpp app/cli/bad_inputs/bad_inputs.cpp app/cli/bad_inputs/bad_load_cases.cpp)
 target_link_libraries(livermark_bad_inputs PUBLIC livermark::core livermark::meshes livermark_result_samples
   PRIVATE livermark_hdf5 livermark_build_options)
 target_link_options(livermark_bad_inputs PUBLIC -Wl,--as-needed)

@@ -6,12 +6,17 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <csignal>
 #include <cstdint>
 #include <fmt/format.h>
+#include <future>
 #include <optional>
 #include <string>
+#include <thread>
+#include <unistd.h>
+#include <utility>
 
-#include "app/server/session.hpp"
+#include "app/server/site.hpp"
 
 /// What a browser sends to a server on this machine, and what nobody else should.
 namespace livermark::tests {
@@ -123,6 +128,42 @@ class WebSocketClient {
     std::uint16_t port_;
     boost::asio::io_context context_;
     boost::beast::websocket::stream<boost::asio::ip::tcp::socket> stream_;
+};
+
+/// A site with no files, at a port that is free.
+inline server::Site empty_site(std::map<std::string, server::BeginSession> sessions = {}) {
+    return {.folder = "/nowhere",
+            .page = "/nowhere/index.html",
+            .port = 0,
+            .token = token,
+            .is_result_file = {},
+            .sessions = std::move(sessions)};
+}
+
+/// serve() in a thread, until the signal that Ctrl-C sends.
+class ServedInThread {
+  public:
+    explicit ServedInThread(server::Site site, const server::Patience &patience = {}) {
+        std::promise<std::uint16_t> is_ready;
+        auto port_in_future = is_ready.get_future();
+        thread_ = std::thread([site = std::move(site), patience, is_ready = std::move(is_ready)]() mutable {
+            server::serve(
+                std::move(site), [&](std::uint16_t port) { is_ready.set_value(port); }, patience);
+        });
+        port = port_in_future.get();
+    }
+    ~ServedInThread() { stop(); }
+    void stop() {
+        if (!thread_.joinable())
+            return;
+        kill(getpid(), SIGINT);
+        thread_.join();
+    }
+
+    std::uint16_t port = 0;
+
+  private:
+    std::thread thread_;
 };
 
 } // namespace livermark::tests

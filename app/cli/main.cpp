@@ -19,16 +19,15 @@
 #include <utility>
 #include <vector>
 
-#include "app/cli/commands/commands.hpp"
-#include "app/cli/common_options.hpp"
+#include "app/cli/commands.hpp"
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
 #include "core/support/processes/mpi_session.hpp"
 #include "core/support/processes/own_process.hpp"
 #include "msm/implicit_integrators.hpp"
-#include "studies/files.hpp"
 #include "studies/models/model_table.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::cli {
 
@@ -194,7 +193,7 @@ int run(int argc, char **argv) {
     return bad_input;
 }
 
-/// What files and words from outside hold may break the line of a message.
+/// A message without what breaks its line: files and words from outside may hold that.
 std::string one_line(std::string message) {
     std::ranges::replace_if(
         message, [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; }, ' ');

@@ -24,44 +24,6 @@ std::string cookie_name(std::uint16_t port) {
     return fmt::format("livermark_{}", port);
 }
 
-} // namespace
-
-std::string new_token() {
-    static_assert(std::random_device::min() == 0 && std::random_device::max() == 0xffffffffU);
-    constexpr int num_words = 4;
-    std::random_device words;
-    std::string token;
-    for (int i = 0; i < num_words; ++i)
-        token += fmt::format("{:08x}", words());
-    return token;
-}
-
-bool is_same(std::string_view one, std::string_view other) {
-    unsigned difference = one.size() == other.size() ? 0U : 1U;
-    for (std::size_t i = 0; i < std::min(one.size(), other.size()); ++i)
-        difference |= static_cast<unsigned>(static_cast<unsigned char>(one[i]) ^ static_cast<unsigned char>(other[i]));
-    return difference == 0U;
-}
-
-bool cookie_has_token(std::string_view cookies, std::uint16_t port, std::string_view token) {
-    const auto start = cookie_name(port) + '=';
-    while (!cookies.empty()) {
-        auto cookie = cookies.substr(0, cookies.find(';'));
-        cookies.remove_prefix(std::min(cookie.size() + 1, cookies.size()));
-        cookie.remove_prefix(std::min(cookie.find_first_not_of(' '), cookie.size()));
-        // Another server of this host may have set one of the same name; it is not for it to say who comes in here.
-        if (cookie.starts_with(start) && is_same(cookie.substr(start.size()), token))
-            return true;
-    }
-    return false;
-}
-
-std::string cookie_of_token(std::uint16_t port, std::string_view token) {
-    return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict", cookie_name(port), token);
-}
-
-namespace {
-
 namespace fs = std::filesystem;
 
 Response refusal(int status, const std::string &sentence) {
@@ -73,13 +35,13 @@ Response not_there() {
 }
 
 bool is_own_host(std::string_view host, std::uint16_t port) {
-    constexpr std::uint16_t of_http = 80; // which browsers leave out
-    if (port == of_http && (host == "127.0.0.1" || host == "localhost"))
+    constexpr std::uint16_t port_of_http = 80; // which browsers leave out
+    if (port == port_of_http && (host == "127.0.0.1" || host == "localhost"))
         return true;
     return host == fmt::format("127.0.0.1:{}", port) || host == fmt::format("localhost:{}", port);
 }
 
-Response of_strangers() {
+Response strangers_refused() {
     return refusal(403, "Only pages of this server may ask it.");
 }
 
@@ -116,11 +78,11 @@ bool address_has_token(const Request &request, const Site &site) {
 std::optional<Response> refused(const Request &request, const Site &site, bool needs_origin) {
     if (!is_own_host(request.host, site.port) ||
         (request.origin ? !is_own_origin(*request.origin, site.port) : needs_origin))
-        return of_strangers();
+        return strangers_refused();
     const bool is_in_address = address_has_token(request, site);
     const bool is_visit = is_in_address && is_page(request.target.substr(0, request.target.find('?')));
     if (request.fetch_site && *request.fetch_site != "same-origin" && *request.fetch_site != "none" && !is_visit)
-        return of_strangers();
+        return strangers_refused();
     if (site.token.empty() || !(is_in_address || cookie_has_token(request.cookies, site.port, site.token)))
         return refusal(403, "The token is missing or an old one: open the address that `livermark view` printed where "
                             "it was started.");
@@ -199,7 +161,60 @@ Response list(const Site &site) {
             .file = {}};
 }
 
+using State = std::tuple<dev_t, ino_t, off_t, time_t, long>; ///< device, inode, size, time of change [s], [ns]
+
+std::optional<State> state_of(const std::filesystem::path &path) {
+    struct stat found {};
+    if (::stat(path.c_str(), &found) != 0)
+        return std::nullopt;
+    return State{found.st_dev, found.st_ino, found.st_size, found.st_mtim.tv_sec, found.st_mtim.tv_nsec};
+}
+
+struct Memory {
+    static constexpr std::size_t most_files = 100'000;
+    struct Reply {
+        State state;
+        bool is;
+    };
+    std::mutex mutex; ///< of what follows
+    std::map<std::string, Reply> replies;
+};
+
 } // namespace
+
+std::string new_token() {
+    static_assert(std::random_device::min() == 0 && std::random_device::max() == 0xffffffffU);
+    constexpr int num_words = 4;
+    std::random_device words;
+    std::string token;
+    for (int i = 0; i < num_words; ++i)
+        token += fmt::format("{:08x}", words());
+    return token;
+}
+
+bool is_same(std::string_view one, std::string_view other) {
+    unsigned difference = one.size() == other.size() ? 0U : 1U;
+    for (std::size_t i = 0; i < std::min(one.size(), other.size()); ++i)
+        difference |= static_cast<unsigned>(static_cast<unsigned char>(one[i]) ^ static_cast<unsigned char>(other[i]));
+    return difference == 0U;
+}
+
+bool cookie_has_token(std::string_view cookies, std::uint16_t port, std::string_view token) {
+    const auto start = cookie_name(port) + '=';
+    while (!cookies.empty()) {
+        auto cookie = cookies.substr(0, cookies.find(';'));
+        cookies.remove_prefix(std::min(cookie.size() + 1, cookies.size()));
+        cookie.remove_prefix(std::min(cookie.find_first_not_of(' '), cookie.size()));
+        // Another server of this host may have set one of the same name; it is not for it to say who comes in here.
+        if (cookie.starts_with(start) && is_same(cookie.substr(start.size()), token))
+            return true;
+    }
+    return false;
+}
+
+std::string cookie_of_token(std::uint16_t port, std::string_view token) {
+    return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict", cookie_name(port), token);
+}
 
 Response respond(const Request &request, const Site &site) {
     if (auto refusal = refused(request, site, false))
@@ -275,29 +290,6 @@ ResultFiles result_files(const Site &site) {
     std::ranges::sort(found.paths);
     return found;
 }
-
-namespace {
-
-using State = std::tuple<dev_t, ino_t, off_t, time_t, long>; ///< device, inode, size, time of change [s], [ns]
-
-std::optional<State> state_of(const std::filesystem::path &path) {
-    struct stat found {};
-    if (::stat(path.c_str(), &found) != 0)
-        return std::nullopt;
-    return State{found.st_dev, found.st_ino, found.st_size, found.st_mtim.tv_sec, found.st_mtim.tv_nsec};
-}
-
-struct Memory {
-    static constexpr std::size_t most_files = 100'000;
-    struct Reply {
-        State state;
-        bool is;
-    };
-    std::mutex mutex; ///< of what follows
-    std::map<std::string, Reply> replies;
-};
-
-} // namespace
 
 AskAboutFile remembered(AskAboutFile ask) {
     return [ask = std::move(ask), memory = std::make_shared<Memory>()](const std::filesystem::path &path) {

@@ -45,6 +45,20 @@ void fail(Talk &talk, const std::string &reason) {
     talk.close(boost::beast::websocket::close_code::internal_error, "the reply failed; the terminal says why");
 }
 
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace websocket = boost::beast::websocket;
+using tcp = asio::ip::tcp;
+
+tcp::socket taken_over(asio::io_context &context, int handle) {
+    tcp::socket socket(context);
+    beast::error_code error;
+    socket.assign(tcp::v4(), handle, error);
+    if (error)
+        ::close(handle);
+    return socket;
+}
+
 } // namespace
 
 Sockets::Sockets(const Patience &patience) : patience_(patience) {}
@@ -152,24 +166,6 @@ bool Sockets::close(std::chrono::milliseconds patience) {
     std::unique_lock lock(mutex_);
     return one_has_ended_.wait_for(lock, patience, [this] { return std::ranges::all_of(lines_, &Line::has_ended); });
 }
-
-namespace {
-
-namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace websocket = boost::beast::websocket;
-using tcp = asio::ip::tcp;
-
-tcp::socket taken_over(asio::io_context &context, int handle) {
-    tcp::socket socket(context);
-    beast::error_code error;
-    socket.assign(tcp::v4(), handle, error);
-    if (error)
-        ::close(handle);
-    return socket;
-}
-
-} // namespace
 
 Talk::Talk(int handle, std::chrono::milliseconds silence)
     : silence_(silence), clock_(context_), stream_(taken_over(context_, handle)) {

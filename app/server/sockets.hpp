@@ -16,8 +16,8 @@
 #include <string>
 #include <thread>
 
-#include "app/server/serve.hpp"
 #include "app/server/session.hpp"
+#include "app/server/site.hpp"
 
 /// Internal to server/: no other header includes Boost.
 namespace livermark::server {

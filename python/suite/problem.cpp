@@ -28,19 +28,8 @@ const core::TetraMesh &mesh_of(const LoadedBody &loaded) {
     return loaded.problem.body->mesh;
 }
 
-/// A property of an array that Python cannot write to.
-template <class Scalar, class Pick> auto shows_array(Pick pick, py::ssize_t columns) {
-    return [=](const py::object &self) {
-        const auto &values = pick(self.cast<const LoadedBody &>());
-        std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(values.size())};
-        if (columns > 1)
-            shape.push_back(columns);
-        return view(reinterpret_cast<const Scalar *>(values.data()), shape, self);
-    };
-}
-
 /// A constant of its material for each tetrahedron.
-auto of_each_tetrahedron(double core::Material::*constant) {
+auto tetrahedron_values(double core::Material::*constant) {
     return [=](const LoadedBody &loaded) {
         const auto &body = *loaded.problem.body;
         py::array_t<double> values(static_cast<py::ssize_t>(body.mesh.region.size()));
@@ -77,83 +66,6 @@ py::array fixed(const LoadedBody &loaded) {
     return mask;
 }
 
-} // namespace
-
-void add_problem(py::module_ &module) {
-    py::class_<LoadedBody> problem(module, "Problem",
-                                   "A body under a load case, with the loads scaled as in a run. Arrays of the mesh "
-                                   "are views that cannot be written to.");
-    problem
-        .def_property_readonly(
-            "body", [](const LoadedBody &p) { return p.problem.body->name; }, "name of the body")
-        .def_property_readonly(
-            "load_case", [](const LoadedBody &p) { return p.problem.load_case.name; }, "name of the load case")
-        .def_property_readonly(
-            "regime", [](const LoadedBody &p) { return core::to_string(p.problem.load_case.regime); },
-            "small or large deformations")
-        .def_property_readonly(
-            "notes", [](const LoadedBody &p) { return p.notes; }, "sentences on what had to be assumed")
-        .def_property_readonly("points",
-                               shows_array<double>(
-                                   [](const auto &p) -> const auto & { return mesh_of(p).points; }, 3),
-                               "(N, 3) [m]")
-        .def_property_readonly("tetrahedra",
-                               shows_array<int>(
-                                   [](const auto &p) -> const auto & { return mesh_of(p).tetrahedra; }, 4),
-                               "(M, 4) node numbers")
-        .def_property_readonly("region",
-                               shows_array<int>(
-                                   [](const auto &p) -> const auto & { return mesh_of(p).region; }, 1),
-                               "(M) index into region_names")
-        .def_property_readonly(
-            "region_names", [](const LoadedBody &p) { return mesh_of(p).region_names; }, "(R) one for each material")
-        .def_property_readonly("boundary_triangles",
-                               shows_array<int>(
-                                   [](const auto &p) -> const auto & { return mesh_of(p).boundary_triangles; }, 3),
-                               "(T, 3) node numbers, right-handed seen from outside")
-        .def_property_readonly("boundary_patch",
-                               shows_array<int>(
-                                   [](const auto &p) -> const auto & { return mesh_of(p).boundary_patch; }, 1),
-                               "(T) index into patch_names")
-        .def_property_readonly(
-            "patch_names", [](const LoadedBody &p) { return mesh_of(p).patch_names; },
-            "(Q) named parts of the boundary; 'wound' where the body is cut")
-        .def_property_readonly("young_modulus", of_each_tetrahedron(&core::Material::young_modulus), "(M) [Pa]")
-        .def_property_readonly("poisson_ratio", of_each_tetrahedron(&core::Material::poisson_ratio), "(M)")
-        .def_property_readonly("density", of_each_tetrahedron(&core::Material::density), "(M) [kg/m^3]")
-        .def_property_readonly(
-            "prescribed_displacement", [](const LoadedBody &p) { return to_array(at_nodes(p.problem).displacement); },
-            "(N, 3) [m], NaN where a component is free")
-        .def_property_readonly("fixed", &fixed, "(N, 3) bool, the components that are prescribed; for Simulation")
-        .def_property_readonly(
-            "forces", [](const LoadedBody &p) { return to_array(at_nodes(p.problem).force); },
-            "(N, 3) [N], a third of each facet's traction at its corners, and the acceleration of the body")
-        .def_property_readonly(
-            "press_depth", [](const LoadedBody &p) { return p.problem.load_case.press_depth; },
-            "[m], not 0 where a place presses: forces are those of one newton of it, and are to be multiplied by the "
-            "number\nwith sum(forces * displacement) = press_depth")
-        .def_property_readonly("follower_pressure", &follower_pressure,
-                               "(T) [Pa], pressures that stay perpendicular to the moving surface, 0 elsewhere")
-        .def_property_readonly("dead_forces", &dead_forces,
-                               "(N, 3) [N], the part of forces that keeps its direction: without follower pressures")
-        .def_property_readonly(
-            "constraint_names", [](const LoadedBody &p) { return p.problem.load_case.constraint_names(); },
-            "(P) the places whose force is a result: where displacement is prescribed, and what presses")
-        .def("__repr__", [](const LoadedBody &p) {
-            return fmt::format("<livermark.Problem {} on {}>", p.problem.load_case.name, p.problem.body->name);
-        });
-    add_solve(module, problem);
-    add_score(module, problem);
-    module.def("problem", &read, py::arg("body"), py::arg("load_case"), py::arg("young_modulus") = py::none(),
-               py::arg("poisson_ratio") = py::none(),
-               "Reads a body, puts a load case on it, and scales the loads to their target.\n\n"
-               "body: one of bodies(), or the path of a .toml or mesh file. load_case: one of load_cases(), or the "
-               "path of a .toml.\nyoung_modulus [Pa]: of the first region, others keep their ratio to it. "
-               "poisson_ratio: of every region.\nReturns Problem. Raises InputError.");
-}
-
-namespace {
-
 core::Model find_model(const std::string &name) {
     const auto models = models::all_models();
     return support::find_named(models, name, "model");
@@ -175,25 +87,11 @@ core::Solution solve(const LoadedBody &loaded, const std::string &name) {
     return without_interpreter([&] { return solution_of(loaded, name); });
 }
 
-/// None where there is nothing.
-template <class Scalar, class Pick> auto shows_if_any(Pick pick, py::ssize_t columns) {
-    return [=](const py::object &self) -> py::object {
-        const auto &solution = self.cast<const core::Solution &>();
-        const auto *values = pick(solution);
-        if (!values)
-            return py::none();
-        std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(values->size())};
-        if (columns > 1)
-            shape.push_back(columns);
-        return view(reinterpret_cast<const Scalar *>(values->data()), shape, self);
-    };
-}
-
-template <class Member> auto of_springs(Member member) {
+template <class Member> auto springs_member(Member member) {
     return [=](const core::Solution &s) { return s.springs ? &((*s.springs).*member) : nullptr; };
 }
 
-template <class Member> auto of_history(Member member) {
+template <class Member> auto history_member(Member member) {
     return [=](const core::Solution &s) { return s.history ? &((*s.history).*member) : nullptr; };
 }
 
@@ -209,6 +107,55 @@ py::object motion_of_probes(const py::object &self) {
 
 } // namespace
 
+void add_problem(py::module_ &module) {
+    py::class_<LoadedBody> problem(module, "Problem",
+                                   "A body under a load case, with the loads scaled as in a run. Arrays of the mesh "
+                                   "are views that cannot be written to.");
+    problem
+        .def_property_readonly(
+            "body", [](const LoadedBody &p) { return p.problem.body->name; }, "name of the body")
+        .def_property_readonly(
+            "load_case", [](const LoadedBody &p) { return p.problem.load_case.name; }, "name of the load case")
+        .def_property_readonly(
+            "regime", [](const LoadedBody &p) { return core::to_string(p.problem.load_case.regime); },
+            "small or large deformations")
+        .def_property_readonly(
+            "notes", [](const LoadedBody &p) { return p.notes; }, "sentences on what had to be assumed")
+        .def_property_readonly("young_modulus", tetrahedron_values(&core::Material::young_modulus), "(M) [Pa]")
+        .def_property_readonly("poisson_ratio", tetrahedron_values(&core::Material::poisson_ratio), "(M)")
+        .def_property_readonly("density", tetrahedron_values(&core::Material::density), "(M) [kg/m^3]")
+        .def_property_readonly(
+            "prescribed_displacement", [](const LoadedBody &p) { return to_array(at_nodes(p.problem).displacement); },
+            "(N, 3) [m], NaN where a component is free")
+        .def_property_readonly("fixed", &fixed, "(N, 3) bool, the components that are prescribed; for Simulation")
+        .def_property_readonly(
+            "forces", [](const LoadedBody &p) { return to_array(at_nodes(p.problem).force); },
+            "(N, 3) [N], a third of each facet's traction at its corners, and the acceleration of the body")
+        .def_property_readonly(
+            "press_depth", [](const LoadedBody &p) { return p.problem.load_case.press_depth; },
+            "[m], not 0 where a place presses: forces are those of one newton of it, and are to be multiplied by the "
+            "number\nwith sum(forces * displacement) = press_depth")
+        .def_property_readonly("follower_pressure", &follower_pressure,
+                               "(T) [Pa], pressures that stay perpendicular to the moving surface, 0 elsewhere")
+        .def_property_readonly("dead_forces", &dead_forces,
+                               "(N, 3) [N], the part of forces that keeps its direction: without follower pressures")
+        .def_property_readonly(
+            "constraint_names", [](const LoadedBody &p) { return p.problem.load_case.constraint_names(); },
+            "(P) the places whose force is a result: where displacement is prescribed, and what presses")
+        .def("__repr__", [](const LoadedBody &p) {
+            return fmt::format("<livermark.Problem {} on {}>", p.problem.load_case.name, p.problem.body->name);
+        });
+    add_mesh(problem, mesh_of);
+    add_solve(module, problem);
+    add_score(module, problem);
+    module.def("problem", &read, py::arg("body"), py::arg("load_case"), py::arg("young_modulus") = py::none(),
+               py::arg("poisson_ratio") = py::none(),
+               "Reads a body, puts a load case on it, and scales the loads to their target.\n\n"
+               "body: one of bodies(), or the path of a .toml or mesh file. load_case: one of load_cases(), or the "
+               "path of a .toml.\nyoung_modulus [Pa]: of the first region, others keep their ratio to it. "
+               "poisson_ratio: of every region.\nReturns Problem. Raises InputError.");
+}
+
 void add_solve(py::module_ &module, py::class_<LoadedBody> &problem) {
     using core::Solution;
     using core::SpringNetwork;
@@ -217,28 +164,33 @@ void add_solve(py::module_ &module, py::class_<LoadedBody> &problem) {
             "status", [](const Solution &s) { return core::to_string(s.status); }, "ok, diverged or not_converged")
         .def_readonly("message", &Solution::message, "why the status is not ok")
         .def_property_readonly("displacement",
-                               shows_if_any<double>([](const Solution &s) { return &s.displacement; }, 3),
+                               read_only<core::Solution, double>([](const Solution &s) { return &s.displacement; }, 3),
                                "(N, 3) [m], of a load case that depends on time the static start")
-        .def_property_readonly("reaction", shows_if_any<double>([](const Solution &s) { return &s.reaction; }, 3),
+        .def_property_readonly("reaction",
+                               read_only<core::Solution, double>([](const Solution &s) { return &s.reaction; }, 3),
                                "(P, 3) force of each constraint on the body [N], as in Problem.constraint_names")
         .def_readonly("strain_energy", &Solution::strain_energy, "[J]")
         .def_readonly("degrees_of_freedom", &Solution::degrees_of_freedom, "unknowns, constrained ones included")
         .def_readonly("setup_seconds", &Solution::setup_seconds, "all that needs no loads [s]")
         .def_readonly("solve_seconds", &Solution::solve_seconds, "the rest [s]")
         .def_readonly("solver", &Solution::solver, "how linear systems were solved")
-        .def_property_readonly("edges", shows_if_any<int>(of_springs(&SpringNetwork::edges), 2),
+        .def_property_readonly("edges", read_only<core::Solution, int>(springs_member(&SpringNetwork::edges), 2),
                                "(S, 2) node numbers; None of finite elements, as the next three")
-        .def_property_readonly("stiffness", shows_if_any<double>(of_springs(&SpringNetwork::stiffness), 1), "(S) [N/m]")
-        .def_property_readonly("rest_length", shows_if_any<double>(of_springs(&SpringNetwork::rest_length), 1),
-                               "(S) [m]")
-        .def_property_readonly("node_mass", shows_if_any<double>(of_springs(&SpringNetwork::node_mass), 1), "(N) [kg]")
-        .def_property_readonly("time", shows_if_any<double>(of_history(&core::History::time), 1),
+        .def_property_readonly(
+            "stiffness", read_only<core::Solution, double>(springs_member(&SpringNetwork::stiffness), 1), "(S) [N/m]")
+        .def_property_readonly(
+            "rest_length", read_only<core::Solution, double>(springs_member(&SpringNetwork::rest_length), 1), "(S) [m]")
+        .def_property_readonly(
+            "node_mass", read_only<core::Solution, double>(springs_member(&SpringNetwork::node_mass), 1), "(N) [kg]")
+        .def_property_readonly("time", read_only<core::Solution, double>(history_member(&core::History::time), 1),
                                "(K) of the records [s]; None where nothing moves, as the next three")
         .def_property_readonly("probe_displacement", &motion_of_probes, "(K, Q, 3) [m]")
         .def_property_readonly("kinetic_energy_history",
-                               shows_if_any<double>(of_history(&core::History::kinetic_energy), 1), "(K) [J]")
+                               read_only<core::Solution, double>(history_member(&core::History::kinetic_energy), 1),
+                               "(K) [J]")
         .def_property_readonly("strain_energy_history",
-                               shows_if_any<double>(of_history(&core::History::strain_energy), 1), "(K) [J]")
+                               read_only<core::Solution, double>(history_member(&core::History::strain_energy), 1),
+                               "(K) [J]")
         .def("__repr__", [](const Solution &s) {
             return fmt::format("<livermark.Solution of {} unknowns: {}>", s.degrees_of_freedom,
                                core::to_string(s.status));

@@ -12,15 +12,46 @@
 
 #include "core/problem.hpp"
 #include "meshes/io/mesh_checks.hpp"
+#include "msm/elastic_body.hpp"
 #include "results/records/cohort.hpp"
-#include "studies/advise/step_cost.hpp"
-#include "studies/progress.hpp"
+#include "studies/study.hpp"
+
+namespace livermark::studies {
+
+/// A frame of a display [s].
+inline constexpr double frame = 1.0 / 60.0;
+
+struct StepCost {
+    /// 2 over the highest frequency of the body when nothing is constrained, which bounds it with any constraint from
+    /// below: symplectic Euler without damping [s].
+    double critical_time_step = 0.0;
+    double seconds_per_step = 0.0; ///< processor time of one core [s]
+    bool is_on_vector_units =
+        true; ///< false where the fast kernels do not know the springs, and plain loops were timed
+
+    /// With the usual margin [s].
+    double safe_time_step() const;
+    /// Whole steps of a frame, each no longer than that.
+    int steps_per_frame() const;
+    /// Processor time of these [s].
+    double seconds_per_frame() const { return steps_per_frame() * seconds_per_step; }
+};
+
+/// Critical step of springs with nothing constrained, as StepCost has it [s].
+double critical_time_step(const core::Body &body, const msm::ElasticBody &springs);
+
+/// Finds the step and times real steps of symplectic Euler: the shortest of some, because other programs take turns.
+/// @param springs  of the body
+StepCost step_cost(const core::Body &body, const msm::ElasticBody &springs);
+
+/// The critical step with selective mass scaling of stiff parts (msm::scale_masses()); the plain one where none is
+/// stiff [s].
+double scaled_critical_time_step(const core::Body &body, const msm::ElasticBody &springs);
 
 /// Springs for a body: errors of models on other bodies like it, on which nothing of theirs was chosen, and their cost
 /// on it.
-namespace livermark::studies {
 
-/// Where cohort files that ship stand below the root.
+/// Folder of the cohort files that ship, below the root.
 inline constexpr const char *cohorts_folder = "results/cohorts";
 
 /// The body in question, as far as errors depend on it.
@@ -30,8 +61,8 @@ struct BodyInQuestion {
     int tetrahedra = 0;
 };
 
-/// What is known of one model. Errors are relative, and NaN where nothing is known. Where a model has not come to an
-/// end it counts in medians as infinitely wrong.
+/// Errors of one model, as far as they are known: relative, and NaN where nothing is known. Where a model has not come
+/// to an end it counts in medians as infinitely wrong.
 struct ExpectedError {
     std::string model;
     double at_tool = nan;          ///< median of the absolute value of stiffness at the tool under small loads
@@ -74,7 +105,7 @@ struct KnownCohort {
     results::Cohort cohort;
 };
 
-/// Those that ship.
+/// Cohorts that ship.
 /// @throws support::InputError if there is none, or one cannot be read
 std::vector<KnownCohort> shipped_cohorts();
 
@@ -97,8 +128,7 @@ struct RegionFigures {
     double volume = 0.0; ///< [m^3]
     int num_tetrahedra = 0;
     int num_parts = 0; ///< that are joined by faces
-    /// Of the smallest part: its tetrahedra, and the diameter of the ball of its volume over the mean length of its
-    /// edges.
+    /// Tetrahedra of the smallest part, and the diameter of the ball of its volume over the mean length of its edges.
     int smallest_part_tetrahedra = 0;
     double smallest_part_in_edges = 0.0;
 };

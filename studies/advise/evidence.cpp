@@ -63,8 +63,8 @@ bool has_tool(const KnownError &known) {
     return known.error->tool_radius_in_edges > 0.0 && !std::isnan(at_tool_of(*known.error));
 }
 
-/// Those at the tool, of radii within the smallest factor that leaves every model enough load cases, or of all.
-std::vector<KnownError> of_alike_tools(const std::vector<KnownError> &known, double radius) {
+/// Errors at the tool, of radii within the smallest factor that leaves every model enough load cases, or of all.
+std::vector<KnownError> errors_of_alike_tools(const std::vector<KnownError> &known, double radius) {
     std::map<std::string, std::size_t> most;
     for (const auto &each : known)
         if (has_tool(each))
@@ -78,8 +78,8 @@ std::vector<KnownError> of_alike_tools(const std::vector<KnownError> &known, dou
                 chosen.push_back(each);
                 ++counts[each.error->model];
             }
-        if (std::ranges::all_of(most, [&](const auto &of_model) {
-                return counts[of_model.first] >= std::min(fewest_cases, of_model.second);
+        if (std::ranges::all_of(most, [&](const auto &all_of_model) {
+                return counts[all_of_model.first] >= std::min(fewest_cases, all_of_model.second);
             }))
             break;
     }
@@ -88,7 +88,7 @@ std::vector<KnownError> of_alike_tools(const std::vector<KnownError> &known, dou
 
 void add_tool_errors(const std::vector<KnownError> &known, double radius, std::map<std::string, ExpectedError> &models,
                      Evidence &evidence) {
-    const auto chosen = of_alike_tools(known, radius);
+    const auto chosen = errors_of_alike_tools(known, radius);
     std::map<std::string, std::vector<double>> sizes;
     evidence.least_radius = std::numeric_limits<double>::infinity();
     for (const auto &[cohort, error] : chosen) {
@@ -306,7 +306,7 @@ void about_material(const AdviceOptions &options, const Advice &advice, Caveats 
                  advice.body.material().young_modulus, advice.body.material().poisson_ratio)});
 }
 
-/// What is true of every body, where nothing worse is.
+/// Caveats of every body, where nothing worse is.
 void about_errors(const Advice &advice, Caveats &caveats) {
     const auto &first = advice.touch.empty() ? advice.position.front().error : advice.touch.front().error;
     if (std::isnan(first.large_at_tool))

@@ -1,24 +1,115 @@
 #include "studies/arena/arena.hpp"
 
 #include <algorithm>
+#include <array>
+#include <filesystem>
 #include <fmt/format.h>
 #include <limits>
+#include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 
+#include "core/mesh/refinement.hpp"
+#include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
+#include "core/support/toml_input.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
+#include "results/hdf5/references.hpp"
 #include "results/records/arena.hpp"
 #include "results/records/result.hpp"
-#include "studies/arena/arena_problems.hpp"
 #include "studies/arena/arena_run.hpp"
-#include "studies/files.hpp"
 #include "studies/models/motion/moving_method.hpp"
+#include "studies/models/motion/whole_motion.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/run/solutions.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 
 namespace {
+
+constexpr int mesh_as_it_is = 1, bisected = 2, cut_into_eight = 3;
+
+std::set<std::array<int, 2>> longest_edges(const core::TetraMesh &mesh) {
+    std::set<std::array<int, 2>> edges;
+    for (const auto &nodes : mesh.tetrahedra) {
+        std::array<int, 2> longest{};
+        double length = 0.0;
+        for (std::size_t a = 0; a < 4; ++a)
+            for (std::size_t b = a + 1; b < 4; ++b) {
+                const std::array<int, 2> edge{std::min(nodes[a], nodes[b]), std::max(nodes[a], nodes[b])};
+                const double here = (mesh.points[edge[0]] - mesh.points[edge[1]]).norm();
+                if (here > length) {
+                    length = here;
+                    longest = edge;
+                }
+            }
+        edges.insert(longest);
+    }
+    return edges;
+}
+
+/// Names of load_cases/moving/.
+std::vector<std::string> moving_load_cases() {
+    const auto folder = support::root_folder() / moving_load_cases_folder;
+    std::error_code nobody_cares; // a tree of somebody's own has none
+    return std::filesystem::is_directory(folder, nobody_cares) ? support::list_toml(folder)
+                                                               : std::vector<std::string>{};
+}
+
+/// The model that motions under a tool are judged by, and the same on the mesh as it is.
+constexpr const char *tool_reference_model = "fem_p2_neo_hookean_refined_at_rims";
+constexpr const char *coarse_tool_reference_model = "fem_p2_neo_hookean";
+
+std::filesystem::path path_of(const core::Problem &problem) {
+    return results::reference_path(stored_references_folder(), problem, tool_reference_model);
+}
+
+core::ToolHistory whole_motion(const core::Problem &problem, int level, int steps_per_frame) {
+    auto history = models::reference_motion(problem, level, steps_per_frame);
+    const auto &motion = problem.load_case.tool.value();
+    if (std::ssize(history.time) != motion.num_records())
+        throw support::InputError(
+            fmt::format("the reference finds no next step at t = {:.3g} s on the mesh that is refined {} times; "
+                        "take a smaller depth or slide",
+                        history.time.back() + motion.frame_interval, level));
+    return history;
+}
+
+constexpr int coarse_steps_per_frame = 2;
+constexpr double unknown_change = std::numeric_limits<double>::quiet_NaN();
+const core::ToolErrors unknown_errors{
+    .contact = unknown_change, .after = unknown_change, .force = unknown_change, .over_time = {}};
+
+results::ToolReference solve_tool_reference(const core::Problem &problem, const ToolReferenceOptions &options,
+                                            const std::function<void(const std::string &)> &starting) {
+    const auto &motion = problem.load_case.tool.value();
+    const auto solve = [&](int level, int steps_per_frame) {
+        starting(fmt::format("{}, refined {} times, {} steps in a frame", problem.body->name, level, steps_per_frame));
+        return whole_motion(problem, level, steps_per_frame);
+    };
+    const auto &mesh = problem.body->mesh;
+    const auto on_mesh = solve(0, options.steps_per_frame);
+    const auto half_steps = core::compare(mesh, motion, solve(0, options.steps_per_frame / 2), on_mesh);
+    const auto coarser = options.level == 1 ? on_mesh : solve(options.level - 1, options.steps_per_frame);
+    auto finest = solve(options.level, options.steps_per_frame);
+    const auto last_refinement = core::compare(mesh, motion, coarser, finest);
+    return {.model = tool_reference_model,
+            .level = options.level,
+            .steps_per_frame = options.steps_per_frame,
+            .history = std::move(finest),
+            .last_refinement = last_refinement,
+            .half_steps = half_steps};
+}
+
+void store_tool_reference(const results::ToolReference &reference, const core::Problem &problem,
+                          const std::string &command_line) {
+    const auto path = path_of(problem);
+    std::error_code nobody_cares; // writing says it
+    std::filesystem::create_directories(path.parent_path(), nobody_cares);
+    results::write_tool_reference(path, reference, problem, results::current_provenance(command_line));
+}
 
 std::vector<models::MovingMethod> chosen_moving_methods(const std::vector<std::string> &names) {
     auto methods = models::all_moving_methods();
@@ -63,6 +154,62 @@ results::ArenaMethod texts_of(const models::MovingMethod &method) {
 
 } // namespace
 
+bool moves_tool(const std::string &load_case) {
+    const auto known = moving_load_cases();
+    if (std::ranges::find(known, load_case) != known.end())
+        return true;
+    std::error_code nobody_cares; // reading says it
+    return load_case.ends_with(".toml") && std::filesystem::exists(load_case, nobody_cares) &&
+           load_cases::load_case_kind(load_case).is_for("arena");
+}
+
+ProblemSet read_arena_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                               const meshes::MaterialOverride &material) {
+    const auto file = find_toml_files({load_case}, moving_load_cases_folder, "load case").front();
+    return read_moving_problems(bodies, file.string(), material);
+}
+
+core::Problem on_arena_mesh(const core::Problem &problem, int mesh) {
+    if (mesh == mesh_as_it_is)
+        return problem;
+    if (mesh == cut_into_eight)
+        return core::refine(problem);
+    auto parts = core::bisect(*problem.body, longest_edges(problem.body->mesh));
+    auto load_case = core::on_parts(problem.load_case, parts);
+    return {std::make_shared<const core::Body>(std::move(parts.body)), std::move(load_case)};
+}
+
+void refuse_single_components(const core::LoadCase &load_case) {
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.is_constrained(f) && load_case.value[f].array().isNaN().any())
+            throw support::InputError(
+                fmt::format("load case {}: '{}' leaves a component of the displacement free, and interactive methods "
+                            "constrain whole nodes; give all three components, or choose another load case",
+                            load_case.name, load_case.on(f)->place));
+}
+
+results::ToolReference coarse_tool_reference(const core::Problem &problem, const std::filesystem::path &path,
+                                             const std::string &command_line,
+                                             const std::function<void(const std::string &)> &starting) {
+    if (auto known = results::read_tool_reference(path, problem, coarse_tool_reference_model))
+        return *std::move(known);
+    support::check_place(path);
+    starting(
+        fmt::format("{}: a coarse reference of {}, which takes minutes", problem.body->name, problem.load_case.name));
+    results::ToolReference coarse{.model = coarse_tool_reference_model,
+                                  .level = 0,
+                                  .steps_per_frame = coarse_steps_per_frame,
+                                  .history = whole_motion(problem, 0, coarse_steps_per_frame),
+                                  .last_refinement = unknown_errors,
+                                  .half_steps = unknown_errors};
+    results::write_tool_reference(path, coarse, problem, results::current_provenance(command_line));
+    return coarse;
+}
+
+std::optional<results::ToolReference> find_tool_reference(const core::Problem &problem) {
+    return results::read_tool_reference(path_of(problem), problem, tool_reference_model);
+}
+
 results::Arena empty_arena(const core::Problem &problem, const results::ToolReference *reference,
                            const std::string &command_line) {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -94,7 +241,8 @@ results::Arena empty_arena(const core::Problem &problem, const results::ToolRefe
     return arena;
 }
 
-ArenaResults run_arena(const ArenaOptions &options, const std::string &command_line, const ProgressReport &report) {
+Found<results::Arena> run_arena(const ArenaOptions &options, const std::string &command_line,
+                                const ProgressReport &report) {
     auto methods = chosen_moving_methods(options.methods);
     auto [problems, notes, left_out] = read_arena_problems(options.bodies, options.load_case, options.material);
     if (options.tool == ArenaTool::touching) {
@@ -103,12 +251,16 @@ ArenaResults run_arena(const ArenaOptions &options, const std::string &command_l
             problem.load_case =
                 load_cases::with_touching_ball(std::move(problem.load_case), problem.body->mesh, options.friction);
     }
-    ArenaResults done{{}, notes};
+    Found<results::Arena> done{{}, notes};
     Steps steps(static_cast<int>(problems.size() * methods.size() * options.meshes.size()), report);
     for (const auto &problem : problems) {
-        std::optional<results::ToolReference> reference;
-        if (options.tool == ArenaTool::glued || has_stored_tool_reference(problem))
-            reference = stored_tool_reference(problem);
+        const auto reference = find_tool_reference(problem);
+        if (!reference && options.tool == ArenaTool::glued)
+            throw support::InputError(
+                fmt::format("no reference motion of {} under {} is stored for this mesh, material and "
+                            "load case; 'livermark arena --solve-reference' makes one in minutes to "
+                            "an hour, with the other options as they are",
+                            problem.body->name, problem.load_case.name));
         const OutputFile file(options.output, problem, arena_file_of(options));
         auto arena = empty_arena(problem, reference ? &*reference : nullptr, command_line);
         std::ranges::transform(methods, std::back_inserter(arena.methods), texts_of);
@@ -124,7 +276,7 @@ ArenaResults run_arena(const ArenaOptions &options, const std::string &command_l
             }
         }
         results::write_arena(file.path(), arena);
-        done.of_body.push_back(std::move(arena));
+        done.records.push_back(std::move(arena));
     }
     return done;
 }

@@ -16,9 +16,67 @@ namespace livermark::studies {
 
 namespace {
 
+using core::processor_seconds;
 using models::Effort;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+/// Upper limit of numbers: more iterations are no answer to anything.
+constexpr int most_effort = 20000;
+constexpr int frames_to_measure = 3, most_rounds = 10;
+constexpr double steady_spread = 0.02;
+
+struct FrameTime {
+    double seconds;
+    double spread; ///< of the last two rounds, as a part
+};
+
+/// The shortest of a few frames is a round, and rounds are repeated until two agree. The shorter one counts, since
+/// other programs only make frames longer.
+FrameTime time_of_frame(const MeasuredFrame &frame, const Effort &effort) {
+    FrameTime time{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    for (int round = 0; round < most_rounds && time.spread > steady_spread; ++round) {
+        double shortest = std::numeric_limits<double>::infinity();
+        for (int f = 0; f < frames_to_measure; ++f) {
+            const double start = processor_seconds();
+            frame(effort);
+            shortest = std::min(shortest, processor_seconds() - start);
+        }
+        if (round > 0)
+            time.spread = std::abs(shortest - time.seconds) / std::min(shortest, time.seconds);
+        time.seconds = std::min(time.seconds, shortest);
+    }
+    return time;
+}
+
+/// Corrections of a guess. A step that is long may have to be solved several times: the time is no straight line then
+/// over the number of steps, and a guess on that line may be ten times too many.
+MeasuredEffort until_it_fits(const MeasuredFrame &frame, models::Setting setting, double budget, MeasuredEffort guess,
+                             int number) {
+    constexpr int most_corrections = 4;
+    constexpr double near = 0.1; // of the budget: times are no more exact on a busy machine
+    const int least = setting == models::Setting::ten_iterations ? 2 : 1;
+    for (int c = 0;; ++c) {
+        const auto time = time_of_frame(frame, guess.effort);
+        guess.spread = std::max(guess.spread, time.spread);
+        const int better = std::clamp(static_cast<int>(number * budget / time.seconds), least, most_effort);
+        // More iterations that take no more time are none: nothing is left for them to do.
+        guess.stops_early = setting == models::Setting::one_step && time.seconds < (1.0 - near) * budget &&
+                            (number == most_effort || (c == most_corrections && better > number));
+        if (guess.stops_early)
+            guess.seconds = time.seconds;
+        if (std::abs(time.seconds / budget - 1.0) <= near || better == number)
+            break;
+        if (c == most_corrections) {
+            guess.seconds = time.seconds;
+            break;
+        }
+        guess.seconds = time.seconds * better / number;
+        number = better;
+        guess.effort = effort_of(setting, number);
+    }
+    return guess;
+}
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 /// Part of the radius of a ball: where its centre is nearer to the surface, it has gone through.
 constexpr double gone_through = 0.5;
 /// Places of the tool in frames that are like others, for the measurement of a method.
@@ -27,7 +85,7 @@ constexpr int num_places_on_the_way = 3;
 /// Adds to what a run was at worst.
 void judge(results::ArenaRun &run, const core::Deformation &shape, double reference_volume_change) {
     const double difference = std::abs(shape.volume_change - reference_volume_change);
-    run.volume_error = std::isnan(difference) ? nan : std::max(run.volume_error, difference);
+    run.volume_error = std::isnan(difference) ? not_a_number : std::max(run.volume_error, difference);
     run.smallest_jacobian = std::min(run.smallest_jacobian, shape.smallest_jacobian);
     run.num_inverted = std::max(run.num_inverted, shape.num_inverted);
 }
@@ -62,7 +120,7 @@ class Recorder {
             history_.displacement.push_back(displacement[i].cast<float>());
         const auto field = static_cast<std::size_t>(frame / core::ToolHistory::frames_per_field);
         judge(*run_, core::deformation(scene_->problem.body->mesh, displacement),
-              scene_->reference ? scene_->reference_volume_change[field] : nan);
+              scene_->reference ? scene_->reference_volume_change[field] : not_a_number);
         return true;
     }
 
@@ -70,7 +128,7 @@ class Recorder {
     core::ToolHistory finish() {
         history_.time = core::record_times(scene_->problem.load_case.tool.value());
         const auto num_records = history_.time.size();
-        history_.force.resize(num_records, core::Vector3::Constant(nan));
+        history_.force.resize(num_records, core::Vector3::Constant(not_a_number));
         history_.displacement.resize(core::ToolHistory::num_fields(static_cast<int>(num_records)) *
                                          scene_->mesh_of_reference->points.size(),
                                      Eigen::Vector3f::Constant(NAN));
@@ -78,7 +136,8 @@ class Recorder {
     }
 
   private:
-    /// Of a ball that touches: how deep the surface is inside it, also between the points of contact.
+    /// Whether the surface is outside of a ball that touches, also between the points of contact, but for half its
+    /// radius.
     bool stays_outside(int frame, const std::vector<core::Vector3> &displacement) {
         const auto &load_case = scene_->problem.load_case;
         if (!load_case.touching || frame > core::last_record_held(*load_case.tool))
@@ -105,10 +164,10 @@ class Recorder {
 };
 
 core::ToolErrors errors_without_reference(const core::ToolMotion &motion) {
-    return {.contact = nan,
-            .after = nan,
-            .force = nan,
-            .over_time = std::vector<double>(core::ToolHistory::num_fields(motion.num_records()), nan)};
+    return {.contact = not_a_number,
+            .after = not_a_number,
+            .force = not_a_number,
+            .over_time = std::vector<double>(core::ToolHistory::num_fields(motion.num_records()), not_a_number)};
 }
 
 /// Along which a tool presses; zero where it does not.
@@ -122,7 +181,7 @@ core::Vector3 press_of(const core::LoadCase &load_case) {
     return press;
 }
 
-/// What the tool felt, in a few numbers.
+/// Forces that the tool felt, in a few numbers.
 void find_forces(results::ArenaRun &run, const core::Problem &problem) {
     const auto &motion = problem.load_case.tool.value();
     const core::Vector3 inwards = press_of(problem.load_case).normalized();
@@ -138,38 +197,11 @@ void find_forces(results::ArenaRun &run, const core::Problem &problem) {
         }
     }
     run.pressed_force = pressed_force(motion, run.force);
-    run.slid_force = num_sliding > 0 ? -sum.dot(inwards) / num_sliding : nan;
+    run.slid_force = num_sliding > 0 ? -sum.dot(inwards) / num_sliding : not_a_number;
     const double along = sum.dot(inwards);
     constexpr double smallest_part = 1e-6; // of the force: a ratio to less is one of rounding
-    run.slid_ratio = std::abs(along) > smallest_part * sum.norm() ? sum.dot(across) / along : nan;
+    run.slid_ratio = std::abs(along) > smallest_part * sum.norm() ? sum.dot(across) / along : not_a_number;
 }
-
-} // namespace
-
-double pressed_force(const core::ToolMotion &motion, const std::vector<core::Vector3> &force) {
-    double size = 0.0;
-    for (int record = 0; record < motion.num_records() && motion.time_of(record) <= motion.slide_from; ++record)
-        size = force[record].norm();
-    return size;
-}
-
-std::vector<double> volume_changes(const core::TetraMesh &mesh, const core::ToolHistory &history) {
-    std::vector<double> changes;
-    for (const auto &shape : shapes(mesh, history))
-        changes.push_back(shape.volume_change);
-    return changes;
-}
-
-void judge_shape(results::ArenaRun &run, const core::TetraMesh &mesh, const core::ToolHistory &history,
-                 const core::ToolHistory &reference) {
-    run.smallest_jacobian = std::numeric_limits<double>::infinity();
-    const auto expected = volume_changes(mesh, reference);
-    const auto found = shapes(mesh, history);
-    for (std::size_t f = 0; f < found.size(); ++f)
-        judge(run, found[f], expected[f]);
-}
-
-namespace {
 
 results::ArenaRun run_method(const models::MovingMethod &method, const ArenaScene &scene, const Effort &effort) {
     const auto &motion = scene.problem.load_case.tool.value();
@@ -204,6 +236,86 @@ results::ArenaRun run_method(const models::MovingMethod &method, const ArenaScen
 }
 
 } // namespace
+
+Effort twice(const Effort &effort) {
+    return effort.iterations > 1 ? Effort{effort.steps, 2 * effort.iterations}
+                                 : Effort{2 * effort.steps, effort.iterations};
+}
+
+Effort effort_of(models::Setting setting, int number) {
+    if (setting == models::Setting::one_step)
+        return {.steps = 1, .iterations = number};
+    return {.steps = number, .iterations = setting == models::Setting::ten_iterations ? 10 : 1};
+}
+
+std::optional<MeasuredEffort> largest_effort(const MeasuredFrame &frame, models::Setting setting, double budget) {
+    const auto one_step = time_of_frame(frame, effort_of(setting, 1));
+    const bool needs_two = setting == models::Setting::ten_iterations;
+    if (one_step.seconds > budget)
+        return needs_two ? std::nullopt
+                         : std::optional(MeasuredEffort{effort_of(setting, 1), one_step.seconds, one_step.spread});
+    constexpr int most_times_trial = 8; // a frame of many times the budget is nothing to measure
+    const int trial = std::clamp(static_cast<int>(0.5 * budget / one_step.seconds), 2, most_effort);
+    const auto trial_time = time_of_frame(frame, effort_of(setting, trial));
+    const double each_step = std::max((trial_time.seconds - one_step.seconds) / (trial - 1), 1e-9);
+    const int number = std::clamp(1 + static_cast<int>((budget - one_step.seconds) / each_step), 1,
+                                  std::min(most_effort, most_times_trial * trial));
+    if (needs_two && number == 1)
+        return std::nullopt;
+    return until_it_fits(frame, setting, budget,
+                         {effort_of(setting, number), one_step.seconds + (number - 1) * each_step,
+                          std::max(one_step.spread, trial_time.spread)},
+                         number);
+}
+
+TimedBody::TimedBody(const std::function<std::unique_ptr<models::FrameBody>()> &prepare, const Effort &effort,
+                     const std::vector<core::Vector3> &points)
+    : effort_(effort), bound_(core::extent(points)) {
+    const double start = processor_seconds();
+    body_ = prepare();
+    body_->prepare_for(effort_);
+    setup_seconds_ = processor_seconds() - start;
+}
+
+void TimedBody::advance(const models::Lead &lead) {
+    displacement_.reset();
+    frame_seconds_.push_back(time([&](models::FrameBody &body) { body.advance(lead, effort_); }));
+}
+
+const std::vector<core::Vector3> &TimedBody::displacement() {
+    if (!displacement_)
+        displacement_ = body_->displacement();
+    return *displacement_;
+}
+
+bool TimedBody::is_within_bounds() {
+    return std::ranges::all_of(displacement(), [&](const core::Vector3 &u) { // NaN is not
+        return u.lpNorm<Eigen::Infinity>() < bound_;
+    });
+}
+
+double pressed_force(const core::ToolMotion &motion, const std::vector<core::Vector3> &force) {
+    double size = 0.0;
+    for (int record = 0; record < motion.num_records() && motion.time_of(record) <= motion.slide_from; ++record)
+        size = force[record].norm();
+    return size;
+}
+
+std::vector<double> volume_changes(const core::TetraMesh &mesh, const core::ToolHistory &history) {
+    std::vector<double> changes;
+    for (const auto &shape : shapes(mesh, history))
+        changes.push_back(shape.volume_change);
+    return changes;
+}
+
+void judge_shape(results::ArenaRun &run, const core::TetraMesh &mesh, const core::ToolHistory &history,
+                 const core::ToolHistory &reference) {
+    run.smallest_jacobian = std::numeric_limits<double>::infinity();
+    const auto expected = volume_changes(mesh, reference);
+    const auto found = shapes(mesh, history);
+    for (std::size_t f = 0; f < found.size(); ++f)
+        judge(run, found[f], expected[f]);
+}
 
 std::vector<results::ArenaRun> run_budgets(const models::MovingMethod &method, const ArenaScene &scene,
                                            const std::vector<double> &budgets) {

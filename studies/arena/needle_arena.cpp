@@ -1,4 +1,4 @@
-#include "studies/arena/needle_arena.hpp"
+#include "studies/arena/arena.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,12 +13,10 @@
 #include "results/quantile.hpp"
 #include "results/records/needle.hpp"
 #include "results/records/result.hpp"
-#include "studies/arena/arena_problems.hpp"
-#include "studies/arena/frame_loop.hpp"
-#include "studies/files.hpp"
+#include "studies/arena/arena_run.hpp"
 #include "studies/models/motion/moving_method.hpp"
-#include "studies/needle/insertion.hpp"
 #include "studies/needle/needle_study.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 
@@ -35,7 +33,7 @@ constexpr int frames_to_get_there = 40;
 
 /// A row of records of the static needle at the depths of a plan.
 template <class T>
-std::vector<T> at_depths(const core::Insertion &insertion, const std::vector<T> &of_records,
+std::vector<T> at_depths(const core::Insertion &insertion, const std::vector<T> &record_values,
                          const models::NeedlePlan &plan, const core::Needle &needle) {
     std::vector<T> result;
     const int last = insertion.num_records() - 1, in = plan.at_plan(needle);
@@ -50,11 +48,11 @@ std::vector<T> at_depths(const core::Insertion &insertion, const std::vector<T> 
         while (j < end && is_behind(j + 1))
             ++j;
         if (j == end) {
-            result.push_back(of_records[j]);
+            result.push_back(record_values[j]);
             continue;
         }
         const double part = (depth - insertion.depth[j]) / (insertion.depth[j + 1] - insertion.depth[j]);
-        result.push_back((1.0 - part) * of_records[j] + part * of_records[j + 1]);
+        result.push_back((1.0 - part) * record_values[j] + part * record_values[j + 1]);
     }
     return result;
 }
@@ -145,44 +143,6 @@ results::NeedleArenaRun run_with_needle(const models::MovingMethod &method, cons
     return run;
 }
 
-} // namespace
-
-results::NeedleArena empty_needle_arena(const core::Needle &needle, const models::NeedlePlan &plan,
-                                        const core::Insertion &reference, const core::Insertion *coarser) {
-    results::NeedleArena arena;
-    arena.speed = plan.speed;
-    arena.rest = plan.rest;
-    arena.mass_damping = plan.mass_damping;
-    arena.frame_interval = plan.frame_interval;
-    arena.at_plan = plan.at_plan(needle);
-    arena.depth = depths_of(plan, needle);
-    arena.reference_force = at_depths(reference, reference.force, plan, needle);
-    arena.reference_target = at_depths(reference, reference.target, plan, needle);
-    arena.reference_forces = results::needle_forces(arena.depth, arena.reference_force, arena.at_plan);
-    if (coarser) {
-        const auto before =
-            results::needle_forces(arena.depth, at_depths(*coarser, coarser->force, plan, needle), arena.at_plan);
-        arena.reference_changes = {.peak = std::abs(arena.reference_forces.peak - before.peak),
-                                   .slope = std::abs(arena.reference_forces.slope - before.slope),
-                                   .pull = std::abs(arena.reference_forces.pull - before.pull)};
-    }
-    return arena;
-}
-
-std::vector<results::NeedleArenaRun> run_needle_budgets(const models::MovingMethod &method, const NeedleScene &scene,
-                                                        const std::vector<double> &budgets) {
-    const auto measured = method.with_needle(scene.problem, scene.needle, scene.plan);
-    const double depth = part_to_measure * scene.needle.depth();
-    if (!measured->least_effort())
-        for (int frame = 1; frame <= frames_to_get_there; ++frame)
-            measured->advance({.depth = depth * frame / frames_to_get_there}, {});
-    return runs_within_budgets(
-        *measured, [&](const Effort &each) { measured->advance({.depth = depth}, each); }, budgets, false,
-        [&](const Effort &effort) { return run_with_needle(method, scene, effort); });
-}
-
-namespace {
-
 constexpr const char *needle_obstacle =
     "the masses of its stiff parts are scaled, and impulses of a needle are those of true masses";
 
@@ -231,7 +191,7 @@ void refuse_too_fast(const core::Needle &needle, const models::NeedlePlan &plan)
                                               needle.name, plan.speed, needle.spread, fastest));
 }
 
-/// What is known of a needle without methods.
+/// Knowledge of a needle without methods.
 struct ReferenceOfNeedle {
     results::NeedleStudy study; ///< with an arena
     std::vector<core::Vector3> places;
@@ -258,12 +218,46 @@ ReferenceOfNeedle reference_of_needle(const core::Problem &problem, const core::
 
 } // namespace
 
-NeedleArenaResults run_needle_arena(const ArenaOptions &options, const NeedleArenaOptions &needle_options,
-                                    const std::string &command_line, const ProgressReport &report) {
+results::NeedleArena empty_needle_arena(const core::Needle &needle, const models::NeedlePlan &plan,
+                                        const core::Insertion &reference, const core::Insertion *coarser) {
+    results::NeedleArena arena;
+    arena.speed = plan.speed;
+    arena.rest = plan.rest;
+    arena.mass_damping = plan.mass_damping;
+    arena.frame_interval = plan.frame_interval;
+    arena.at_plan = plan.at_plan(needle);
+    arena.depth = depths_of(plan, needle);
+    arena.reference_force = at_depths(reference, reference.force, plan, needle);
+    arena.reference_target = at_depths(reference, reference.target, plan, needle);
+    arena.reference_forces = results::needle_forces(arena.depth, arena.reference_force, arena.at_plan);
+    if (coarser) {
+        const auto before =
+            results::needle_forces(arena.depth, at_depths(*coarser, coarser->force, plan, needle), arena.at_plan);
+        arena.reference_changes = {.peak = std::abs(arena.reference_forces.peak - before.peak),
+                                   .slope = std::abs(arena.reference_forces.slope - before.slope),
+                                   .pull = std::abs(arena.reference_forces.pull - before.pull)};
+    }
+    return arena;
+}
+
+std::vector<results::NeedleArenaRun> run_needle_budgets(const models::MovingMethod &method, const NeedleScene &scene,
+                                                        const std::vector<double> &budgets) {
+    const auto measured = method.with_needle(scene.problem, scene.needle, scene.plan);
+    const double depth = part_to_measure * scene.needle.depth();
+    if (!measured->least_effort())
+        for (int frame = 1; frame <= frames_to_get_there; ++frame)
+            measured->advance({.depth = depth * frame / frames_to_get_there}, {});
+    return runs_within_budgets(
+        *measured, [&](const Effort &each) { measured->advance({.depth = depth}, each); }, budgets, false,
+        [&](const Effort &effort) { return run_with_needle(method, scene, effort); });
+}
+
+Found<results::NeedleFile> run_needle_arena(const ArenaOptions &options, const NeedleArenaOptions &needle_options,
+                                            const std::string &command_line, const ProgressReport &report) {
     const auto [methods, left_out] = chosen_methods_with_needle(options.methods);
     const auto reference = needle_reference_model(needle_options.reference_on_mesh);
     const models::NeedlePlan plan{.speed = needle_options.speed, .rest = needle_options.rest};
-    NeedleArenaResults done;
+    Found<results::NeedleFile> done;
     const auto problems = read_with_needles({.bodies = options.bodies,
                                              .load_case = options.load_case,
                                              .models = {},
@@ -304,7 +298,7 @@ NeedleArenaResults run_needle_arena(const ArenaOptions &options, const NeedleAre
             file.needles.push_back(std::move(study));
         }
         results::write_needles(output.path(), file);
-        done.of_body.push_back(std::move(file));
+        done.records.push_back(std::move(file));
     }
     return done;
 }

@@ -22,9 +22,8 @@
 #include "results/one_reference.hpp"
 #include "results/records/cohort.hpp"
 #include "results/records/result.hpp"
-#include "studies/files.hpp"
-#include "studies/run/benchmark_case.hpp"
 #include "studies/run/run.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 
@@ -222,13 +221,13 @@ void run_body(int number, const CohortOptions &options, RunOptions run, const Pr
     if (!task)
         return;
     std::ranges::move(task->notes, std::back_inserter(all.notes));
-    const auto of_body = [&](int step, int num_steps, const std::string &about) {
+    const auto report_on_body = [&](int step, int num_steps, const std::string &about) {
         if (report)
             report(step, num_steps, fmt::format("{}: {}", place, about));
     };
     const auto body_file = fmt::format("bodies/{}.toml", body.name);
     try {
-        add_outcome(run_cases(*task, command_of_body(run, body_file), of_body), body.name, all);
+        add_outcome(run_cases(*task, command_of_body(run, body_file), report_on_body), body.name, all);
     } catch (const support::InputError &) {
         throw; // results have no place any more
     } catch (const std::exception &error) {

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "results/records/cohort.hpp"
-#include "studies/progress.hpp"
 #include "studies/run/run.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 
@@ -14,7 +14,7 @@ namespace livermark::studies {
 /// @throws support::InputError for anything else, for a number that is there twice, and for more than a thousand
 std::vector<int> body_numbers(const std::string &text);
 
-/// What `livermark cohort` was asked for.
+/// Options of `livermark cohort`.
 struct CohortOptions {
     std::vector<int> bodies; ///< of body_numbers()
     int tetrahedra = 0;      ///< of each, about; 0: as many as the bodies that ship have

@@ -14,13 +14,12 @@
 #include "meshes/cutting/cut.hpp"
 #include "results/records/cut.hpp"
 #include "results/records/result.hpp"
-#include "studies/advise/step_cost.hpp"
-#include "studies/cutting/growing_cut.hpp"
-#include "studies/files.hpp"
+#include "studies/advise/advise.hpp"
 #include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/motion/frame_body.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 
@@ -110,7 +109,7 @@ class SameLoads {
     core::Regime regime_;
 };
 
-/// Of the given tractions.
+/// Work of the given tractions [J].
 double work_of_loads(const core::Problem &problem, const core::Solution &solution) {
     if (!std::isnan(solution.load_work))
         return solution.load_work;
@@ -122,7 +121,7 @@ double work_of_loads(const core::Problem &problem, const core::Solution &solutio
     return work;
 }
 
-/// What one model does while the blade goes on.
+/// One model while the blade goes on.
 class ModelUnderBlade {
   public:
     explicit ModelUnderBlade(core::Model model) : model_(std::move(model)), run_{.model = model_.name} {}
@@ -189,9 +188,9 @@ class ModelsUnderBlade {
         if (meets_moved_body)
             lead(stages.back());
         for (std::size_t m = meets_moved_body ? 1 : 0; m < models_.size(); ++m) {
-            Place of_model;
+            Place model_place;
             for (const auto &stage : stages)
-                take(models_[m], stage, of_model, m == 0);
+                take(models_[m], stage, model_place, m == 0);
         }
         return stages;
     }
@@ -259,7 +258,7 @@ std::optional<CutStage> exact_cut(const core::Body &body, const BladeWay &way, s
     }
 }
 
-/// Of springs on bodies; empty of other models.
+/// Critical steps of springs on bodies; none of other models.
 std::vector<double> critical_time_steps(const core::Model &model,
                                         const std::vector<std::shared_ptr<const core::Body>> &bodies) {
     std::vector<double> found;

@@ -19,9 +19,9 @@
 #include "meshes/generators/box_generator.hpp"
 #include "results/records/experiment.hpp"
 #include "results/records/result.hpp"
-#include "studies/files.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/motion/moving_method.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 
@@ -136,7 +136,7 @@ results::ExperimentResult without_runs(const experiments::Experiment &experiment
     return result;
 }
 
-/// What can be said of a state without a model.
+/// A state without a model.
 results::ExperimentState without_models(const experiments::Experiment &experiment,
                                         const experiments::MeasuredState &measured,
                                         const results::ExperimentResult &result) {
@@ -277,20 +277,20 @@ results::ExperimentResult evaluate_experiment(const experiments::Experiment &exp
         result.states.push_back(without_models(experiment, measured, result));
     const bool rings_down = options.rings_down && !experiment.ring_downs.empty();
     Steps steps((rings_down ? 2 : 1) * (static_cast<int>(chosen.size()) + 1), report);
-    std::vector<core::Solution> of_reference;
+    std::vector<core::Solution> reference_solutions;
     for (const auto &model : chosen) {
         steps.next(fmt::format("{}: {}", experiment.name, model.name));
         auto solutions = solve_all(model, states);
         add_runs(result, model.name, states, solutions);
         if (model.name == reference)
-            of_reference = std::move(solutions);
+            reference_solutions = std::move(solutions);
     }
-    for (std::size_t s = 0; s < of_reference.size(); ++s)
-        result.states[s].deformed = of_reference[s].displacement;
+    for (std::size_t s = 0; s < reference_solutions.size(); ++s)
+        result.states[s].deformed = reference_solutions[s].displacement;
     if (options.refines_reference) {
         steps.next(fmt::format("{}: {} with each tetrahedron cut into eight", experiment.name, reference));
         add_refined_reference(result, support::find_named(chosen, reference, "model"), refined(states, positions),
-                              of_reference);
+                              reference_solutions);
     }
     if (rings_down)
         add_ring_downs(result, experiment, options.edge_length.value_or(experiment.edge_length), options, chosen,
@@ -329,8 +329,8 @@ ExperimentResults run_experiments(const ExperimentOptions &options, const std::s
             fmt::format("{}; or give the .toml of an experiment of your own", fmt::join(found.notes, "; ")));
     for (const auto &experiment : read) {
         const OutputFile file(options.output, experiment.name + ".h5");
-        found.of_experiment.push_back(evaluate_experiment(experiment, options, command_line, report));
-        results::write_experiment(file.path(), found.of_experiment.back());
+        found.records.push_back(evaluate_experiment(experiment, options, command_line, report));
+        results::write_experiment(file.path(), found.records.back());
         found.files.push_back(file.path().string());
     }
     return found;

@@ -1,4 +1,4 @@
-#include "studies/experiments/ring_downs.hpp"
+#include "studies/experiments/experiments.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -22,7 +22,7 @@ using experiments::MarkerField;
 using experiments::MarkerMotion;
 
 constexpr double tau = 2.0 * std::numbers::pi;
-/// Of the frequency, by which steps of second order may change it: (omega h)^2 / 12.
+/// Part of the frequency by which steps of second order may change it: (omega h)^2 / 12.
 constexpr double step_error = 1e-3;
 constexpr int num_corrections = 2; ///< of what holds a body, after the first guess
 
@@ -106,8 +106,7 @@ class RingingBody {
     std::unique_ptr<core::PreparedModel> prepared_;
 };
 
-/// Where two factors and the markers there lead to, along the line between them: the factor of the nearest place to
-/// the target.
+/// Factor of the place nearest to the target, along the line between the markers at two factors.
 double nearest_factor(double factor_a, const std::vector<Vector3> &a, double factor_b, const std::vector<Vector3> &b,
                       std::span<const Vector3> target, std::span<const int> markers) {
     double along = 0.0, square = 0.0;
@@ -126,7 +125,7 @@ double distance_of(std::span<const Vector3> a, std::span<const Vector3> b, std::
     return std::sqrt(sum / static_cast<double>(markers.size()));
 }
 
-/// What is measured of a real body, of a motion that was computed.
+/// Numbers of a motion that was computed, as they are measured of a real body.
 void describe(results::RingDownRun &run, const results::RingDownResult &measured, std::size_t num_markers,
               std::span<const int> markers) {
     const MarkerMotion motion{measured.interval, static_cast<int>(num_markers), run.displacement};

@@ -1,13 +1,17 @@
-#include "studies/needle/insertion.hpp"
+#include "studies/needle/needle_study.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <utility>
 
 #include "core/tool/least_within_limits.hpp"
-#include "studies/needle/tissue.hpp"
+#include "core/tool/needle/needle.hpp"
+#include "core/tool/needle/pushed_body.hpp"
 
 namespace livermark::studies {
 
@@ -17,14 +21,172 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+/// Factor by which a change of forces may be stiffer or softer than the model says, to be learnt from: smaller changes
+/// are what searches for equilibria leave.
+constexpr double most_surprising = 10.0;
+
+/// Two directions across an axis, and the axis itself, as rows.
+Eigen::Matrix3d frame_of(const core::Vector3 &axis) {
+    Eigen::Matrix3d frame;
+    frame.row(0) = axis;
+    frame.row(1) = axis.unitOrthogonal();
+    frame.row(2) = axis.cross(frame.row(1).transpose());
+    return frame;
+}
+
+/// Number of a component of a place, see Tissue.
+Index number_of(Index place, int component, Index count) {
+    return component == 0 ? place : count + 2 * place + component - 1;
+}
+
+MatrixXd in_frame(const MatrixXd &compliance, const Eigen::Matrix3d &frame) {
+    const Index count = compliance.rows() / 3;
+    MatrixXd result(3 * count, 3 * count);
+    for (Index i = 0; i < count; ++i)
+        for (Index j = 0; j < count; ++j) {
+            // Solvers leave a rounding.
+            const Eigen::Matrix3d block =
+                0.5 * frame *
+                (compliance.block<3, 3>(3 * i, 3 * j) + compliance.block<3, 3>(3 * j, 3 * i).transpose()) *
+                frame.transpose();
+            for (int a = 0; a < 3; ++a)
+                for (int b = 0; b < 3; ++b)
+                    result(number_of(i, a, count), number_of(j, b, count)) = block(a, b);
+        }
+    return result;
+}
+
+/// Softness of a place against the needle [m/N].
+constexpr double place_softness = 1.0 / core::needle_stiffness;
+
+/// A body along the axis of a needle and across it, as if it were linear from where it was pushed to last: u = b + C f.
+/// The K components along the axis come first, then the 2 K across it. C begins with that of the body at rest; what the
+/// body does under other forces corrects b, so that the model is exact there, and C by the formula of Broyden,
+/// Fletcher, Goldfarb and Shanno for an inverse, which makes it exact for the last change of forces (J. Nocedal, S. J.
+/// Wright 2006, Numerical Optimization, eq. 6.17).
+class Tissue {
+  public:
+    /// @param body  kept alive by the caller
+    Tissue(core::PushedBody &body, const core::Vector3 &axis)
+        : body_(body), frame_(frame_of(axis)), size_(body.compliance().rows() / 3),
+          compliance_(in_frame(body.compliance(), frame_)), offset_(VectorXd::Zero(3 * size_)), pushed_force_(offset_),
+          pushed_displacement_(offset_) {}
+
+    /// With the first places held across.
+    struct Held {
+        MatrixXd along;              ///< (K, K) displacement along the axis for forces along it [m/N]
+        MatrixXd hold_to_along;      ///< (K, 2 h) the same for displacements across, at which places are held
+        Eigen::LLT<MatrixXd> across; ///< of what is held
+    };
+    const Held &held(Index count) {
+        const auto found = held_.find(count);
+        if (found != held_.end())
+            return found->second;
+        Held held;
+        MatrixXd across = compliance_.block(size_, size_, 2 * count, 2 * count);
+        across.diagonal().array() += place_softness;
+        held.across.compute(across);
+        const MatrixXd between = compliance_.block(0, size_, size_, 2 * count);
+        held.hold_to_along = held.across.solve(between.transpose()).transpose();
+        held.along = compliance_.topLeftCorner(size_, size_) - held.hold_to_along * between.transpose();
+        return held_.emplace(count, std::move(held)).first->second;
+    }
+
+    /// Displacement along the axis without forces along it.
+    /// @param hold  (2 h) displacements across, at which places are held [m]
+    /// @return (K) [m]
+    VectorXd along_without_forces(const VectorXd &hold) {
+        return offset_.head(size_) + held(hold.size() / 2).hold_to_along * (hold - offset_.segment(size_, hold.size()));
+    }
+    /// @param along  (K) forces along the axis [N]
+    /// @return (2 h) what holds the places [N]
+    VectorXd forces_across(const VectorXd &along, const VectorXd &hold) {
+        return held(hold.size() / 2)
+            .across.solve(hold - offset_.segment(size_, hold.size()) -
+                          compliance_.block(0, size_, size_, hold.size()).transpose() * along);
+    }
+    /// @param across  (2 h) forces across it [N]
+    /// @return (2 K) [m]
+    VectorXd displacement_across(const VectorXd &along, const VectorXd &across) const {
+        return offset_.tail(2 * size_) + compliance_.bottomLeftCorner(2 * size_, size_) * along +
+               compliance_.block(size_, size_, 2 * size_, across.size()) * across;
+    }
+    core::Vector3 in_space(double along, double across_1, double across_2) const {
+        return frame_.transpose() * core::Vector3(along, across_1, across_2);
+    }
+    Index size() const { return size_; } ///< K
+
+    /// Pushes the body itself, and corrects the model where it was wrong by more than a tolerance.
+    /// @param along, across  (K), (2 h) forces [N]
+    /// @return by how much a place was elsewhere than the model said [m]; nothing if the body comes to no rest
+    std::optional<double> push(const VectorXd &along, const VectorXd &across, double tolerance) {
+        const VectorXd force = joined(along, across);
+        VectorXd in_space(3 * size_), displacement(3 * size_);
+        for (Index k = 0; k < size_; ++k)
+            in_space.segment<3>(3 * k) =
+                this->in_space(force[k], force[number_of(k, 1, size_)], force[number_of(k, 2, size_)]);
+        const auto found = body_.push(in_space);
+        if (!found)
+            return std::nullopt;
+        for (Index k = 0; k < size_; ++k) {
+            const core::Vector3 place_motion = frame_ * found->displacement.segment<3>(3 * k);
+            for (int a = 0; a < 3; ++a)
+                displacement[number_of(k, a, size_)] = place_motion[a];
+        }
+        const double farthest = (displacement - offset_ - compliance_ * force).cwiseAbs().maxCoeff();
+        if (farthest > tolerance)
+            learn(force, displacement);
+        pushed_force_ = force;
+        pushed_displacement_ = displacement;
+        pushed_stored_ = found->stored;
+        return farthest;
+    }
+    /// Energy that the body stores under forces near those that it was pushed with last: that of then, and the work on
+    /// the way from there, as the model has it [J].
+    double stored(const VectorXd &along, const VectorXd &across) const {
+        const VectorXd force = joined(along, across);
+        return pushed_stored_ + 0.5 * (force + pushed_force_).dot(compliance_ * (force - pushed_force_));
+    }
+
+  private:
+    VectorXd joined(const VectorXd &along, const VectorXd &across) const {
+        VectorXd all = VectorXd::Zero(3 * size_);
+        all.head(size_) = along;
+        all.segment(size_, across.size()) = across;
+        return all;
+    }
+    void learn(const VectorXd &force, const VectorXd &displacement) {
+        const VectorXd step = displacement - pushed_displacement_, change = force - pushed_force_;
+        const VectorXd expected = compliance_ * change;
+        const double work = step.dot(change), expected_work = expected.dot(change);
+        if (expected_work > 0.0 && work > expected_work / most_surprising && work < expected_work * most_surprising) {
+            // (1 - s y^T / w) C (1 - y s^T / w) + s s^T / w, with w = y^T s
+            compliance_ += (1.0 + expected_work / work) / work * (step * step.transpose()) -
+                           (expected * step.transpose() + step * expected.transpose()) / work;
+            held_.clear();
+        }
+        offset_ = displacement - compliance_ * force;
+    }
+
+    core::PushedBody &body_;
+    Eigen::Matrix3d frame_; ///< rows: the axis, and two directions across it
+    Index size_;
+    MatrixXd compliance_;                         ///< (3 K, 3 K) C [m/N]
+    VectorXd offset_;                             ///< (3 K) b [m]
+    VectorXd pushed_force_, pushed_displacement_; ///< (3 K) where the body itself was last
+    double pushed_stored_ = 0.0;                  ///< [J]
+    std::map<Index, Held> held_;
+};
+
 constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
-/// Of lengths, over the spacing.
+/// Rounding of lengths, over the spacing.
 constexpr double rounding = 1e-9;
-/// By how much a place may be elsewhere than forces were found for, over the spacing.
+/// Distance by which a place may be elsewhere than forces were found for, over the spacing.
 constexpr double agreement = 1e-3;
-/// What a correction of the tissue's model leaves of its fault, at most: tangents differ by percents from step to step.
+/// Part that a correction of the tissue's model leaves of its fault, at most: tangents differ by percents from step to
+/// step.
 constexpr double left_by_correction = 0.1;
-/// Of forces and places, until they agree.
+/// Passes over forces and places, until they agree.
 constexpr int most_passes = 60;
 
 /// A needle in a body, one depth after the other.
@@ -192,7 +354,7 @@ class Driving {
         return trial;
     }
 
-    /// What the tissue does if it is as its model says. Where the surface gives way it is still whole here.
+    /// Motion of the tissue if it is as its model says. Where the surface gives way it is still whole here.
     Trial found(double depth) {
         gives_way_ = false;
         const double end = spacing_ * static_cast<double>(tissue_.size() - 1);

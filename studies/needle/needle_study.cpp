@@ -15,11 +15,10 @@
 #include "results/one_reference.hpp"
 #include "results/records/needle.hpp"
 #include "results/records/result.hpp"
-#include "studies/files.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/pushed_model.hpp"
-#include "studies/needle/insertion.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 
@@ -37,14 +36,8 @@ std::vector<core::Model> models_that_take_needles(core::Regime regime) {
 
 constexpr const char *kind_of_model = "model that a needle can be driven into";
 
-} // namespace
-
-core::Model needle_reference_model(bool on_mesh, core::Regime regime) {
-    const auto judge = models::static_reference(regime);
-    return support::find_named(models_that_take_needles(regime), on_mesh ? judge.on_mesh : judge.refined,
-                               kind_of_model);
-}
-
+/// The reference first, then those that were asked for, each once.
+/// @throws support::InputError for a model that cannot tell
 std::vector<core::Model> models_with_needles(const NeedleOptions &options) {
     const auto able = models_that_take_needles(options.regime);
     std::vector<core::Model> chosen{needle_reference_model(options.reference_on_mesh, options.regime)};
@@ -61,32 +54,6 @@ std::vector<core::Model> models_with_needles(const NeedleOptions &options) {
                 add(model);
     return chosen;
 }
-
-std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::vector<std::string> &notes) {
-    const auto file = find_toml_files({options.load_case}, needle_load_cases_folder, "load case").front();
-    auto set = read_needle_problems(options.bodies, file.string(), options.material);
-    notes = std::move(set.notes);
-    std::vector<NeedleProblem> problems;
-    std::string fault;
-    for (auto &problem : set.problems)
-        try {
-            auto needles = load_cases::read_needles(file, *problem.body, problem.load_case);
-            problem.load_case.regime = options.regime;
-            const bool is_large = options.regime == core::Regime::large;
-            for (auto &needle : needles)
-                needle.step = options.step.value_or(is_large ? large_needle_step : needle.step);
-            problems.push_back({std::move(problem), std::move(needles)});
-        } catch (const load_cases::NotOnBody &error) {
-            notes.push_back(fmt::format("left out on {}: {}, because {}", problem.body->name, file.stem().string(),
-                                        error.reason()));
-            fault = error.what();
-        }
-    if (problems.empty())
-        throw support::InputError(fault);
-    return problems;
-}
-
-namespace {
 
 void note_change(results::NeedleStudy &study, const results::NeedleRun &coarser) {
     study.reference_miss_change = (study.runs.front().miss() - coarser.miss()).norm();
@@ -109,7 +76,7 @@ void drive_linear(const core::Problem &problem, const core::Model &model, const 
 /// Into a body that comes to rest under the forces, on each of its meshes.
 void drive_far(const core::Problem &problem, const models::PushedModel &model, const std::string &name,
                const core::NeedleLine &line, results::NeedleStudy &study, const std::function<void(int)> &begin_mesh) {
-    std::vector<results::NeedleRun> of_mesh;
+    std::vector<results::NeedleRun> mesh_runs;
     Eigen::MatrixXd compliance;
     for (int mesh = 0; mesh < model.num_meshes; ++mesh) {
         begin_mesh(mesh);
@@ -120,12 +87,12 @@ void drive_far(const core::Problem &problem, const models::PushedModel &model, c
         run.insertion = insert(*body, line, study.needle);
         run.solve_seconds = core::seconds_since(start);
         compliance = body->compliance();
-        of_mesh.push_back(std::move(run));
+        mesh_runs.push_back(std::move(run));
     }
     const bool judges = study.runs.empty();
-    study.runs.push_back(of_mesh.back());
-    if (judges && of_mesh.size() > 1)
-        note_change(study, of_mesh[of_mesh.size() - 2]);
+    study.runs.push_back(mesh_runs.back());
+    if (judges && mesh_runs.size() > 1)
+        note_change(study, mesh_runs[mesh_runs.size() - 2]);
 }
 
 results::NeedleStudy drive(const core::Problem &problem, const core::Needle &needle,
@@ -159,43 +126,12 @@ int meshes_of(const std::vector<core::Model> &models, core::Regime regime) {
     return count;
 }
 
-} // namespace
-
-NeedleResults drive_needles(const NeedleOptions &options, const std::string &command_line,
-                            const ProgressReport &report) {
-    const auto models = models_with_needles(options);
-    NeedleResults done;
-    const auto problems = read_with_needles(options, done.notes);
-    std::size_t num_needles = 0;
-    for (const auto &[problem, needles] : problems)
-        num_needles += needles.size();
-    Steps steps(static_cast<int>(num_needles) * meshes_of(models, options.regime), report);
-    for (const auto &[problem, needles] : problems) {
-        const bool is_large = options.regime == core::Regime::large;
-        const OutputFile output(options.output, problem,
-                                fmt::format("needle.{}{}.h5", problem.load_case.name, is_large ? ".large" : ""));
-        results::NeedleFile file{.provenance = results::current_provenance(command_line),
-                                 .body = problem.body->name,
-                                 .load_case = problem.load_case.name,
-                                 .title = problem.load_case.title + (is_large ? ", large regime" : ""),
-                                 .regime = options.regime,
-                                 .needles = {}};
-        for (const auto &needle : needles)
-            file.needles.push_back(drive(problem, needle, models, steps));
-        results::write_needles(output.path(), file);
-        done.of_body.push_back(std::move(file));
-    }
-    return done;
-}
-
-namespace {
-
 constexpr double stretch = 0.002; ///< [m]
-/// Of the friction [N/m]: the most that is tried, and to what it is found.
+/// Friction [N/m]: the most that is tried, and the tolerance to which it is found.
 constexpr double most_friction = 500.0, friction_tolerance = 0.01;
 constexpr double golden = 0.6180339887498949;
 
-/// What a model meets with a friction.
+/// Force that a model meets with a friction.
 results::FittedNeedle with_friction(const Eigen::MatrixXd &compliance, const core::NeedleLine &line,
                                     core::Needle needle, double friction, const results::MeasuredNeedle &measured) {
     needle.friction = friction;
@@ -251,6 +187,63 @@ results::FittedNeedle fitted(const Eigen::MatrixXd &compliance, const core::Need
 
 } // namespace
 
+core::Model needle_reference_model(bool on_mesh, core::Regime regime) {
+    const auto judge = models::static_reference(regime);
+    return support::find_named(models_that_take_needles(regime), on_mesh ? judge.on_mesh : judge.refined,
+                               kind_of_model);
+}
+
+std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::vector<std::string> &notes) {
+    const auto file = find_toml_files({options.load_case}, needle_load_cases_folder, "load case").front();
+    auto set = read_needle_problems(options.bodies, file.string(), options.material);
+    notes = std::move(set.notes);
+    std::vector<NeedleProblem> problems;
+    std::string fault;
+    for (auto &problem : set.problems)
+        try {
+            auto needles = load_cases::read_needles(file, *problem.body, problem.load_case);
+            problem.load_case.regime = options.regime;
+            const bool is_large = options.regime == core::Regime::large;
+            for (auto &needle : needles)
+                needle.step = options.step.value_or(is_large ? large_needle_step : needle.step);
+            problems.push_back({std::move(problem), std::move(needles)});
+        } catch (const load_cases::NotOnBody &error) {
+            notes.push_back(fmt::format("left out on {}: {}, because {}", problem.body->name, file.stem().string(),
+                                        error.reason()));
+            fault = error.what();
+        }
+    if (problems.empty())
+        throw support::InputError(fault);
+    return problems;
+}
+
+Found<results::NeedleFile> drive_needles(const NeedleOptions &options, const std::string &command_line,
+                                         const ProgressReport &report) {
+    const auto models = models_with_needles(options);
+    Found<results::NeedleFile> done;
+    const auto problems = read_with_needles(options, done.notes);
+    std::size_t num_needles = 0;
+    for (const auto &[problem, needles] : problems)
+        num_needles += needles.size();
+    Steps steps(static_cast<int>(num_needles) * meshes_of(models, options.regime), report);
+    for (const auto &[problem, needles] : problems) {
+        const bool is_large = options.regime == core::Regime::large;
+        const OutputFile output(options.output, problem,
+                                fmt::format("needle.{}{}.h5", problem.load_case.name, is_large ? ".large" : ""));
+        results::NeedleFile file{.provenance = results::current_provenance(command_line),
+                                 .body = problem.body->name,
+                                 .load_case = problem.load_case.name,
+                                 .title = problem.load_case.title + (is_large ? ", large regime" : ""),
+                                 .regime = options.regime,
+                                 .needles = {}};
+        for (const auto &needle : needles)
+            file.needles.push_back(drive(problem, needle, models, steps));
+        results::write_needles(output.path(), file);
+        done.records.push_back(std::move(file));
+    }
+    return done;
+}
+
 results::MeasuredNeedle compare_with_measured(const NeedleOptions &options, const ProgressReport &report) {
     const auto curve = experiments::read_needle_curve();
     const auto puncture = experiments::puncture_of(curve, stretch);
@@ -287,8 +280,8 @@ results::MeasuredNeedle compare_with_measured(const NeedleOptions &options, cons
         const auto compliance = model.compliance(problem, line.places).matrix;
         // Before the puncture depth = F (C / stiffness + 1 / k), with C of the place at the entry.
         const core::Vector3 axis = needle.direction();
-        const double of_entry = axis.dot(compliance.topLeftCorner<3, 3>() * axis);
-        const double stiffness = of_entry / (puncture.depth / puncture.force - 1.0 / core::needle_stiffness);
+        const double entry_compliance = axis.dot(compliance.topLeftCorner<3, 3>() * axis);
+        const double stiffness = entry_compliance / (puncture.depth / puncture.force - 1.0 / core::needle_stiffness);
         auto run = fitted(compliance / stiffness, line, needle, measured);
         run.model = model.name;
         run.stiffness = stiffness;

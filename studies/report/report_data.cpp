@@ -24,7 +24,7 @@
 #include "results/tables/overview.hpp"
 #include "results/tables/table.hpp"
 #include "results/tables/tool_cells.hpp"
-#include "studies/run/benchmark_case.hpp"
+#include "studies/run/run.hpp"
 
 namespace livermark::studies {
 
@@ -135,51 +135,6 @@ std::vector<SpokenFor> read_cohorts(std::vector<std::filesystem::path> &files, R
     return spoken_for;
 }
 
-} // namespace
-
-ReportData read_report_data(const std::filesystem::path &folder, const std::map<std::string, std::string> &left_out) {
-    std::error_code error;
-    if (!std::filesystem::is_directory(folder, error))
-        throw support::InputError(
-            fmt::format("{}: there is no such folder; give the one that `livermark run` filled", folder.string()));
-    ReportData data;
-    data.folder = folder;
-    auto files = results::hdf5_files_below(folder);
-    for (const auto &[name, fault] : left_out) {
-        std::erase(files, folder / name);
-        data.faults.push_back(fault);
-    }
-    const auto spoken_for = read_cohorts(files, data);
-    for (const auto &file : files)
-        try {
-            if (std::ranges::none_of(spoken_for, [&](const SpokenFor &cohort) { return cohort.has(file); }))
-                read_file(file, file.lexically_relative(folder).string(), data);
-        } catch (const support::InputError &fault) {
-            data.faults.emplace_back(fault.what());
-        }
-    if (data.results.empty() && data.large.empty() && data.cohorts.empty() && data.arenas.empty() &&
-        data.stability.empty() && data.timings.empty() && data.experiments.empty() && data.needles.empty() &&
-        data.files.sensitivities.empty())
-        throw support::InputError(
-            data.faults.empty() ? fmt::format("{0}: there are no result files here; make some with `livermark run "
-                                              "--output {0}`",
-                                              folder.string())
-                                : data.faults.front());
-    keep_one_reference(data.results, data.files.results, data.faults);
-    keep_one_reference(data.large, data.files.large, data.faults);
-    // Small and large deformations of one body are of one body.
-    std::vector<results::Result> all = std::move(data.results);
-    const auto num_small = static_cast<std::ptrdiff_t>(all.size());
-    std::ranges::move(data.large, std::back_inserter(all));
-    results::tell_bodies_apart(all);
-    data.results.assign(std::move_iterator(all.begin()), std::move_iterator(all.begin() + num_small));
-    data.large.assign(std::move_iterator(all.begin() + num_small), std::move_iterator(all.end()));
-    sort_results(data);
-    return data;
-}
-
-namespace {
-
 template <class Values> toml::array array_of(const Values &values) {
     toml::array array;
     for (const auto &value : values)
@@ -210,7 +165,7 @@ toml::array json_of(const std::vector<results::Standing> &standings) {
     return array;
 }
 
-/// What the first page of the report is made of.
+/// Numbers of the first page of the report.
 toml::array json_of(const std::vector<results::BriefNumbers> &all) {
     toml::array array;
     for (const auto &[body, model, numbers] : all)
@@ -234,13 +189,13 @@ toml::array files_with_labels(const std::vector<std::string> &files, const std::
     return array;
 }
 
-/// Of one body, for its part of the section on large deformations.
+/// Table and forces of one body, for its part of the section on large deformations.
 toml::table large_body(const std::string &label, const std::vector<results::Result> &all) {
-    std::vector<results::Result> of_body;
+    std::vector<results::Result> body_results;
     toml::array forces;
     for (const auto &result : all)
         if (results::body_label(result, all) == label) {
-            of_body.push_back(result);
+            body_results.push_back(result);
             for (const auto &curve : results::force_curves(result))
                 forces.push_back(toml::table{{"load_case", result.problem.load_case.name},
                                              {"place", curve.place},
@@ -249,7 +204,7 @@ toml::table large_body(const std::string &label, const std::vector<results::Resu
                                              {"force", array_of(curve.force)}});
         }
     return toml::table{
-        {"label", label}, {"table", json_of(results::large_table(of_body))}, {"forces", std::move(forces)}};
+        {"label", label}, {"table", json_of(results::large_table(body_results))}, {"forces", std::move(forces)}};
 }
 
 toml::array large_bodies(const std::vector<results::Result> &all) {
@@ -263,7 +218,7 @@ toml::array large_bodies(const std::vector<results::Result> &all) {
     return bodies;
 }
 
-/// What each tool of a load case in which time passes in the material meets over time.
+/// Responses over time to each tool of a load case in which time passes in the material.
 toml::array slow_curves(const results::Result &result) {
     const auto &problem = result.problem;
     toml::array curves;
@@ -339,6 +294,47 @@ std::string below(const std::filesystem::path &folder, std::string sentence) {
 }
 
 } // namespace
+
+ReportData read_report_data(const std::filesystem::path &folder, const std::map<std::string, std::string> &left_out) {
+    std::error_code error;
+    if (!std::filesystem::is_directory(folder, error))
+        throw support::InputError(
+            fmt::format("{}: there is no such folder; give the one that `livermark run` filled", folder.string()));
+    ReportData data;
+    data.folder = folder;
+    auto files = results::hdf5_files_below(folder);
+    for (const auto &[name, fault] : left_out) {
+        std::erase(files, folder / name);
+        data.faults.push_back(fault);
+    }
+    const auto spoken_for = read_cohorts(files, data);
+    for (const auto &file : files)
+        try {
+            if (std::ranges::none_of(spoken_for, [&](const SpokenFor &cohort) { return cohort.has(file); }))
+                read_file(file, file.lexically_relative(folder).string(), data);
+        } catch (const support::InputError &fault) {
+            data.faults.emplace_back(fault.what());
+        }
+    if (data.results.empty() && data.large.empty() && data.cohorts.empty() && data.arenas.empty() &&
+        data.stability.empty() && data.timings.empty() && data.experiments.empty() && data.needles.empty() &&
+        data.files.sensitivities.empty())
+        throw support::InputError(
+            data.faults.empty() ? fmt::format("{0}: there are no result files here; make some with `livermark run "
+                                              "--output {0}`",
+                                              folder.string())
+                                : data.faults.front());
+    keep_one_reference(data.results, data.files.results, data.faults);
+    keep_one_reference(data.large, data.files.large, data.faults);
+    // Small and large deformations of one body are of one body.
+    std::vector<results::Result> all = std::move(data.results);
+    const auto num_small = static_cast<std::ptrdiff_t>(all.size());
+    std::ranges::move(data.large, std::back_inserter(all));
+    results::tell_bodies_apart(all);
+    data.results.assign(std::move_iterator(all.begin()), std::move_iterator(all.begin() + num_small));
+    data.large.assign(std::move_iterator(all.begin() + num_small), std::move_iterator(all.end()));
+    sort_results(data);
+    return data;
+}
 
 std::string report_tables(const ReportData &data, const std::string &command_line) {
     toml::array faults;

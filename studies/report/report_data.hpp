@@ -22,7 +22,7 @@ struct ReportFiles {
     std::vector<std::string> others; ///< of other kinds, which no part of the report is about
 };
 
-/// What the files below a folder say.
+/// Contents of the files below a folder.
 struct ReportData {
     std::filesystem::path folder; ///< that was read
     ReportFiles files;
@@ -45,7 +45,7 @@ struct ReportData {
 ReportData read_report_data(const std::filesystem::path &folder,
                             const std::map<std::string, std::string> &left_out = {});
 
-/// What the Python program livermark.report is told beside the files themselves, as JSON: which files there are, and
+/// Input of the Python program livermark.report beside the files themselves, as JSON: which files there are, and
 /// the tables that `livermark table` and others print too, so that each is made in one place.
 /// python/livermark/report/data.py reads it.
 /// @param command_line  that makes the report again

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -18,10 +19,10 @@
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut_reader.hpp"
-#include "studies/files.hpp"
 #include "studies/models/model_table.hpp"
-#include "studies/run/benchmark_case.hpp"
+#include "studies/run/run.hpp"
 #include "studies/run/solutions.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 
@@ -34,7 +35,8 @@ bool is_own_file(const std::filesystem::path &file) {
            folder != support::root_folder() / slow_load_cases_folder;
 }
 
-/// Those that ship where none was asked for; those in which time passes in the material only by their names.
+/// Files of load cases: those that ship where none was asked for; those in which time passes in the material only by
+/// their names.
 std::vector<std::filesystem::path> load_case_files_of(std::vector<std::string> wanted) {
     const auto slow_folder = support::root_folder() / slow_load_cases_folder;
     const auto slow =
@@ -65,7 +67,7 @@ std::shared_ptr<const core::Body> body_for(const std::filesystem::path &load_cas
     }
 }
 
-/// What is read where several load cases fit a body.
+/// Load cases that are read where several fit a body.
 enum class Choice { all, first };
 
 /// Leaves the first load case that fits a body, and says why it is none before it.
@@ -140,6 +142,22 @@ double with_few_digits(double factor) {
     const auto digits = fmt::format("{:.5e}", factor);
     std::from_chars(digits.data(), digits.data() + digits.size(), factor);
     return factor;
+}
+
+std::vector<CaseGroup> with_the_same_solution(std::span<const core::Problem> problems) {
+    std::vector<CaseGroup> case_groups;
+    for (std::size_t p = 0; p < problems.size(); ++p) {
+        const auto &problem = problems[p];
+        const auto same = std::ranges::find_if(case_groups, [&](const CaseGroup &case_group) {
+            const auto &first = problems[case_group.front()];
+            return first.body == problem.body && core::are_statically_equal(first.load_case, problem.load_case);
+        });
+        if (same != case_groups.end())
+            same->push_back(p);
+        else
+            case_groups.push_back({p});
+    }
+    return case_groups;
 }
 
 } // namespace
@@ -262,6 +280,56 @@ std::vector<core::Problem> at_amplitudes(const core::Problem &problem, std::span
         problems.back().load_case.name += fmt::format("@{:g}", amplitude);
     }
     return problems;
+}
+
+std::vector<CaseGroup> case_groups_of(std::span<const core::Problem> problems) {
+    const auto all = with_the_same_solution(problems);
+    const auto first_alike = [&](std::size_t case_group) {
+        const auto &problem = problems[all[case_group].front()];
+        return std::ranges::find_if(all, [&](const CaseGroup &candidate) {
+            const auto &other = problems[candidate.front()];
+            return other.body == problem.body && core::constrain_the_same(other.load_case, problem.load_case);
+        });
+    };
+    std::vector<std::size_t> order(all.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::stable_sort(order, {}, first_alike);
+    std::ranges::stable_sort(order, std::ranges::greater(), [&](std::size_t case_group) {
+        return problems[all[case_group].front()].body->mesh.tetrahedra.size();
+    });
+    std::vector<CaseGroup> ordered;
+    for (const auto case_group : order)
+        ordered.push_back(all[case_group]);
+    return ordered;
+}
+
+std::vector<core::Problem> most_shared(std::span<const core::Problem> problems) {
+    struct Candidate {
+        const core::Problem *problem;
+        std::ptrdiff_t num_sharing; ///< problems that constrain as much or more
+    };
+    std::vector<Candidate> best; // of each body
+    for (const auto &problem : problems) {
+        const auto is_of_body = [&](const auto &other) { return other.body == problem.body; };
+        const auto constrains_as_much = [&](const auto &other) {
+            return is_of_body(other) && core::constrains_all_of(other.load_case, problem.load_case);
+        };
+        const bool gains = std::ranges::any_of(problems, [&](const auto &other) {
+            return constrains_as_much(other) && !core::constrain_the_same(other.load_case, problem.load_case);
+        });
+        if (!gains)
+            continue;
+        const Candidate candidate{&problem, std::ranges::count_if(problems, constrains_as_much)};
+        const auto known = std::ranges::find_if(best, [&](const auto &other) { return is_of_body(*other.problem); });
+        if (known == best.end())
+            best.push_back(candidate);
+        else if (candidate.num_sharing > known->num_sharing)
+            *known = candidate;
+    }
+    std::vector<core::Problem> shared;
+    for (const auto &candidate : best)
+        shared.push_back(*candidate.problem);
+    return shared;
 }
 
 } // namespace livermark::studies

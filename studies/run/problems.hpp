@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
@@ -90,5 +91,18 @@ core::Problem scaled_to_target(core::Problem problem);
 /// The problem at multiples of its load, as load cases "<name>@<amplitude>"; just itself if there are no amplitudes.
 /// @param amplitudes  > 0
 std::vector<core::Problem> at_amplitudes(const core::Problem &problem, std::span<const double> amplitudes);
+
+/// Numbers of problems of one body with the same static solution, which models keep: one worker takes them one after
+/// the other, so that what is kept does not depend on how many workers there are.
+using CaseGroup = std::vector<std::size_t>;
+
+/// Groups of all problems. Those that constrain the same components of a body come one after the other: models keep the
+/// last factor. Bodies come by their number of tetrahedra, the largest first: it would keep the others waiting at the
+/// end. What comes first otherwise stays first.
+std::vector<CaseGroup> case_groups_of(std::span<const core::Problem> problems);
+
+/// Problems whose factor others share: of each body with load cases that constrain all that another one constrains and
+/// more, the first problem whose constrained components are constrained in most of them.
+std::vector<core::Problem> most_shared(std::span<const core::Problem> problems);
 
 } // namespace livermark::studies

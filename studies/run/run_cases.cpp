@@ -1,3 +1,5 @@
+#include "studies/run/run.hpp"
+
 #include <algorithm>
 #include <csignal>
 #include <cstring>
@@ -5,6 +7,7 @@
 #include <fmt/format.h>
 #include <iterator>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -16,14 +19,59 @@
 #include "fem_reference/linear/elastic_system.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/records/result.hpp"
-#include "studies/files.hpp"
-#include "studies/run/benchmark_case.hpp"
 #include "studies/run/run.hpp"
-#include "studies/run/work_plan.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 
 namespace {
+
+using IsWanted = std::function<bool(std::size_t)>;
+
+std::vector<CaseGroup> wanted_of(std::span<const CaseGroup> case_groups, const IsWanted &is_wanted) {
+    std::vector<CaseGroup> wanted;
+    for (const auto &case_group : case_groups) {
+        CaseGroup some;
+        std::ranges::copy_if(case_group, std::back_inserter(some), is_wanted);
+        if (!some.empty())
+            wanted.push_back(std::move(some));
+    }
+    return wanted;
+}
+
+/// Items of all bodies, body by body.
+class Plan {
+  public:
+    /// As many case groups at once as models take less time for together: the same ones whatever of them is left to do.
+    void add_solves(const std::vector<std::size_t> &models, std::span<const CaseGroup> case_groups,
+                    std::size_t most_at_once, const IsWanted &is_wanted) {
+        const int group = new_group();
+        for (std::size_t first = 0; first < case_groups.size(); first += most_at_once) {
+            const auto some = case_groups.subspan(first, std::min(most_at_once, case_groups.size() - first));
+            if (auto wanted = wanted_of(some, is_wanted); !wanted.empty())
+                items.push_back({models, std::move(wanted), group});
+        }
+    }
+
+    /// Evaluations wait for what solves their problem.
+    void add_evaluations(std::span<const CaseGroup> case_groups) {
+        const int group = new_group(), num_solves = static_cast<int>(items.size());
+        for (const auto &case_group : case_groups)
+            for (const auto problem : case_group) {
+                auto &added = items.emplace_back(WorkItem{{}, {{problem}}, group});
+                for (int item = 0; item < num_solves; ++item)
+                    if (!items[item].is_evaluation() && std::ranges::any_of(items[item].case_groups, [&](auto &solved) {
+                            return std::ranges::count(solved, problem) > 0;
+                        }))
+                        added.waits_for.push_back(item);
+            }
+    }
+
+    std::vector<WorkItem> items;
+
+  private:
+    int new_group() const { return items.empty() ? 0 : items.back().group + 1; }
+};
 
 /// The stage of all that is not done by a model.
 constexpr auto other_work = "loads, comparisons, files";
@@ -75,9 +123,8 @@ std::vector<WorkItem> plan_of(const std::vector<Case> &cases, const std::vector<
 /// nothing is kept.
 Run with_cache(Run run, const results::Provenance &provenance) {
     if (support::mpi_num_ranks() == 1) {
-        run.solutions.keep_in(
-            folder_of_solutions(run.options.output, fmt::format("{}\n{}\n{}", provenance.command, provenance.git_commit,
-                                                                provenance.build_type)));
+        run.solutions.keep_in(run.options.output, fmt::format("{}\n{}\n{}", provenance.command, provenance.git_commit,
+                                                              provenance.build_type));
         if (!run.options.resume)
             run.solutions.clear();
     }
@@ -95,8 +142,8 @@ std::vector<OutputFile> files_to_write(const Run &run) {
     return files;
 }
 
-/// Of the largest body. What is solved together on the refined mesh of a liver takes 124 kB for each tetrahedron,
-/// measured; no other model takes as much.
+/// Memory for the largest body. What is solved together on the refined mesh of a liver takes 124 kB for each
+/// tetrahedron, measured; no other model takes as much.
 double bytes_per_worker(const Run &run) {
     constexpr double bytes_per_tetrahedron = 140e3;
     std::size_t most = 1;
@@ -288,10 +335,61 @@ struct Progress {
     std::string last_step{};
 };
 
+/// The part of the MPI ranks that neither compare nor write. Faults here are faults on rank 0 as well, which says so.
+void help_first_rank(const Run &task, const std::string &command_line) {
+    const auto provenance = results::current_provenance(command_line);
+    const auto run = with_cache(task, provenance);
+    PreparedModels prepared(run.solutions);
+    std::map<std::size_t, std::vector<std::string>> failures; // rank 0 has the same
+    const auto cases = load_cases_of(run, prepared, failures);
+    const auto solve = [&](const core::Model &model, const core::Problem &problem) {
+        return prepared.solve(model, problem);
+    };
+    for (const auto &item : plan_of(cases, run.models))
+        try {
+            evaluate(cases[item.first_problem()].problem, run.models, solve, provenance);
+        } catch (const std::exception &) {
+            continue; // what fails here fails on rank 0 as well
+        }
+}
+
 } // namespace
+
+std::vector<WorkItem> plan_work(std::span<const core::Problem> problems, std::span<const core::Model> models,
+                                const std::function<bool(std::size_t)> &is_wanted) {
+    std::vector<std::size_t> together, others;
+    std::size_t most_together = 1;
+    for (std::size_t m = 0; m < models.size(); ++m)
+        if (models[m].most_together > 1) {
+            together.push_back(m);
+            most_together = std::max(most_together, models[m].most_together);
+        } else {
+            others.push_back(m);
+        }
+    auto left = case_groups_of(problems);
+    Plan plan;
+    while (!left.empty()) {
+        const auto body = problems[left.front().front()].body;
+        const auto end_of_body = std::stable_partition(left.begin(), left.end(), [&](const CaseGroup &case_group) {
+            return problems[case_group.front()].body == body;
+        });
+        const std::vector same_body(left.begin(), end_of_body);
+        left.erase(left.begin(), end_of_body);
+        if (!together.empty())
+            plan.add_solves(together, same_body, most_together, is_wanted);
+        for (const auto model : others)
+            plan.add_solves({model}, same_body, 1, is_wanted);
+        plan.add_evaluations(wanted_of(same_body, is_wanted));
+    }
+    return std::move(plan.items);
+}
 
 RunOutcome run_cases(const Run &task, const std::string &command_line, const ProgressReport &report) {
     RunOutcome outcome;
+    if (support::mpi_rank() != 0) {
+        help_first_rank(task, command_line);
+        return outcome;
+    }
     const auto files = files_to_write(task);
     outcome.spent.begin(other_work);
     const auto provenance = results::current_provenance(command_line);
@@ -360,23 +458,6 @@ RunOutcome run_cases(const Run &task, const std::string &command_line, const Pro
     if (outcome.failures.empty())
         run.solutions.clear();
     return outcome;
-}
-
-void help_first_rank(const Run &task, const std::string &command_line) {
-    const auto provenance = results::current_provenance(command_line);
-    const auto run = with_cache(task, provenance);
-    PreparedModels prepared(run.solutions);
-    std::map<std::size_t, std::vector<std::string>> failures; // rank 0 has the same
-    const auto cases = load_cases_of(run, prepared, failures);
-    const auto solve = [&](const core::Model &model, const core::Problem &problem) {
-        return prepared.solve(model, problem);
-    };
-    for (const auto &item : plan_of(cases, run.models))
-        try {
-            evaluate(cases[item.first_problem()].problem, run.models, solve, provenance);
-        } catch (const std::exception &) {
-            continue; // what fails here fails on rank 0 as well
-        }
 }
 
 } // namespace livermark::studies

@@ -28,19 +28,19 @@ bool is_file(const std::filesystem::path &path) {
     return std::filesystem::is_regular_file(path, nobody_cares);
 }
 
-/// What judges at rest, but for linear elasticity on the mesh itself, which takes a second.
+/// Models that judge at rest, but for linear elasticity on the mesh itself, which takes a second.
 bool judges_at_rest(const core::Model &model, core::Regime regime) {
     const auto role = model.role_at_rest(regime);
     return role == core::Role::refined_reference || (role == core::Role::reference && regime == core::Regime::large);
 }
 
-/// What large motions are judged by.
+/// Models that large motions are judged by.
 bool judges_large_motion(const core::Model &model) {
     return model.role_in_motion(core::Regime::large) == core::Role::reference;
 }
 
-/// What tells how good the motion is that others are judged by. It is solved where somebody asks for it alone: that
-/// takes longer than a run.
+/// Models that tell how good the motion is that others are judged by. They are solved where somebody asks for it alone:
+/// that takes longer than a run.
 bool refines_motion(const core::Model &model) {
     return model.in_motion == core::Role::refined_reference;
 }
@@ -51,6 +51,16 @@ bool can_be_kept(const core::Model &model) {
 }
 
 } // namespace
+
+SolutionCache SolutionCache::shipped() {
+    return SolutionCache(stored_references_folder());
+}
+
+void SolutionCache::keep_in(const std::filesystem::path &output, const std::string &settings) {
+    support::FnvHash hash;
+    hash.add(settings);
+    folder_ = output / solutions_folder / fmt::format("{:016x}", hash.value());
+}
 
 std::filesystem::path SolutionCache::file(const core::Model &model, const core::Problem &problem) const {
     return folder_ / problem.body->name / fmt::format("{}.{}.solution", model.name, results::problem_key(problem));
@@ -108,12 +118,6 @@ void SolutionCache::clear() const {
     std::filesystem::remove(folder_.parent_path(), nobody_cares); // that of all runs, if there is no other
 }
 
-std::filesystem::path folder_of_solutions(const std::filesystem::path &output, const std::string &settings) {
-    support::FnvHash hash;
-    hash.add(settings);
-    return output / solutions_folder / fmt::format("{:016x}", hash.value());
-}
-
 bool is_stored(const core::Model &model, const core::Problem &problem) {
     if (!model.takes_part_in(problem))
         return false;
@@ -128,10 +132,10 @@ std::filesystem::path stored_references_folder() {
     return support::root_folder() / "results" / "references";
 }
 
-void leave_out_unsolved_motions(std::vector<core::Model> &models, const std::filesystem::path &folder) {
+void leave_out_unsolved_motions(std::vector<core::Model> &models) {
     for (auto &model : models)
         if (refines_motion(model))
-            model.is_wanted = [solved = SolutionCache(folder), model](const core::Problem &problem) {
+            model.is_wanted = [solved = SolutionCache::shipped(), model](const core::Problem &problem) {
                 return !solved.where(model, problem).empty();
             };
 }

@@ -24,9 +24,12 @@ class SolutionCache {
     /// @param references  of files as results::reference_path() says
     explicit SolutionCache(std::filesystem::path references) : references_(std::move(references)) {}
 
-    /// Keeps solutions in a folder from now on.
-    /// @param folder  of a run; it need not be there
-    void keep_in(std::filesystem::path folder) { folder_ = std::move(folder); }
+    /// The references that ship.
+    static SolutionCache shipped();
+
+    /// Keeps solutions from now on, below the output folder of a run, by all that they depend on beside the problem.
+    /// @param settings  such as the command and the version of the program
+    void keep_in(const std::filesystem::path &output, const std::string &settings);
 
     /// @return "kept" if the run has the solution, "stored" if it is a reference that ships; else empty
     std::string where(const core::Model &model, const core::Problem &problem) const;
@@ -53,10 +56,6 @@ class SolutionCache {
     std::filesystem::path references_, folder_;
 };
 
-/// The folder of the solutions of a run: below its output folder, by all that they depend on beside the problem.
-/// @param settings  such as the command and the version of the program
-std::filesystem::path folder_of_solutions(const std::filesystem::path &output, const std::string &settings);
-
 /// The folder of references that were solved before, below the root.
 std::filesystem::path stored_references_folder();
 
@@ -66,8 +65,7 @@ std::filesystem::path stored_references_folder();
 bool is_stored(const core::Model &model, const core::Problem &problem);
 
 /// Lets models that tell how good the motion is that judges take part only where their solution is stored.
-/// @param folder  of reference files, see results::reference_path()
-void leave_out_unsolved_motions(std::vector<core::Model> &models, const std::filesystem::path &folder);
+void leave_out_unsolved_motions(std::vector<core::Model> &models);
 
 /// Outcome of `livermark reference` for a model and a problem.
 struct StoredSolution {

@@ -1,4 +1,4 @@
-#include "studies/sensitivity/patient.hpp"
+#include "studies/sensitivity/sensitivity.hpp"
 
 #include <algorithm>
 #include <array>

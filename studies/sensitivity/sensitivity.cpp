@@ -19,12 +19,11 @@
 #include "results/problem_key.hpp"
 #include "results/quantile.hpp"
 #include "results/records/result.hpp"
-#include "studies/files.hpp"
 #include "studies/models/model_table.hpp"
-#include "studies/run/benchmark_case.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/run/run.hpp"
 #include "studies/run/solutions.hpp"
-#include "studies/sensitivity/patient.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::studies {
 
@@ -220,7 +219,7 @@ toml::array outputs_with_laws(const core::Problem &large, const std::vector<Outp
     auto models = models::all_models();
     std::erase_if(models,
                   [](const core::Model &model) { return model.name != law_of_reference && model.name != other_law; });
-    PreparedModels prepared{SolutionCache(stored_references_folder())};
+    PreparedModels prepared{SolutionCache::shipped()};
     toml::array answers;
     for (const auto *name : {law_of_reference, other_law}) {
         steps.next(fmt::format("{} / {} / {}", large.body->name, large.load_case.name, name));

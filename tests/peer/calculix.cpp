@@ -9,7 +9,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "studies/exchange/formats/calculix_input.hpp"
+#include "core/support/input_error.hpp"
+#include "studies/exchange/formats/export_format.hpp"
 
 namespace livermark::tests {
 
@@ -52,7 +53,8 @@ std::vector<Vector3> solve_with_calculix(const std::filesystem::path &ccx, const
     std::filesystem::remove(result); // or a failed run would show what an earlier one found
     {
         std::ofstream input(folder / "problem.inp");
-        studies::write_inp(input, problem, degree);
+        const auto &format = support::find_named(exchange::all_formats(), "calculix", "format");
+        format.files.front().write(input, problem, {.quadratic = degree == 2});
         if (!input.flush())
             throw std::runtime_error(fmt::format("{} cannot be written", (folder / "problem.inp").string()));
     }

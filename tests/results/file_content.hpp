@@ -12,7 +12,8 @@ namespace livermark::tests {
 /// files of one content differ in, are not among them.
 inline std::map<std::string, std::string> content_of(const std::filesystem::path &path) {
     using Content = std::map<std::string, std::string>;
-    static constexpr auto add = [](Content &content, const std::string &name, hid_t type, hid_t space, const auto &read) {
+    static constexpr auto add = [](Content &content, const std::string &name, hid_t type, hid_t space,
+                                   const auto &read) {
         const auto count = static_cast<std::size_t>(H5Sget_simple_extent_npoints(space));
         auto &bytes = content[name];
         bytes.assign(count * H5Tget_size(type), '\0');

@@ -4,6 +4,7 @@
 
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
+#include "studies/run/run.hpp"
 #include "tests/samples/records/sample_records.hpp"
 #include "tests/samples/records/sample_result.hpp"
 #include "tests/samples/tool_block.hpp"

@@ -13,8 +13,8 @@
 namespace livermark {
 namespace {
 
-/// What a code of somebody else found on the healthy liver against its own quadratic neo-Hookean elements, with four
-/// points of integration: relative L2 of the displacement, and reaction of the tool over that of its reference.
+/// Errors that a code of somebody else found on the healthy liver against its own quadratic neo-Hookean elements, with
+/// four points of integration: relative L2 of the displacement, and reaction of the tool over that of its reference.
 struct Found {
     double relative_l2, reaction;
 };

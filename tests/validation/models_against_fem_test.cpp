@@ -19,7 +19,7 @@ namespace {
 
 using core::Vector3;
 
-/// What a run on one rank has.
+/// Models of a run on one rank.
 const auto reference = models::static_reference(core::Regime::small);
 
 /// A result file of the runs that come before these tests.
@@ -72,7 +72,7 @@ class ModelsAgainstFem : public testing::TestWithParam<BenchmarkCase> {
     }
 };
 
-/// Of what moves, two spring models are enough.
+/// Two spring models are enough of what moves.
 TEST_P(ModelsAgainstFem, HasEveryModelOfTheTableUnderItsName) {
     const bool has_all = !result.problem.load_case.release;
     for (const auto &model : models::all_models())
@@ -119,7 +119,7 @@ TEST_P(ModelsAgainstFem, TheReferenceHasAnErrorBarOfItsOwn) {
     EXPECT_TRUE(refined.starts_with("stored since 20") && refined.find("GMRES") != std::string::npos) << refined;
 }
 
-/// Where a finer motion is kept it judges, and on one liver at least it is.
+/// A finer motion judges where it is kept, and on one liver at least it is.
 TEST_P(ModelsAgainstFem, TheReferenceOfMotionHasAnErrorBarOfItsOwn) {
     if (!result.problem.load_case.release)
         return;
@@ -142,7 +142,7 @@ TEST_P(ModelsAgainstFem, TheReferenceOfMotionHasAnErrorBarOfItsOwn) {
         }
 }
 
-/// Of a model on the body and under the load case of a result.
+/// Errors of a model on the body and under the load case of a result.
 struct Band {
     double expected, margin; // of relative_l2
     std::string origin;

@@ -22,7 +22,7 @@ namespace {
 using fem_reference::StaticSolver;
 constexpr double tolerance = 1e-5; // of the iterations, as in the reference
 
-/// Of tetrahedra below tools, half of what the reference has.
+/// Edges of tetrahedra below tools, half of what the reference has.
 constexpr double longest_edge = 0.5 * core::longest_edge_below_tools;
 
 /// The limit of three meshes that are all refined everywhere, and the last two at the rims and below tools as well.
@@ -52,11 +52,12 @@ core::Problem on_the_healthy_liver(const std::string &load_case) {
     return {body, load_cases::read_load_case(root / "load_cases" / (load_case + ".toml"), body->mesh)};
 }
 
-void expect_within(const std::string &load_case, const char *what, double difference, double bar, double of_other) {
+void expect_within(const std::string &load_case, const char *what, double difference, double bar,
+                   double other_difference) {
     constexpr double percent = 100.0;
     std::printf("%s, %s: %.3f %% off; bars of %.3f and %.3f %%\n", load_case.c_str(), what, percent * difference,
-                percent * bar, percent * of_other);
-    EXPECT_LT(difference, bar + of_other) << what;
+                percent * bar, percent * other_difference);
+    EXPECT_LT(difference, bar + other_difference) << what;
 }
 
 /// Parameter: load case of liver_healthy.

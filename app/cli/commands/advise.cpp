@@ -6,10 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/commands/commands.hpp"
-#include "app/cli/common_options.hpp"
+#include "app/cli/commands.hpp"
 #include "app/cli/image_bodies.hpp"
-#include "app/cli/progress.hpp"
+#include "app/cli/printing.hpp"
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/tool/tool_stiffness.hpp"
@@ -18,7 +17,7 @@
 #include "results/tables/table_layout.hpp"
 #include "results/tables/tool_cells.hpp"
 #include "studies/advise/advise.hpp"
-#include "studies/files.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::cli {
 
@@ -99,8 +98,7 @@ void print_ranking(const std::string &title, const std::vector<studies::ModelAdv
         row.resize(layout.columns.size(), "-");
         layout.rows.push_back(std::move(row));
     }
-    fmt::print("{}:\n{}{}\n", title, markdown ? "\n" : "",
-               markdown ? results::to_markdown(layout) : results::to_text(layout));
+    fmt::print("{}:\n{}{}\n", title, markdown ? "\n" : "", table_text(layout, markdown));
 }
 
 bool has_plain_loops(const studies::Advice &advice) {
@@ -186,7 +184,6 @@ Command add_advise(CLI::App &parent, const std::string &command_line) {
                                         "stiffness on each edge, and print their "
                                         "steps, their cost on this machine, their expected errors, and caveats");
     auto options = std::make_shared<AdviseCommand>();
-    options->output = (support::root_folder() / "results" / "runs").string();
     add_bodies(*command, options->bodies, "name one");
     command->get_option("--body")->required();
     add_materials(*command, options->material);
@@ -199,8 +196,7 @@ Command add_advise(CLI::App &parent, const std::string &command_line) {
         ->add_option("--budget", options->budget,
                      "Processor time for a frame of 1/60 s [ms]; slower models are not ranked")
         ->check(positive_number());
-    command->add_option("--output", options->output, "Folder for the body that is made of a segmentation")
-        ->capture_default_str();
+    add_output(*command, options->output, "Folder for the body that is made of a segmentation");
     command->add_flag("--force", options->force,
                       "Mesh a segmentation again, and overwrite its body file in that folder");
     command->add_flag("--json", options->json, "Print JSON, in SI units");

@@ -5,17 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/commands/commands.hpp"
-#include "app/cli/common_options.hpp"
+#include "app/cli/commands.hpp"
 #include "app/cli/image_bodies.hpp"
-#include "app/cli/progress.hpp"
+#include "app/cli/printing.hpp"
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "results/records/arena.hpp"
 #include "results/records/needle.hpp"
 #include "studies/arena/arena.hpp"
-#include "studies/arena/needle_arena.hpp"
-#include "studies/files.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::cli {
 
@@ -51,9 +49,7 @@ int solve_references(const ArenaCommand &command, const studies::ArenaOptions &o
 }
 
 void print_arena(const results::Arena &arena, const ArenaCommand &command) {
-    const auto print = [&](const results::Layout &layout) {
-        fmt::print("{}\n", command.markdown ? results::to_markdown(layout) : results::to_text(layout));
-    };
+    const auto print = [&](const results::Layout &layout) { fmt::print("{}\n", table_text(layout, command.markdown)); };
     if (arena.reference.empty()) {
         fmt::print("{}: {}\n{}; no reference motion with contact is stored, so there are forces and no errors\n\n",
                    arena.body, arena.title, results::tool_of(arena));
@@ -86,11 +82,11 @@ int run_needles(const ArenaCommand &command, studies::ArenaOptions options, cons
         options.meshes = {1};
     const auto found = studies::run_needle_arena(options, command.needle, command_line, print_progress());
     print_notes(found.notes);
-    for (const auto &file : found.of_body)
+    for (const auto &file : found.records)
         for (const auto &study : file.needles) {
             const auto table = results::needle_arena_table(*study.arena);
             fmt::print("{}: {}\n{}\n{}\n", file.body, file.title, results::needle_arena_note(study),
-                       command.markdown ? results::to_markdown(table) : results::to_text(table));
+                       table_text(table, command.markdown));
         }
     fmt::print(stderr, "Result files are in {}\n", options.output);
     return 0;
@@ -118,7 +114,7 @@ int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions opti
         return solve_references(command, options, command_line);
     const auto found = studies::run_arena(options, command_line, print_progress());
     print_notes(found.notes);
-    for (const auto &arena : found.of_body)
+    for (const auto &arena : found.records)
         print_arena(arena, command);
     fmt::print(stderr, "Result files are in {}\n", options.output);
     return 0;
@@ -134,7 +130,6 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
     auto options = std::make_shared<studies::ArenaOptions>();
     auto arena = std::make_shared<ArenaCommand>();
     options->bodies = {"liver_healthy"};
-    options->output = (support::root_folder() / "results" / "runs").string();
     add_bodies(*command, options->bodies, "by default liver_healthy");
     auto *load_case =
         command
@@ -169,30 +164,28 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
                                                                      {"touching", studies::ArenaTool::touching},
                                                                      {"needle", studies::ArenaTool::needle}}))
         ->default_str("glued");
-    std::vector<CLI::Option *> of_needle;
-    of_needle.push_back(command->add_option("--needle", arena->needle.needles,
-                                            "With --tool needle: names of needles of the load case; by default all"));
-    of_needle.push_back(command
-                            ->add_option_function<double>(
-                                "--speed", [arena](double speed) { arena->needle.speed = 1e-3 * speed; },
-                                "With --tool needle: of the hand [mm/s]")
-                            ->check(CLI::Range(0.1, 200.0))
-                            ->default_str("20"));
-    of_needle.push_back(command->add_option("--rest", arena->needle.rest, "With --tool needle: at the target [s]")
-                            ->check(CLI::Range(0.0, 60.0))
-                            ->capture_default_str());
-    of_needle.push_back(command->add_flag(
+    std::vector<CLI::Option *> needle_options;
+    needle_options.push_back(command->add_option(
+        "--needle", arena->needle.needles, "With --tool needle: names of needles of the load case; by default all"));
+    needle_options.push_back(command
+                                 ->add_option_function<double>(
+                                     "--speed", [arena](double speed) { arena->needle.speed = 1e-3 * speed; },
+                                     "With --tool needle: of the hand [mm/s]")
+                                 ->check(CLI::Range(0.1, 200.0))
+                                 ->default_str("20"));
+    needle_options.push_back(command->add_option("--rest", arena->needle.rest, "With --tool needle: at the target [s]")
+                                 ->check(CLI::Range(0.0, 60.0))
+                                 ->capture_default_str());
+    needle_options.push_back(command->add_flag(
         "--reference-on-mesh", arena->needle.reference_on_mesh,
         "With --tool needle: compare with the reference on the mesh itself, quicker, with no error bar"));
     command->add_option("--friction", options->friction, "With --tool touching: Coulomb's coefficient of friction")
         ->check(CLI::Range(0.0, 10.0))
         ->capture_default_str();
     add_materials(*command, options->material);
-    command
-        ->add_option("--output", options->output,
-                     "Folder for <body>/arena.h5, or <body>/arena_touching_<friction>.h5 where the tool touches, or "
-                     "<body>/needle_arena.<load case>.h5")
-        ->capture_default_str();
+    add_output(*command, options->output,
+               "Folder for <body>/arena.h5, or <body>/arena_touching_<friction>.h5 where the tool touches, or "
+               "<body>/needle_arena.<load case>.h5");
     command->add_flag("--details", arena->details, "Also print a row for every budget and setting");
     command->add_flag("--markdown", arena->markdown, "Print tables in Markdown");
     command->add_flag("--solve-reference", arena->solve_reference,
@@ -205,9 +198,9 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
     command->add_option("--steps", arena->reference.steps_per_frame, "With --solve-reference: time steps in a frame")
         ->check(CLI::Range(2, 1000))
         ->capture_default_str();
-    return [options, arena, command_line, load_case, meshes, of_needle] {
+    return [options, arena, command_line, load_case, meshes, needle_options] {
         arena->has_needle_options =
-            std::ranges::any_of(of_needle, [](const CLI::Option *option) { return option->count() > 0; });
+            std::ranges::any_of(needle_options, [](const CLI::Option *option) { return option->count() > 0; });
         arena->has_load_case = load_case->count() > 0;
         arena->has_meshes = meshes->count() > 0;
         return run_command_of_arena(*arena, *options, command_line);

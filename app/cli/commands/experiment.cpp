@@ -4,9 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/commands/commands.hpp"
-#include "app/cli/common_options.hpp"
-#include "app/cli/progress.hpp"
+#include "app/cli/commands.hpp"
+#include "app/cli/printing.hpp"
 #include "core/support/files.hpp"
 #include "core/support/processes/child_process.hpp"
 #include "load_cases/experiments/experiment.hpp"
@@ -37,8 +36,7 @@ void draw_experiments(const std::vector<std::string> &files) {
 
 void print_ring_downs(const results::ExperimentResult &result, bool in_markdown) {
     const auto table = results::ring_down_table(result);
-    fmt::print("{}\n\n{}", results::ring_down_note(result),
-               in_markdown ? results::to_markdown(table) : results::to_text(table));
+    fmt::print("{}\n\n{}", results::ring_down_note(result), table_text(table, in_markdown));
     for (const auto &ring_down : result.ring_downs)
         for (const auto &run : ring_down.runs)
             if (run.status != core::SolutionStatus::ok)
@@ -56,12 +54,12 @@ int run_command_of_experiments(const ExperimentCommand &command, studies::Experi
     options.rings_down = !command.at_rest;
     const auto found = studies::run_experiments(options, command_line, print_progress());
     print_notes(found.notes);
-    for (const auto &result : found.of_experiment) {
+    for (const auto &result : found.records) {
         fmt::print("{}: {}\n", result.name, result.title);
         for (const auto &assumption : result.assumptions)
             fmt::print("  assumed: {}\n", results::printable(assumption));
         const auto table = results::experiment_table(result);
-        fmt::print("\n{}", command.markdown ? results::to_markdown(table) : results::to_text(table));
+        fmt::print("\n{}", table_text(table, command.markdown));
         for (const auto &run : result.runs)
             if (run.status != core::SolutionStatus::ok)
                 fmt::print("{}, {}: {}\n", run.model, results::printable(result.states[run.state].name), run.message);
@@ -83,7 +81,6 @@ Command add_experiment(CLI::App &parent, const std::string &command_line) {
                       "from the measured ones, with the noise of the measurement and the uncertainty of the reference");
     auto options = std::make_shared<studies::ExperimentOptions>();
     auto experiment = std::make_shared<ExperimentCommand>();
-    options->output = (support::root_folder() / "results" / "experiments").string();
     command->add_option("experiment", options->names,
                         "Names as in --list, or paths of .toml files of your own "
                         "(docs/howto/bring_your_own_experiment.md); by default all whose data are there");
@@ -109,7 +106,7 @@ Command add_experiment(CLI::App &parent, const std::string &command_line) {
             one_of(std::map<std::string, studies::DampingForces>{{"rayleigh", studies::DampingForces::rayleigh},
                                                                  {"mass", studies::DampingForces::mass},
                                                                  {"stiffness", studies::DampingForces::stiffness}}));
-    command->add_option("--output", options->output, "Folder for <experiment>.h5")->capture_default_str();
+    add_output(*command, options->output, "Folder for <experiment>.h5", "experiments");
     command->add_flag("--figure", experiment->figure,
                       "Draw the markers over the deformed body, as <experiment>.png beside the result file");
     command->add_flag("--markdown", experiment->markdown, "Print tables in Markdown");

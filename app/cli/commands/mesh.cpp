@@ -6,11 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "app/cli/commands/commands.hpp"
-#include "app/cli/common_options.hpp"
+#include "app/cli/commands.hpp"
 #include "app/cli/image_bodies.hpp"
-#include "app/cli/progress.hpp"
-#include "app/cli/segment.hpp"
+#include "app/cli/printing.hpp"
 #include "core/mesh/plausible_liver.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/files.hpp"
@@ -24,10 +22,10 @@
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
-#include "studies/advise/step_cost.hpp"
-#include "studies/files.hpp"
+#include "studies/advise/advise.hpp"
 #include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::cli {
 
@@ -165,7 +163,7 @@ int make_liver(const LiverCommand &command, const std::string &command_line) {
     return write_mesh(command.output, meshes::generate_liver(command.options));
 }
 
-/// What `livermark mesh` was asked for without a subcommand.
+/// Options of `livermark mesh` without a subcommand.
 struct SegmentationOptions {
     SegmentCommand body;
     PhantomCommand phantom;
@@ -206,62 +204,48 @@ int make_of_segmentation(SegmentationOptions options) {
 std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const std::string &command_line) {
     auto options = std::make_shared<SegmentationOptions>();
     options->body.command_line = command_line;
-    const char *group = "Bodies of segmentations";
-    command
-        .add_option("--labels", options->body.labels,
-                    "A label image: NIfTI, NRRD, MetaImage, a DICOM segmentation, or the folder of a DICOM series")
-        ->group(group);
+    command.add_option("--labels", options->body.labels,
+                       "A label image: NIfTI, NRRD, MetaImage, a DICOM segmentation, or the folder of a DICOM series");
     command
         .add_option("--liver", options->body.liver,
                     "Labels of the liver's tissue; by default those that are named so, or the lowest one")
         ->delimiter(',')
-        ->check(CLI::Range(1, 65535))
-        ->group(group);
+        ->check(CLI::Range(1, 65535));
     command
         .add_option("--tumours", options->body.tumours,
                     "Labels of lesions; by default those that are named so, or all others")
         ->delimiter(',')
-        ->check(CLI::Range(1, 65535))
-        ->group(group);
-    command
-        .add_option("--surfaces", options->body.surfaces,
-                    "Closed surfaces (STL, OBJ, PLY, OFF, VTK, VTP, or the boundary of a mesh): the liver, then each "
-                    "lesion")
-        ->group(group);
-    command
-        .add_option("--unit", options->body.unit,
-                    "Unit of the surfaces: m, cm or mm, or its length in metres, such as 0.025; by default guessed "
-                    "from the size")
-        ->group(group);
+        ->check(CLI::Range(1, 65535));
+    command.add_option(
+        "--surfaces", options->body.surfaces,
+        "Closed surfaces (STL, OBJ, PLY, OFF, VTK, VTP, or the boundary of a mesh): the liver, then each "
+        "lesion");
+    command.add_option("--unit", options->body.unit,
+                       "Unit of the surfaces: m, cm or mm, or its length in metres, such as 0.025; by default guessed "
+                       "from the size");
     command.add_option("--tetrahedra", options->body.tetrahedra, "Approximate number of tetrahedra")
         ->check(CLI::Range(2000, 2000000))
-        ->capture_default_str()
-        ->group(group);
-    command.add_option("--picture", options->picture, "A .png file to draw the patches of the body into")->group(group);
-    command.add_flag("--force", options->body.force, "Overwrite an existing body")->group(group);
-    command.add_flag("--phantom", options->is_phantom, "Write a label image of the liver that ships, with its lesions")
-        ->group(group);
+        ->capture_default_str();
+    command.add_option("--picture", options->picture, "A .png file to draw the patches of the body into");
+    command.add_flag("--force", options->body.force, "Overwrite an existing body");
+    command.add_flag("--phantom", options->is_phantom, "Write a label image of the liver that ships, with its lesions");
     command.add_option("--spacing", options->phantom.spacing, "Size of the phantom's voxels [m]")
         ->expected(3)
-        ->capture_default_str()
-        ->group(group);
+        ->capture_default_str();
     command.add_option("--turn", options->phantom.turn, "Rotation vector of the phantom's axes [rad]")
         ->expected(3)
-        ->capture_default_str()
-        ->group(group);
-    command
-        .add_flag("--touching", options->phantom.touching,
-                  "A lesion of the phantom touches the capsule, and another one its neighbour")
-        ->group(group);
-    command.add_option("--scan", options->phantom.scan, "File for a scan of the phantom, beside its labels")
-        ->group(group);
-    command.add_option("--ct", options->ct, "Always refused: a scan has to be segmented first")->group(group);
+        ->capture_default_str();
+    command.add_flag("--touching", options->phantom.touching,
+                     "A lesion of the phantom touches the capsule, and another one its neighbour");
+    command.add_option("--scan", options->phantom.scan, "File for a scan of the phantom, beside its labels");
+    command.add_option("--ct", options->ct, "Always refused: a scan has to be segmented first");
+    command.add_option("-o,--output", options->output,
+                       "The .msh file to write, with a .toml beside it; for --phantom "
+                       "a .nii.gz, .nii, .nrrd or .mha");
+    for (auto *option : command.get_options())
+        if (option != command.get_help_ptr())
+            option->group("Bodies of segmentations");
     command.add_option("--threshold", options->thresholds, "")->group("");
-    command
-        .add_option("-o,--output", options->output,
-                    "The .msh file to write, with a .toml beside it; for --phantom "
-                    "a .nii.gz, .nii, .nrrd or .mha")
-        ->group(group);
     return options;
 }
 

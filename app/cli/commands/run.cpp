@@ -1,25 +1,27 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <map>
 #include <memory>
 #include <regex>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "app/cli/commands/commands.hpp"
-#include "app/cli/common_options.hpp"
+#include "app/cli/commands.hpp"
 #include "app/cli/image_bodies.hpp"
-#include "app/cli/progress.hpp"
-#include "app/cli/run_tables.hpp"
+#include "app/cli/printing.hpp"
 #include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
 #include "core/support/processes/mpi_session.hpp"
 #include "results/tables/table_layout.hpp"
 #include "results/tables/tool_cells.hpp"
 #include "studies/models/model_table.hpp"
-#include "studies/progress.hpp"
-#include "studies/run/benchmark_case.hpp"
+#include "studies/run/problems.hpp"
 #include "studies/run/run.hpp"
+#include "studies/run/solutions.hpp"
+#include "studies/study.hpp"
 
 namespace livermark::cli {
 
@@ -32,7 +34,7 @@ bool all_is_well(const results::Result &result) {
     });
 }
 
-/// How the end of a run is printed.
+/// Form in which the end of a run is printed.
 struct Printing {
     bool tables = false; ///< all of them
     bool markdown = false;
@@ -43,8 +45,18 @@ void print_done(const std::vector<results::Result> &done, const std::vector<doub
     if (!amplitudes.empty()) {
         const auto layout = studies::nonlinearity_by_amplitude(done, amplitudes);
         fmt::print("\nDistance of the models from their own linearised solution, at multiples of the load:\n\n{}",
-                   printing.markdown ? results::to_markdown(layout) : results::to_text(layout));
+                   table_text(layout, printing.markdown));
     }
+}
+
+/// Prints which load cases do not fit which body, and why; nothing where all fit.
+void print_left_out(const std::vector<studies::LeftOut> &left_out, bool markdown) {
+    if (left_out.empty())
+        return;
+    results::Layout layout{{{"left out on"}, {"load case"}, {"because"}}, {}};
+    for (const auto &group : studies::grouped(left_out))
+        layout.rows.push_back({group.body, group.load_case, group.reason});
+    fmt::print("\n{}", table_text(layout, markdown));
 }
 
 int run(const studies::RunOptions &options, Printing printing, const std::string &command_line) {
@@ -52,7 +64,7 @@ int run(const studies::RunOptions &options, Printing printing, const std::string
     spent.begin("bodies and load cases");
     const auto prepared = studies::prepare(options);
     if (support::mpi_rank() != 0) {
-        studies::help_first_rank(prepared, command_line);
+        studies::run_cases(prepared, command_line, {});
         return 0;
     }
     spent.stop();
@@ -78,9 +90,91 @@ int run(const studies::RunOptions &options, Printing printing, const std::string
     return outcome.failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
 }
 
-/// What the result files say: numbers depend neither on how many workers there are nor on whether a run was resumed.
+/// Command in the result files: numbers depend neither on how many workers there are nor on whether a run was resumed.
 std::string without_jobs_and_resume(const std::string &command_line) {
     return std::regex_replace(command_line, std::regex(" (--resume|--jobs[ =][0-9]+)(?= |$)"), "");
+}
+
+struct ReferenceOptions {
+    std::vector<std::string> bodies, load_cases, models;
+    std::vector<double> poisson_ratios;
+    std::string folder;
+    bool only_check = false;
+};
+
+/// A solution that differs by more from the stored one is another: a thousandth of the discretisation error.
+constexpr double largest_difference = 1e-5;
+
+/// Problems that one of the models is stored of, as runs solve them: scaled to their targets.
+std::vector<core::Problem> problems_to_keep(const ReferenceOptions &options, const std::vector<core::Model> &models) {
+    std::vector<core::Problem> problems;
+    const auto read = [&](const meshes::MaterialOverride &material) {
+        auto set = studies::read_problems(options.bodies, options.load_cases, material);
+        for (auto &problem : set.problems)
+            if (std::ranges::any_of(models, [&](const auto &model) { return studies::is_stored(model, problem); }))
+                problems.push_back(studies::scaled_to_target(std::move(problem)));
+    };
+    if (options.poisson_ratios.empty())
+        read({});
+    for (const double ratio : options.poisson_ratios)
+        read({{}, ratio});
+    return problems;
+}
+
+/// The command that makes the one file again, wherever it is and whatever it was made with.
+std::string command_that_stores(const ReferenceOptions &options, const core::Model &model,
+                                const core::Problem &problem) {
+    auto command = fmt::format("livermark reference --body {} --load-case {} --model {}", problem.body->name,
+                               problem.load_case.name, model.name);
+    if (!options.poisson_ratios.empty())
+        command += fmt::format(" --poisson {:g}", problem.body->materials.front().poisson_ratio);
+    return command;
+}
+
+int solve_all(const ReferenceOptions &options) {
+    auto models = studies::models_to_keep();
+    if (!options.models.empty())
+        std::erase_if(models, [&](const core::Model &model) {
+            return std::ranges::find(options.models, model.name) == options.models.end();
+        });
+    const auto problems = problems_to_keep(options, models);
+    const auto progress = print_progress();
+    int num_steps = 0;
+    for (const auto &problem : problems)
+        for (const auto &model : models)
+            num_steps += studies::is_stored(model, problem) ? 1 : 0;
+    studies::Steps steps(num_steps, progress);
+    const auto as_text = [](double difference) {
+        return std::isnan(difference) ? "-" : fmt::format("{:.1e}", difference);
+    };
+    results::Layout layout{{{"body"},
+                            {"load case"},
+                            {"model"},
+                            {"from stored: L2", true},
+                            {"reactions", true},
+                            {"motion", true},
+                            {"status"}},
+                           {}};
+    bool all_is_well = true;
+    for (const auto &problem : problems)
+        for (const auto &model : models) {
+            if (!studies::is_stored(model, problem))
+                continue;
+            steps.next(fmt::format("{} / {} / {}", problem.body->name, problem.load_case.name, model.name));
+            const auto stored = studies::solve_and_store(model, problem, options.folder, options.only_check,
+                                                         command_that_stores(options, model, problem));
+            const bool is_same =
+                !(stored.difference > largest_difference) && !(stored.motion_difference > largest_difference);
+            const bool is_known = !std::isnan(stored.difference);
+            all_is_well = all_is_well && stored.status == core::SolutionStatus::ok && is_same &&
+                          (is_known || !options.only_check);
+            layout.rows.push_back({problem.body->name, problem.load_case.name, model.name,
+                                   is_known ? as_text(stored.difference) : "not stored",
+                                   as_text(stored.reaction_difference), as_text(stored.motion_difference),
+                                   stored.message.empty() ? core::to_string(stored.status) : stored.message});
+        }
+    fmt::print("{}", results::to_text(layout));
+    return all_is_well ? 0 : 1;
 }
 
 } // namespace
@@ -91,7 +185,6 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     auto options = std::make_shared<studies::RunOptions>();
     auto printing = std::make_shared<Printing>();
     auto force = std::make_shared<bool>(false);
-    options->output = (support::root_folder() / "results" / "runs").string();
     add_bodies(*command, options->bodies);
     command->add_flag("--force", *force,
                       "Mesh segmentations again, and overwrite their body files in the output folder");
@@ -107,7 +200,7 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     command->add_option("--calibration", options->calibration,
                         "A file of 'python3 -m livermark.calibration' for the body: its springs run as "
                         "calibrated_nodal_volume, beside those of --model");
-    command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
+    add_output(*command, options->output, "Folder for <body>/<load case>.h5");
     command->add_flag("--solve-reference", options->solve_reference,
                       "Solve the references even if results/references has their solutions");
     command->add_flag("--static", options->only_static, "Leave out load cases that depend on time: quicker");
@@ -156,6 +249,39 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         const auto kept_command_line = without_jobs_and_resume(command_line);
         options->bodies = with_images_meshed(options->bodies, options->output, kept_command_line, *force);
         return run(*options, *printing, kept_command_line);
+    };
+}
+
+Command add_reference(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "reference", "Solve and store the references on finer meshes, of large deformations and of motion, which "
+                     "'livermark run' and 'livermark score' then read; seconds to minutes for each load case at rest, "
+                     "longer in motion");
+    auto options = std::make_shared<ReferenceOptions>();
+    options->folder = studies::stored_references_folder().string();
+    add_bodies(*command, options->bodies);
+    command->add_option("--load-case", options->load_cases,
+                        "Names as in 'livermark list load-cases', or paths; by default all");
+    std::vector<std::string> names;
+    for (const auto &model : studies::models_to_keep())
+        names.push_back(model.name);
+    command->add_option("--model", options->models, "Names of references; by default all")
+        ->check(CLI::Validator(
+            [names](const std::string &text) {
+                return std::ranges::find(names, text) != names.end() ? std::string()
+                                                                     : support::unknown_name("reference", text, names);
+            },
+            "NAME"));
+    command
+        ->add_option("--poisson", options->poisson_ratios,
+                     "Poisson's ratios of every region; by default those of the bodies")
+        ->delimiter(',');
+    command->add_option("--folder", options->folder, "Folder of the references")->capture_default_str();
+    command->add_flag("--check", options->only_check,
+                      "Write nothing; exit status 1 if a solution differs from the stored one");
+    return [options, command_line] {
+        options->bodies = with_images_meshed(options->bodies, command_line);
+        return solve_all(*options);
     };
 }
 

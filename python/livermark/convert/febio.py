@@ -1,7 +1,14 @@
-"""Input files of FEBio 4 (febio_spec 4.0), and the displacements that come back."""
+"""Input files of FEBio 4 (febio_spec 4.0), and the displacements that come back.
+
+python3 -m livermark.convert.febio NAME prints the job of a problem that comes as JSON, in the words of Solid, for
+`livermark export --format febio`; FEBio writes NAME.displacement.csv.
+"""
 from __future__ import annotations
 
+import json
 import os
+import sys
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Sequence, Union
 from xml.sax.saxutils import quoteattr
 
@@ -190,14 +197,18 @@ def _control(num_steps: int) -> list[str]:
             *_element("time_stepper", stepper, type="default")]
 
 
-def _write_job(path: Path, sections: dict[str, list[str]]) -> None:
+def _job(sections: dict[str, list[str]]) -> str:
     inside = ['<Module type="solid"/>']
     for name, section in sections.items():
         if section:
             inside += _element(name, section)
+    return ('<?xml version="1.0" encoding="UTF-8"?>\n'
+            + "\n".join(_element("febio_spec", inside, version="4.0")) + "\n")
+
+
+def _write_job(path: Path, sections: dict[str, list[str]]) -> None:
     with open(path, "w", encoding="utf-8") as file:
-        file.write('<?xml version="1.0" encoding="UTF-8"?>\n'
-                   + "\n".join(_element("febio_spec", inside, version="4.0")) + "\n")
+        file.write(_job(sections))
 
 
 def to_febio(problem: Union[Problem, Solid], path: Path) -> None:
@@ -208,6 +219,11 @@ def to_febio(problem: Union[Problem, Solid], path: Path) -> None:
     with a release this is the static start. FEBio writes the displacements beside the file, for from_febio(). Raises
     InputError.
     """
+    _write_job(path, _sections(problem, os.path.splitext(os.path.basename(os.fspath(path)))[0]))
+
+
+def _sections(problem: Union[Problem, Solid], stem: str) -> dict[str, list[str]]:
+    """Sections of a job. stem: of the file that FEBio writes."""
     arrays = _arrays(problem)
     parts = _Parts()
     _add_constraints(parts, arrays.displacement)
@@ -216,16 +232,14 @@ def to_febio(problem: Union[Problem, Solid], path: Path) -> None:
     materials, elements, domains = _regions(arrays)
     curve = ["<interpolate>LINEAR</interpolate>", "<extend>CONSTANT</extend>",
              "<points><pt>0,0</pt><pt>1,1</pt></points>"]
-    stem = os.path.splitext(os.path.basename(os.fspath(path)))[0]
     output = [*_element("plotfile", ['<var type="displacement"/>', '<var type="stress"/>'], type="febio"),
               *_element("logfile", [f'<node_data data="ux;uy;uz" delim="," node_set="nodes" '
                                     f"file={quoteattr(stem + '.displacement.csv')}/>"])]
     nodes = _element("Nodes", _rows("node", "id", 1, arrays.points), name="nodes")
-    sections = {"Control": _control(1 if problem.regime == "small" else 10), "Material": materials,
-                "Mesh": nodes + elements + parts.mesh, "MeshDomains": domains, "MeshData": parts.data,
-                "Boundary": parts.boundary, "Loads": parts.loads,
-                "LoadData": _element("load_controller", curve, id=1, type="loadcurve"), "Output": output}
-    _write_job(path, sections)
+    return {"Control": _control(1 if problem.regime == "small" else 10), "Material": materials,
+            "Mesh": nodes + elements + parts.mesh, "MeshDomains": domains, "MeshData": parts.data,
+            "Boundary": parts.boundary, "Loads": parts.loads,
+            "LoadData": _element("load_controller", curve, id=1, type="loadcurve"), "Output": output}
 
 
 def from_febio(path: Path) -> NDArray[numpy.float64]:
@@ -254,3 +268,16 @@ def from_febio(path: Path) -> NDArray[numpy.float64]:
     if not numpy.array_equal(table[:, 0], numpy.arange(1, len(table) + 1)):
         raise InputError(f"{os.fspath(path)}: its nodes are not numbered 1, 2, 3 ... each once; give the file as FEBio wrote it")
     return table[:, 1:]
+
+
+def main(arguments: list) -> int:
+    try:
+        print(_job(_sections(SimpleNamespace(**json.load(sys.stdin)), *arguments)), end="")
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -21,7 +21,8 @@ namespace {
 using core::Vector3;
 
 constexpr std::string_view header = "x,y,z,ux,uy,uz";
-/// Of the size of the mesh: coordinates may have been written with six digits. Nodes are a thousand times as far apart.
+/// Distance of a point from its node, over the size of the mesh: coordinates may have been written with six digits.
+/// Nodes are a thousand times as far apart.
 constexpr double largest_distance = 1e-5;
 
 std::string without_blanks(std::string line) {

@@ -28,8 +28,7 @@ OutsideSolution parse_outside_solution(const std::string &text, const std::strin
 /// @param file  named in messages
 /// @return shape (N) [m]
 /// @throws support::InputError if a node is not among the points, or with two displacements: the solution belongs to
-/// another
-///         problem, or is in another unit, which is named if it is plain
+///   another problem, or is in another unit, which is named if it is plain
 std::vector<core::Vector3> displacement_at_nodes(const OutsideSolution &solution, const core::TetraMesh &mesh,
                                                  const std::string &file);
 

@@ -1,5 +1,3 @@
-#include "studies/run/work_plan.hpp"
-
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <limits>
@@ -7,23 +5,74 @@
 #include <set>
 #include <utility>
 
+#include "studies/run/run.hpp"
+#include "studies/study.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {
 namespace {
 
+TEST(TimeSpent, GoesOnInAStageThatComesAgain) {
+    TimeSpent spent;
+    spent.add("lloyd", 1.0);
+    spent.add("fem_p1", 2.0);
+    spent.add("lloyd", 0.5);
+    EXPECT_EQ(spent.stages(), (std::vector<std::pair<std::string, double>>{{"lloyd", 1.5}, {"fem_p1", 2.0}}));
+}
+
+TEST(TimeSpent, IsInOneStageAtATime) {
+    TimeSpent spent;
+    const auto start = std::chrono::steady_clock::now();
+    for (int i = 0; i < 3; ++i) {
+        spent.begin("solve");
+        spent.begin("compare");
+    }
+    spent.stop();
+    const double whole = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const auto &stages = spent.stages();
+    ASSERT_EQ(stages.size(), 2u);
+    EXPECT_EQ(stages[0].first, "solve");
+    EXPECT_GT(stages[0].second, 0.0);
+    EXPECT_GT(stages[1].second, 0.0);
+    EXPECT_LE(stages[0].second + stages[1].second, whole);
+}
+
+TEST(TimeSpent, TextHasTheLongestStageFirstAndLeavesOutWhatIsLessThanAHundredth) {
+    TimeSpent spent;
+    spent.add("short", 0.5);
+    spent.add("long", 60.0);
+    spent.add("middle", 20.0);
+    const auto text = spent.text();
+    EXPECT_TRUE(text.starts_with("Time spent: 80.5 s\n")) << text;
+    EXPECT_LT(text.find("long"), text.find("middle")) << text;
+    EXPECT_EQ(text.find("short"), std::string::npos) << text;
+    EXPECT_NE(text.find("75"), std::string::npos) << "per cent of the long one: " << text;
+}
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+std::shared_ptr<const core::Body> bar_of(int bricks) {
+    return tests::make_body(tests::box_mesh({0.1, 0.1, 0.1}, {bricks, 1, 1}), {1e3, 5e3, 0.3});
+}
+
+/// Constrained at some patches in all components, or in one alone, and pulled at x_max.
+core::Problem problem(const std::shared_ptr<const core::Body> &body, const std::vector<std::string> &fixed,
+                      double traction, const std::vector<std::string> &sliding = {}) {
+    auto load_case = tests::empty_load_case(body->mesh);
+    for (const auto &patch : fixed)
+        tests::prescribe(load_case, body->mesh, patch, {0.0, 0.0, 0.0});
+    for (const auto &patch : sliding)
+        tests::prescribe(load_case, body->mesh, patch, {nan, nan, 0.0});
+    tests::pull(load_case, body->mesh, "x_max", {traction, 0.0, 0.0});
+    return {body, std::move(load_case)};
+}
+
 /// Two bodies, the first the smaller one, with three load cases each, of which the first and the third are the same.
 std::vector<core::Problem> six_problems() {
     std::vector<core::Problem> problems;
-    for (const int bricks : {1, 2}) {
-        const auto body = tests::make_body(tests::box_mesh({0.1, 0.1, 0.1}, {bricks, 1, 1}), {1e3, 5e3, 0.3});
-        for (const double traction : {10.0, 20.0, 10.0}) {
-            auto load_case = tests::empty_load_case(body->mesh);
-            tests::prescribe(load_case, body->mesh, "x_min", {0.0, 0.0, 0.0});
-            tests::pull(load_case, body->mesh, "x_max", {traction, 0.0, 0.0});
-            problems.push_back({body, std::move(load_case)});
-        }
-    }
+    for (const auto &body : {bar_of(1), bar_of(2)})
+        for (const double traction : {10.0, 20.0, 10.0})
+            problems.push_back(problem(body, {"x_min"}, traction));
     return problems;
 }
 
@@ -34,11 +83,9 @@ std::vector<core::Model> four_models() {
     return models;
 }
 
-bool is_wanted_always(std::size_t /*problem*/) {
-    return true;
-}
+constexpr auto is_wanted_always = [](std::size_t /*problem*/) { return true; };
 
-/// How often each model is to solve each problem, and how often each problem is evaluated.
+/// Number of times that each model is to solve each problem, and that each problem is evaluated.
 struct Counts {
     explicit Counts(const std::vector<WorkItem> &items) {
         for (const auto &item : items)
@@ -132,24 +179,6 @@ TEST(WorkPlan, BeginsWithTheLargestBody) {
     EXPECT_LT(items.back().first_problem(), 3u);
 }
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-std::shared_ptr<const core::Body> bar_of(int bricks) {
-    return tests::make_body(tests::box_mesh({0.1, 0.1, 0.1}, {bricks, 1, 1}), {1e3, 5e3, 0.3});
-}
-
-/// Constrained at some patches in all components, or in one alone, and pulled at x_max.
-core::Problem problem(const std::shared_ptr<const core::Body> &body, const std::vector<std::string> &fixed,
-                      double traction, const std::vector<std::string> &sliding = {}) {
-    auto load_case = tests::empty_load_case(body->mesh);
-    for (const auto &patch : fixed)
-        tests::prescribe(load_case, body->mesh, patch, {0.0, 0.0, 0.0});
-    for (const auto &patch : sliding)
-        tests::prescribe(load_case, body->mesh, patch, {nan, nan, 0.0});
-    tests::pull(load_case, body->mesh, "x_max", {traction, 0.0, 0.0});
-    return {body, std::move(load_case)};
-}
-
 TEST(CaseGroups, HaveOneStaticSolutionEach) {
     const auto body = bar_of(1);
     auto moving = problem(body, {"x_min"}, 10.0);
@@ -158,49 +187,32 @@ TEST(CaseGroups, HaveOneStaticSolutionEach) {
     EXPECT_EQ(case_groups_of(problems), (std::vector<CaseGroup>{{0, 2}, {1}}));
 }
 
-TEST(CaseGroups, OfDifferentBodiesAreDifferentEvenWhereTheLoadIsTheSame) {
-    const auto one = bar_of(1), twin = bar_of(1);
-    const std::vector problems{problem(one, {"x_min"}, 10.0), problem(twin, {"x_min"}, 10.0)};
-    EXPECT_EQ(case_groups_of(problems), (std::vector<CaseGroup>{{0}, {1}}));
+TEST(CaseGroups, AreOfOneBodyTheLargestFirstAndThoseThatConstrainTheSameFollowEachOther) {
+    const auto body = bar_of(1), twin = bar_of(1), large = bar_of(3);
+    const auto groups_of = [](const std::vector<core::Problem> &problems) { return case_groups_of(problems); };
+    EXPECT_EQ(groups_of({problem(body, {"x_min"}, 10.0), problem(twin, {"x_min"}, 10.0)}),
+              (std::vector<CaseGroup>{{0}, {1}}));
+    EXPECT_EQ(groups_of({problem(body, {"x_min"}, 1.0), problem(body, {"y_min"}, 1.0), problem(body, {"x_min"}, 2.0),
+                         problem(body, {"y_min"}, 2.0)}),
+              (std::vector<CaseGroup>{{0}, {2}, {1}, {3}}));
+    EXPECT_EQ(groups_of({problem(body, {"x_min"}, 1.0), problem(large, {"x_min"}, 1.0)}),
+              (std::vector<CaseGroup>{{1}, {0}}));
 }
 
-TEST(CaseGroups, ThatConstrainTheSameFollowEachOther) {
-    const auto body = bar_of(1);
-    const std::vector problems{problem(body, {"x_min"}, 1.0), problem(body, {"y_min"}, 1.0),
-                               problem(body, {"x_min"}, 2.0), problem(body, {"y_min"}, 2.0)};
-    EXPECT_EQ(case_groups_of(problems), (std::vector<CaseGroup>{{0}, {2}, {1}, {3}}));
-}
-
-TEST(CaseGroups, OfTheLargestBodyComeFirst) {
-    const auto small = bar_of(1), large = bar_of(3);
-    const std::vector problems{problem(small, {"x_min"}, 1.0), problem(large, {"x_min"}, 1.0)};
-    EXPECT_EQ(case_groups_of(problems), (std::vector<CaseGroup>{{1}, {0}}));
-}
-
-TEST(MostShared, IsWhatMostLoadCasesConstrain) {
-    const auto body = bar_of(2);
-    const std::vector problems{problem(body, {"x_min"}, 1.0), problem(body, {"x_min"}, 1.0, {"z_min"}),
-                               problem(body, {"x_min", "y_min"}, 1.0), problem(body, {"z_max"}, 1.0)};
-    const auto found = most_shared(problems);
-    ASSERT_EQ(found.size(), 1u);
-    EXPECT_TRUE(core::constrain_the_same(found[0].load_case, problems[0].load_case));
-}
-
-TEST(MostShared, IsNothingWhereNoLoadCaseConstrainsMoreThanAnother) {
-    const auto body = bar_of(2);
-    EXPECT_TRUE(most_shared(std::vector{problem(body, {"x_min"}, 1.0), problem(body, {"x_min"}, 2.0),
-                                        problem(body, {"y_min"}, 1.0)})
-                    .empty());
-}
-
-TEST(MostShared, IsFoundForEachBody) {
-    const auto one = bar_of(1), other = bar_of(2);
-    const std::vector problems{problem(one, {"x_min"}, 1.0), problem(one, {"x_min", "y_min"}, 1.0),
-                               problem(other, {"y_min"}, 1.0), problem(other, {"x_min", "y_min"}, 1.0)};
+TEST(MostShared, IsWhatMostLoadCasesOfABodyConstrain) {
+    const auto body = bar_of(2), other = bar_of(1);
+    const std::vector problems{problem(body, {"x_min"}, 1.0),          problem(body, {"x_min"}, 1.0, {"z_min"}),
+                               problem(body, {"x_min", "y_min"}, 1.0), problem(body, {"z_max"}, 1.0),
+                               problem(other, {"y_min"}, 1.0),         problem(other, {"x_min", "y_min"}, 1.0)};
     const auto found = most_shared(problems);
     ASSERT_EQ(found.size(), 2u);
-    EXPECT_EQ(found[0].body, one);
-    EXPECT_TRUE(core::constrain_the_same(found[1].load_case, problems[2].load_case));
+    EXPECT_EQ(found[0].body, body);
+    EXPECT_TRUE(core::constrain_the_same(found[0].load_case, problems[0].load_case));
+    EXPECT_TRUE(core::constrain_the_same(found[1].load_case, problems[4].load_case));
+    EXPECT_TRUE(most_shared(std::vector{problem(body, {"x_min"}, 1.0), problem(body, {"x_min"}, 2.0),
+                                        problem(body, {"y_min"}, 1.0)})
+                    .empty())
+        << "no load case constrains more than another";
 }
 
 } // namespace

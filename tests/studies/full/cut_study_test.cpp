@@ -6,8 +6,7 @@
 
 #include "core/support/input_error.hpp"
 #include "results/records/cut.hpp"
-#include "studies/advise/step_cost.hpp"
-#include "studies/cutting/growing_cut.hpp"
+#include "studies/advise/advise.hpp"
 #include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
 #include "tests/bad_input.hpp"
@@ -48,15 +47,26 @@ struct DoubleCantilever {
         return 12.0 * load * load / (material.young_modulus * width * std::pow(h, 3)) * (cube(to) - cube(from));
     }
 
-    /// What a model stores with the cut as long as that: as much as the loads have done beside it [J].
-    double stored(const core::Model &model, const CutStage &stage) const {
+    /// The blade from the free end on, between the arms.
+    BladeWay cut_to(double length_of_cut, int num_steps) const {
+        return {{Vector3(-0.01, -0.01, h), Vector3(-0.01, 0.1, h), Vector3(length_of_cut, 0.1, h),
+                 Vector3(length_of_cut, -0.01, h)},
+                num_steps};
+    }
+
+    core::Problem loaded(const CutStage &stage) const {
         const auto &mesh = stage.body->mesh;
         auto load_case = tests::empty_load_case(mesh);
         tests::prescribe(load_case, mesh, "x_max", Vector3::Zero());
         const double traction = load / (width * h);
         tests::pull(load_case, mesh, "upper_end", {0.0, 0.0, traction});
         tests::pull(load_case, mesh, "x_min", {0.0, 0.0, -traction});
-        const auto solution = model.solve({stage.body, load_case});
+        return {stage.body, std::move(load_case)};
+    }
+
+    /// Energy that a model stores with the cut as long as that: as much as the loads have done beside it [J].
+    double stored(const core::Model &model, const CutStage &stage) const {
+        const auto solution = model.solve(loaded(stage));
         EXPECT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
         return solution.strain_energy;
     }
@@ -67,9 +77,7 @@ TEST(GrowingCuts, OfADoubleCantileverSetFreeWhatBeamsDo) {
     const auto all = models::all_models();
     const auto &model = support::find_named(all, std::string("fem_p2p1"), "model");
     constexpr double from = 0.05, to = 0.07;
-    const BladeWay way{{Vector3(-0.01, -0.01, beam.h), Vector3(-0.01, 0.1, beam.h), Vector3(to, 0.1, beam.h),
-                        Vector3(to, -0.01, beam.h)},
-                       4};
+    const auto way = beam.cut_to(to, 4);
     std::vector<double> errors;
     for (const int bricks_per_arm : {1, 2}) {
         const auto stages = grow_cut(beam.body(bricks_per_arm), way, {});
@@ -84,11 +92,9 @@ TEST(GrowingCuts, OfADoubleCantileverSetFreeWhatBeamsDo) {
     EXPECT_LT(std::abs(errors[1]), std::abs(errors[0])) << errors[0] << " and " << errors[1];
 }
 
-CutStudyOptions of_cut_bar(const std::string &suite) {
+CutStudyOptions options_of_cut_bar(const std::string &suite) {
     const auto folder = tests::folder_with_bar(suite, 0.01);
-    std::ofstream(folder / "pull.toml")
-        << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
-           "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = [2.0, 0.0, 0.0]\n";
+    tests::write_pull(folder, "pull", 2.0);
     CutStudyOptions options;
     options.body = (folder / "bar.toml").string();
     options.load_case = (folder / "pull.toml").string();
@@ -112,7 +118,7 @@ void put_blade_across(CutStudyOptions &options) {
 }
 
 TEST(GrowingCuts, SetFreeAsMuchAsTheyStoreUnderConstantLoads) {
-    auto options = of_cut_bar("cut_study");
+    auto options = options_of_cut_bar("cut_study");
     put_blade_across(options);
     options.num_steps = 3;
     options.models = {"fem_p1", "nodal_springs"};
@@ -166,19 +172,12 @@ TEST(GrowingCuts, KnowHowFarTheReferenceIsFromFinerMeshes) {
     const auto all = models::all_models();
     const auto &model = support::find_named(all, std::string("fem_p2p1"), "model");
     constexpr double to = 0.06;
-    const BladeWay way{{Vector3(-0.01, -0.01, beam.h), Vector3(-0.01, 0.1, beam.h), Vector3(to, 0.1, beam.h),
-                        Vector3(to, -0.01, beam.h)},
-                       1};
+    const auto way = beam.cut_to(to, 1);
     const auto levels_on = [&](int bricks_per_arm, int times) {
         const auto stage = grow_cut(beam.body(bricks_per_arm), way, {}).back();
-        const auto &mesh = stage.body->mesh;
-        auto load_case = tests::empty_load_case(mesh);
-        tests::prescribe(load_case, mesh, "x_max", Vector3::Zero());
-        tests::pull(load_case, mesh, "upper_end", {0.0, 0.0, beam.load / (beam.width * beam.h)});
-        tests::pull(load_case, mesh, "x_min", {0.0, 0.0, -beam.load / (beam.width * beam.h)});
         std::string failure;
         auto levels = solve_finer_at_wound(
-            model, way, "facets", stage, {stage.body, load_case}, times, [] {}, failure);
+            model, way, "facets", stage, beam.loaded(stage), times, [] {}, failure);
         EXPECT_EQ(failure, "");
         return levels;
     };
@@ -203,24 +202,20 @@ TEST(GrowingCuts, KnowHowFarTheReferenceIsFromFinerMeshes) {
 
 /// Under small loads nothing is nonlinear; under large ones it is. The bodies are those of the small regime.
 TEST(GrowingCuts, AreJudgedInTheLargeRegimeOnTheBodiesOfTheSmallOne) {
-    auto options = of_cut_bar("large_cut_study");
+    auto options = options_of_cut_bar("large_cut_study");
     put_blade_across(options);
     options.num_steps = 1;
     options.num_refined = 0;
     options.models = {"nodal_springs"};
-    const auto opening_at =
-        [&](double traction, std::optional<core::Regime> regime) {
-            std::ofstream(options.load_case)
-                << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
-                   "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = ["
-                << traction << ", 0.0, 0.0]\n";
-            options.regime = regime;
-            const auto done = let_blade_in(options, "test", {});
-            EXPECT_EQ(done.file.regime, regime.value_or(core::Regime::small));
-            EXPECT_EQ(done.file.runs.front().model, regime ? "fem_p2p1_neo_hookean" : "fem_p2p1");
-            EXPECT_TRUE(done.file.levels.empty());
-            return std::pair{done.file.runs.front().opening.back(), done.file.nodes};
-        };
+    const auto opening_at = [&](double traction, std::optional<core::Regime> regime) {
+        tests::write_pull(std::filesystem::path(options.load_case).parent_path(), "pull", traction);
+        options.regime = regime;
+        const auto done = let_blade_in(options, "test", {});
+        EXPECT_EQ(done.file.regime, regime.value_or(core::Regime::small));
+        EXPECT_EQ(done.file.runs.front().model, regime ? "fem_p2p1_neo_hookean" : "fem_p2p1");
+        EXPECT_TRUE(done.file.levels.empty());
+        return std::pair{done.file.runs.front().opening.back(), done.file.nodes};
+    };
     const auto large = core::Regime::large;
     const auto [small_linear, nodes] = opening_at(0.002, std::nullopt);
     const auto [small_loads, same_nodes] = opening_at(0.002, large);
@@ -235,7 +230,7 @@ TEST(GrowingCuts, AreJudgedInTheLargeRegimeOnTheBodiesOfTheSmallOne) {
 }
 
 TEST(GrowingCuts, MoveAndAreRefinedInBothRegimes) {
-    auto options = of_cut_bar("moving_cut_study");
+    auto options = options_of_cut_bar("moving_cut_study");
     put_blade_across(options);
     options.num_steps = 2;
     options.models = {"nodal_springs"};
@@ -258,7 +253,7 @@ TEST(GrowingCuts, MoveAndAreRefinedInBothRegimes) {
 }
 
 TEST(GrowingCuts, RefuseWhatIsNoBladeAndLoadsThatChange) {
-    auto options = of_cut_bar("bad_cut_study");
+    auto options = options_of_cut_bar("bad_cut_study");
     const auto fails = [&](const std::string &what) {
         tests::expect_input_error([&] { let_blade_in(options, "test", {}); }, {what});
     };

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "core/support/input_error.hpp"
+#include "tests/bad_input.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -37,15 +37,6 @@ void expect_field(const studies::OutsideSolution &solution) {
         EXPECT_LT((u[i] - field(solution_mesh.points[i])).norm(), 1e-15) << i;
 }
 
-template <class Action> void expect_refusal(Action action, const std::string &part) {
-    try {
-        action();
-        FAIL() << part;
-    } catch (const support::InputError &error) {
-        EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
-    }
-}
-
 TEST(OutsideSolution, IsFoundAtTheNodesInAnyOrder) {
     expect_field(studies::parse_outside_solution(csv(), "solution.csv"));
 }
@@ -70,8 +61,8 @@ TEST(OutsideSolution, MayHavePlusSignsAndSixDigits) {
         studies::displacement_at_nodes(studies::parse_outside_solution(digits, "solution.csv"), mesh, "file");
     for (std::size_t i = 0; i < u.size(); ++i)
         EXPECT_LT((u[i] - field(solution_mesh.points[i])).norm(), 1e-15) << i;
-    expect_refusal([&] { studies::parse_outside_solution("x,y,z,ux,uy,uz\n+-1,0,0,0,0,0\n", "file"); },
-                   "is not six finite numbers");
+    tests::expect_input_error([&] { studies::parse_outside_solution("x,y,z,ux,uy,uz\n+-1,0,0,0,0,0\n", "file"); },
+                              {"is not six finite numbers"});
 }
 
 TEST(OutsideSolution, IsReadFromHdf5AndVtu) {
@@ -91,10 +82,11 @@ TEST(OutsideSolution, IsReadFromHdf5AndVtu) {
     python("f = h5py.File('empty.h5', 'w'); f['points'] = a[:, :3]; f.close()");
     for (const auto *name : {"solution.csv", "solution.h5", "solution.vtu"})
         expect_field(studies::read_outside_solution(folder / name));
-    expect_refusal([&] { studies::read_outside_solution(folder / "empty.h5"); }, "there is no dataset displacement");
-    expect_refusal([&] { studies::read_outside_solution(folder / "nowhere.csv"); }, "check the path");
+    tests::expect_input_error([&] { studies::read_outside_solution(folder / "empty.h5"); },
+                              {"there is no dataset displacement"});
+    tests::expect_input_error([&] { studies::read_outside_solution(folder / "nowhere.csv"); }, {"check the path"});
     std::ofstream(folder / "noise.vtu") << "noise";
-    expect_refusal([&] { studies::read_outside_solution(folder / "noise.vtu"); }, "cannot be converted");
+    tests::expect_input_error([&] { studies::read_outside_solution(folder / "noise.vtu"); }, {"cannot be converted"});
 }
 
 TEST(OutsideSolution, OfAnotherProblemIsRefused) {
@@ -102,9 +94,10 @@ TEST(OutsideSolution, OfAnotherProblemIsRefused) {
         studies::displacement_at_nodes(studies::parse_outside_solution(text, "solution.csv"), solution_mesh,
                                        "solution.csv");
     };
-    expect_refusal([&] { find(csv(1000.0)); }, "it seems to be in millimetres; give metres");
-    expect_refusal([&] { find(csv(1.5)); }, "it belongs to another mesh");
-    expect_refusal([&] { find(csv() + "0,0,0,1,1,1\n"); }, "two displacements for the node at (0, 0, 0) m");
+    tests::expect_input_error([&] { find(csv(1000.0)); }, {"it seems to be in millimetres; give metres"});
+    tests::expect_input_error([&] { find(csv(1.5)); }, {"it belongs to another mesh"});
+    tests::expect_input_error([&] { find(csv() + "0,0,0,1,1,1\n"); },
+                              {"two displacements for the node at (0, 0, 0) m"});
 }
 
 TEST(OutsideSolution, ThatIsWrittenWronglyIsRefusedWithItsLine) {
@@ -118,7 +111,7 @@ TEST(OutsideSolution, ThatIsWrittenWronglyIsRefusedWithItsLine) {
              {"x,y,z,ux,uy,uz\n0,0,0,0,0,1e999\n", "solution.csv:2: "},
              {"x,y,z,ux,uy,uz\n0,0,0,0,0,one\n", "solution.csv:2: "},
              {"x,y,z,ux,uy,uz\n0;0;0;0;0;0\n", "solution.csv:2: "}})
-        expect_refusal([&] { studies::parse_outside_solution(text, "solution.csv"); }, part);
+        tests::expect_input_error([&] { studies::parse_outside_solution(text, "solution.csv"); }, {part});
 }
 
 } // namespace

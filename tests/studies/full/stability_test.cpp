@@ -1,8 +1,7 @@
-#include "studies/stability/stability.hpp"
+#include "studies/frequencies/frequencies.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include "studies/models/model_table.hpp"
 #include "studies/run/problems.hpp"
@@ -12,11 +11,9 @@
 namespace livermark::studies {
 namespace {
 
-StabilityOptions of_bar(const std::string &suite) {
+StabilityOptions options_of_bar(const std::string &suite) {
     const auto folder = tests::folder_with_bar(suite);
-    std::ofstream(folder / "pull.toml")
-        << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
-           "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = [10.0, 0.0, 0.0]\n";
+    tests::write_pull(folder);
     StabilityOptions options;
     options.bodies = {(folder / "bar.toml").string()};
     options.load_case = (folder / "pull.toml").string();
@@ -25,11 +22,11 @@ StabilityOptions of_bar(const std::string &suite) {
 }
 
 TEST(Stability, OfRunsIsAsPredictedFromTheLargestFrequency) {
-    auto options = of_bar("stability_runs");
+    auto options = options_of_bar("stability_runs");
     options.integrators = {"symplectic_euler", "runge_kutta_4", "implicit_euler"};
     const auto found = find_stability(options, "test", {});
-    ASSERT_EQ(found.of_body.size(), 1u);
-    const auto &bar = found.of_body[0];
+    ASSERT_EQ(found.records.size(), 1u);
+    const auto &bar = found.records[0];
     ASSERT_EQ(bar.limits.size(), 3u);
     EXPECT_NEAR(bar.limits[0].undamped.predicted * bar.largest_frequency, 2.0, 1e-6);
     EXPECT_NEAR(bar.limits[1].undamped.predicted * bar.largest_frequency, std::sqrt(8.0), 1e-6);
@@ -47,13 +44,13 @@ TEST(Stability, OfRunsIsAsPredictedFromTheLargestFrequency) {
 }
 
 TEST(Stability, KnowsTheSpringsOfEveryModelThatIsMadeOfThem) {
-    auto options = of_bar("stability_of_models");
+    auto options = options_of_bar("stability_of_models");
     options.integrators = {"symplectic_euler"};
     options.models = {"lloyd", "nodal_neo_hookean", "van_gelder_nodal_volume"};
     const auto found = find_stability(options, "test", {});
-    ASSERT_EQ(found.of_body.size(), 3u);
+    ASSERT_EQ(found.records.size(), 3u);
     for (std::size_t m = 0; m < options.models.size(); ++m) {
-        const auto &stability = found.of_body[m];
+        const auto &stability = found.records[m];
         EXPECT_EQ(stability.model, options.models[m]);
         EXPECT_TRUE(stability.spring_law.empty());
         EXPECT_TRUE(is_as_predicted(stability)) << stability.model;
@@ -64,11 +61,11 @@ TEST(Stability, KnowsTheSpringsOfEveryModelThatIsMadeOfThem) {
     }
     options.models.clear(); // the law of the same name gives the same springs
     options.no_observed = true;
-    EXPECT_EQ(find_stability(options, "test", {}).of_body.at(0).largest_frequency, found.of_body[0].largest_frequency);
+    EXPECT_EQ(find_stability(options, "test", {}).records.at(0).largest_frequency, found.records[0].largest_frequency);
 }
 
 TEST(Stability, OfAModelIsTheStepOfItsResultFiles) {
-    auto options = of_bar("stability_of_runs");
+    auto options = options_of_bar("stability_of_runs");
     options.integrators = {"symplectic_euler"};
     options.models = {"nodal_springs"};
     options.no_observed = true;
@@ -77,29 +74,19 @@ TEST(Stability, OfAModelIsTheStepOfItsResultFiles) {
     const auto model = std::ranges::find(known, "nodal_springs", &core::Model::name);
     const auto problems = read_scaled_problems(options.bodies, options.load_case, {}).problems;
     const auto solution = model->solve(problems.at(0));
-    EXPECT_NEAR(solution.explicit_steps->critical_time_step / found.of_body.at(0).limits.at(0).undamped.predicted, 1.0,
+    EXPECT_NEAR(solution.explicit_steps->critical_time_step / found.records.at(0).limits.at(0).undamped.predicted, 1.0,
                 1e-6);
 }
 
-TEST(Stability, RefusesModelsThatAreNotMadeOfSprings) {
-    auto options = of_bar("stability_of_elements");
-    options.models = {"fem_p2"};
-    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"fem_p2", "nodal_springs"});
-    options.models = {"nodal_neo_hooke"};
-    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"did you mean 'nodal_neo_hookean'?"});
-    options.models = {"lloyd", "lloyd"};
-    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"'lloyd'", "twice"});
-}
-
 TEST(Stability, WithoutRunsHasPredictionsOnlyAndIsNotContradicted) {
-    auto options = of_bar("stability_predicted");
+    auto options = options_of_bar("stability_predicted");
     options.no_observed = true;
     int num_steps = 0;
     const auto found = find_stability(options, "test", [&](int, int, const std::string &) { ++num_steps; });
     EXPECT_GT(num_steps, 1);
-    for (const auto &limits : found.of_body.at(0).limits)
+    for (const auto &limits : found.records.at(0).limits)
         EXPECT_TRUE(std::isnan(limits.undamped.observed)) << limits.integrator;
-    EXPECT_TRUE(is_as_predicted(found.of_body[0]));
+    EXPECT_TRUE(is_as_predicted(found.records[0]));
 }
 
 TEST(Stability, IsNotAsPredictedWhereARunDiffers) {
@@ -110,12 +97,19 @@ TEST(Stability, IsNotAsPredictedWhereARunDiffers) {
     EXPECT_FALSE(is_as_predicted(stability));
 }
 
-TEST(Stability, RefusesIntegratorsThatThereAreNot) {
-    auto options = of_bar("stability_refused");
-    options.integrators = {"huen"};
-    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"'huen'", "did you mean 'heun'?"});
-    options.integrators = {"heun", "heun"};
-    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"'heun'", "twice"});
+TEST(Stability, RefusesWhatThereIsNotAndTwins) {
+    auto options = options_of_bar("stability_refused");
+    const auto refuse = [&](std::vector<std::string> StabilityOptions::*list, std::vector<std::string> names,
+                            const std::vector<std::string> &parts) {
+        options.*list = std::move(names);
+        tests::expect_input_error([&] { find_stability(options, "test", {}); }, parts);
+    };
+    refuse(&StabilityOptions::models, {"fem_p2"}, {"fem_p2", "nodal_springs"});
+    refuse(&StabilityOptions::models, {"nodal_neo_hooke"}, {"did you mean 'nodal_neo_hookean'?"});
+    refuse(&StabilityOptions::models, {"lloyd", "lloyd"}, {"'lloyd'", "twice"});
+    options.models = StabilityOptions{}.models;
+    refuse(&StabilityOptions::integrators, {"huen"}, {"'huen'", "did you mean 'heun'?"});
+    refuse(&StabilityOptions::integrators, {"heun", "heun"}, {"'heun'", "twice"});
 }
 
 } // namespace

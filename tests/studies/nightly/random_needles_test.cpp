@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/samples/random_needles.hpp"
-#include "tests/studies/random_insertions.hpp"
+#include "tests/studies/insertions.hpp"
 
 namespace livermark::studies {
 namespace {

@@ -72,51 +72,29 @@ void change(const fs::path &path, const Change &spoil) {
 }
 
 /// Something else in the place of a result file.
-BadInput in_its_place(std::string name, std::string what, std::string remedy,
-                      std::function<void(const fs::path &)> make) {
-    return {.name = std::move(name),
-            .what = std::move(what),
-            .arguments = "table result.h5",
-            .file = "result.h5:",
-            .place = "",
-            .remedy = std::move(remedy),
-            .prepare = [=](const fs::path &folder) { make(folder / "result.h5"); }};
+BadInput in_its_place(std::string what, std::function<void(const fs::path &)> make) {
+    return {std::move(what), "table result.h5", {}, [=](const fs::path &folder) { make(folder / "result.h5"); }};
 }
 
 /// A result file, spoilt.
-BadInput result(std::string name, std::string what, const Change &spoil, std::string place) {
-    auto row = in_its_place(std::move(name), std::move(what), "make the file again with `livermark run`",
-                            [=](const fs::path &file) {
-                                results::write_result(file, sample_result());
-                                change(file, spoil);
-                            });
-    row.place = std::move(place);
-    return row;
+BadInput result(std::string what, const Change &spoil) {
+    return in_its_place(std::move(what), [=](const fs::path &file) {
+        results::write_result(file, sample_result());
+        change(file, spoil);
+    });
 }
 
 /// A folder for a report, with something in it.
-BadInput report(std::string name, std::string what, std::string file, std::string place, std::string remedy,
-                std::function<void(const fs::path &)> make) {
-    return {.name = std::move(name),
-            .what = std::move(what),
-            .arguments = "report runs",
-            .file = std::move(file),
-            .place = std::move(place),
-            .remedy = std::move(remedy),
-            .prepare = [=](const fs::path &folder) { make(folder / "runs"); }};
+BadInput report(std::string what, std::function<void(const fs::path &)> make) {
+    return {std::move(what), "report runs", {}, [=](const fs::path &folder) { make(folder / "runs"); }};
 }
 
 /// A calibration of the springs of a bar, spoilt, for a run on the good one.
-BadInput calibration(std::string name, std::string what, double poisson_ratio, const Change &spoil, std::string place,
-                     std::string remedy) {
-    return {.name = std::move(name),
-            .what = std::move(what),
-            .arguments = good_run + " --model calibrated_nodal_volume --calibration springs.h5",
-            .file = "springs.h5:",
-            .place = std::move(place),
-            .remedy = std::move(remedy),
-            .files = {{"case.toml", good_case}},
-            .prepare = [=](const fs::path &folder) {
+BadInput calibration(std::string what, double poisson_ratio, const Change &spoil) {
+    return {std::move(what),
+            good_run + " --model calibrated_nodal_volume --calibration springs.h5",
+            {{"case.toml", good_case}},
+            [=](const fs::path &folder) {
                 write_bar(folder);
                 const auto body = make_body(box_mesh({0.09, 0.03, 0.03}, {3, 1, 1}), {1000.0, 5000.0, poisson_ratio});
                 results::write_calibration(folder / "springs.h5", sample_calibration(*body));
@@ -132,19 +110,16 @@ std::vector<BadInput> bad_hdf5_files() {
         return [=](const fs::path &file) { std::ofstream(file, std::ios::binary) << bytes; };
     };
     return {
-        in_its_place("MissingFile", "a result file that is not there", "check the path", [](const fs::path &) {}),
-        in_its_place("EmptyFolder", "a folder without result files", "make some with `livermark run`",
-                     [](const fs::path &file) { fs::create_directory(file); }),
-        in_its_place("EmptyFile", "an empty result file", "give a file that `livermark run` wrote", write("")),
-        in_its_place("RandomBytes", "random bytes as a result file", "give a file that `livermark run` wrote",
-                     write(random_bytes())),
-        in_its_place("TruncatedFile", "half a result file", "make it again with `livermark run`",
+        in_its_place("a result file that is not there", [](const fs::path &) {}),
+        in_its_place("a folder without result files", [](const fs::path &file) { fs::create_directory(file); }),
+        in_its_place("an empty result file", write("")),
+        in_its_place("random bytes as a result file", write(random_bytes())),
+        in_its_place("half a result file",
                      [](const fs::path &file) {
                          results::write_result(file, sample_result());
                          fs::resize_file(file, fs::file_size(file) / 2);
                      }),
-        in_its_place("DamagedFirstHeader", "a result file whose first header is damaged",
-                     "make the file again with `livermark run`",
+        in_its_place("a result file whose first header is damaged",
                      [](const fs::path &file) {
                          results::write_result(file, sample_result());
                          // The superblock says where the object header of the root group begins.
@@ -152,71 +127,49 @@ std::vector<BadInput> bad_hdf5_files() {
                          std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
                          std::uint64_t root = 0;
                          stream.seekg(place_of_root).read(reinterpret_cast<char *>(&root), sizeof root);
-                         constexpr std::streamoff of_a_message = 20;
-                         stream.seekp(static_cast<std::streamoff>(root) + of_a_message).put('\xff');
+                         constexpr std::streamoff place_in_message = 20;
+                         stream.seekp(static_cast<std::streamoff>(root) + place_in_message).put('\xff');
                      }),
-        result("NoSchema", "HDF5 that is no result file", without_attribute("/", "schema_version"), "schema_version"),
-        result("AnotherSchema", "a result file of another version", with_attribute("/", "schema_version", 99),
-               "schema_version is 99"),
-        result("MissingDataset", "a dataset that is missing", without("/mesh/points"), "/mesh/points is missing"),
-        result(
-            "LinkToAnotherFile", "a dataset that is a link to another file",
-            [](hid_t file) {
-                require(H5Ldelete(file, "/mesh/points", H5P_DEFAULT) >= 0);
-                require(H5Lcreate_external("/dev/zero", "/points", file, "/mesh/points", H5P_DEFAULT, H5P_DEFAULT) >=
-                        0);
-            },
-            "/mesh/points is a link to another place"),
-        result("MissingAttribute", "an attribute that is missing", without_attribute("/solutions/springs", "status"),
-               "/solutions/springs has no attribute status"),
-        result("WrongShape", "a dataset of another shape",
-               with_zeros("/solutions/fem_p2/displacement", H5T_IEEE_F64LE, {1, 3}),
-               "/solutions/fem_p2/displacement has shape (1,3)"),
-        result("WrongType", "a dataset of another type", with_zeros("/mesh/points", H5T_STD_I32LE, {12, 3}),
-               "/mesh/points holds 32-bit integers"),
-        result("NodeOutOfRange", "a node that is not there", with_entry("/mesh/tetrahedra", 4, 99),
-               "/mesh/tetrahedra row 1 holds 99"),
-        result("InvertedTetrahedron", "a tetrahedron without volume", with_entry("/mesh/tetrahedra", 0, 1),
-               "/mesh/tetrahedra row 0"),
-        result("NanCoordinate", "NaN as a coordinate of a result file", with_entry("/mesh/points", 4, nan),
-               "/mesh/points row 1 is not finite"),
-        result("BadMaterial", "Poisson's ratio of 1/2 in a result file", with_entry("/materials/poisson_ratio", 1, 0.5),
-               "/materials/poisson_ratio row 1 is 0.5"),
-        result("ReferenceThatIsNotThere", "a comparison with a model that is missing", without("/solutions/fem_p2"),
-               "/comparisons/springs attribute reference is 'fem_p2'"),
-        report("NoFolderForAReport", "a folder for a report that is not there", "runs:", "no such folder",
-               "give the one that `livermark run` filled", [](const fs::path &) {}),
-        report("EmptyFolderForAReport", "a folder for a report without result files", "runs:", "no result files",
-               "make some with `livermark run --output runs`",
+        result("HDF5 that is no result file", without_attribute("/", "schema_version")),
+        result("a result file of another version", with_attribute("/", "schema_version", 99)),
+        result("a dataset that is missing", without("/mesh/points")),
+        result("a dataset that is a link to another file",
+               [](hid_t file) {
+                   require(H5Ldelete(file, "/mesh/points", H5P_DEFAULT) >= 0);
+                   require(H5Lcreate_external("/dev/zero", "/points", file, "/mesh/points", H5P_DEFAULT, H5P_DEFAULT) >=
+                           0);
+               }),
+        result("an attribute that is missing", without_attribute("/solutions/springs", "status")),
+        result("a dataset of another shape", with_zeros("/solutions/fem_p2/displacement", H5T_IEEE_F64LE, {1, 3})),
+        result("a dataset of another type", with_zeros("/mesh/points", H5T_STD_I32LE, {12, 3})),
+        result("a node that is not there", with_entry("/mesh/tetrahedra", 4, 99)),
+        result("a tetrahedron without volume", with_entry("/mesh/tetrahedra", 0, 1)),
+        result("NaN as a coordinate of a result file", with_entry("/mesh/points", 4, nan)),
+        result("Poisson's ratio of 1/2 in a result file", with_entry("/materials/poisson_ratio", 1, 0.5)),
+        result("a comparison with a model that is missing", without("/solutions/fem_p2")),
+        report("a folder for a report that is not there", [](const fs::path &) {}),
+        report("a folder for a report without result files",
                [](const fs::path &folder) { fs::create_directory(folder); }),
-        report("DamagedFileForAReport", "nothing but a damaged file for a report",
-               "runs/bar/bad.h5:", "truncated or damaged", "make it again with `livermark run`",
+        report("nothing but a damaged file for a report",
                [](const fs::path &folder) {
                    fs::create_directories(folder / "bar");
                    results::write_result(folder / "bar" / "bad.h5", sample_result());
                    fs::resize_file(folder / "bar" / "bad.h5", 10000);
                }),
-        report("RandomBytesForAReport", "nothing but random bytes for a report", "runs/bad.h5:", "not an HDF5 file",
-               "give a file that `livermark run` wrote",
+        report("nothing but random bytes for a report",
                [](const fs::path &folder) {
                    fs::create_directory(folder);
                    std::ofstream(folder / "bad.h5", std::ios::binary) << random_bytes();
                }),
-        report("SpoiltTimingsForAReport", "a timing file of a report without its clock",
-               "runs/timings.h5:", "has no attribute clock", "make the file again with `step_benchmark --hdf5=FILE`",
+        report("a timing file of a report without its clock",
                [](const fs::path &folder) {
                    fs::create_directory(folder);
                    results::write_timings(folder / "timings.h5", sample_timings());
                    change(folder / "timings.h5", without_attribute("/timings/step/newmark/all", "clock"));
                }),
-        calibration("NoCalibration", "HDF5 that is no calibration", 0.3, without("/springs"), "holds no calibration",
-                    "make the file again with `python3 -m livermark.calibration`"),
-        calibration("NegativeStiffness", "a calibration with a negative stiffness", 0.3,
-                    with_entry("/springs/stiffness", 3, -1.0), "/springs/stiffness row 3 is -1",
-                    "make the file again with `python3 -m livermark.calibration`"),
-        calibration(
-            "CalibrationOfAnotherMaterial", "a calibration for another material", 0.45, [](hid_t) {},
-            "Poisson's ratio 5000 Pa and 0.45", "make one for these with `python3 -m livermark.calibration`"),
+        calibration("HDF5 that is no calibration", 0.3, without("/springs")),
+        calibration("a calibration with a negative stiffness", 0.3, with_entry("/springs/stiffness", 3, -1.0)),
+        calibration("a calibration for another material", 0.45, [](hid_t) {}),
     };
 }
 

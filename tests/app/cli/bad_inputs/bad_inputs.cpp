@@ -138,19 +138,19 @@ std::string as_documented(const std::string &line, const fs::path &folder) {
 }
 
 std::vector<BadInputGroup> all_bad_inputs() {
-    return {{"Meshes", "Meshes (`.msh`)", bad_meshes()},
-            {"Bodies", "Bodies (`.toml`, and meshes of other formats)", bad_bodies()},
-            {"LoadCases", "Load cases (`.toml`)", bad_load_cases()},
-            {"Releases", "Load cases with a release", bad_releases()},
-            {"Cuts", "Load cases with a cut", bad_cuts()},
-            {"Blades", "Blades that go into a body (`livermark cut`)", bad_blades()},
-            {"Histories", "Load cases in which time passes in the material", bad_histories()},
-            {"Touches", "Load cases with a ball that touches", bad_touches()},
-            {"Hdf5Files", "Result and calibration files (`.h5`)", bad_hdf5_files()},
-            {"Images", "Label images and surfaces (`livermark mesh --labels`, `--surfaces`)", bad_images()},
-            {"Solutions", "Solutions of other models (`livermark score`)", bad_solutions()},
-            {"CommandLines", "Command lines", bad_command_lines()},
-            {"Places", "Files and places without permission or room", bad_places()}};
+    return {{"Meshes (`.msh`)", bad_meshes()},
+            {"Bodies (`.toml`, and meshes of other formats)", bad_bodies()},
+            {"Load cases (`.toml`)", bad_load_cases()},
+            {"Load cases with a release", bad_releases()},
+            {"Load cases with a cut", bad_cuts()},
+            {"Blades that go into a body (`livermark cut`)", bad_blades()},
+            {"Load cases in which time passes in the material", bad_histories()},
+            {"Load cases with a ball that touches", bad_touches()},
+            {"Result and calibration files (`.h5`)", bad_hdf5_files()},
+            {"Label images and surfaces (`livermark mesh --labels`, `--surfaces`)", bad_images()},
+            {"Solutions of other models (`livermark score`)", bad_solutions()},
+            {"Command lines", bad_command_lines()},
+            {"Files and places without permission or room", bad_places()}};
 }
 
 } // namespace livermark::tests

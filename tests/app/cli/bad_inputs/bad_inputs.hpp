@@ -8,25 +8,20 @@
 
 #include "tests/child.hpp"
 
-/// The table of bad inputs: what a user may get wrong, and what `livermark` has to say of it.
+/// The table of bad inputs: what a user may get wrong.
 namespace livermark::tests {
 
-/// One row. The three parts of the message are what stays if its wording changes a little.
+/// One row. The page docs/studies/bad_input.md has its message, to the letter.
 struct BadInput {
-    std::string name;                           ///< of the test
-    std::string what;                           ///< the input, for people
+    std::string what;                           ///< the input, for people, and for the name of its test
     std::string arguments;                      ///< of livermark, in the folder of the row
-    std::string file;                           ///< that the message names; empty if there is none
-    std::string place;                          ///< line, key, dataset, node or option; empty if it is the whole file
-    std::string remedy;                         ///< what to do, or what would be right
     std::map<std::string, std::string> files{}; ///< by name, in the folder
     std::function<void(const std::filesystem::path &)> prepare{}; ///< makes what is no text
     ChildOptions how{};                                           ///< without the folder
 };
 
 struct BadInputGroup {
-    std::string name; ///< of the tests
-    std::string title;
+    std::string title; ///< on the page
     std::vector<BadInput> rows;
 };
 
@@ -63,7 +58,7 @@ std::vector<std::string> message_lines(const std::string &errors);
 /// bytes, which depend on libraries, and of models.
 std::string as_documented(const std::string &line, const std::filesystem::path &folder);
 
-/// What the rows start from; each is good as it is.
+/// Good inputs that the rows start from.
 extern const std::string good_msh;                   ///< two tetrahedra, a triangle
 extern const std::string good_body;                  ///< bar.toml
 extern const std::string good_case;                  ///< case.toml: the bar is pulled

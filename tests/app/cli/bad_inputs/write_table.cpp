@@ -1,4 +1,5 @@
-// bad_input_table > docs/studies/bad_input.md: runs livermark on every bad input and prints what it says, in Markdown.
+// bad_input_table, which scripts/golden calls for docs/studies/bad_input.md: runs livermark on every bad input and
+// prints what it says, in Markdown.
 #include <fmt/format.h>
 #include <string>
 
@@ -16,9 +17,7 @@ int main() {
         "This page lists {} wrong inputs and the message that `livermark` prints for each. In every case the program\n"
         "ends with exit status 2, prints one sentence on standard error (`livermark: ` stands before it) and leaves "
         "no\n"
-        "new file. The tests `BadInputs` check this. `build/release/tests/bad_input_table > docs/studies/bad_input.md` "
-        "makes\n"
-        "this page.\n",
+        "new file. The tests `BadInputs` compare with this page to the letter. `scripts/golden` writes it.\n",
         num_rows);
     for (const auto &group : groups) {
         fmt::print("\n## {}\n\n| input | message |\n| --- | --- |\n", group.title);

@@ -2,12 +2,16 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <iterator>
 #include <numbers>
+#include <string>
 #include <unistd.h>
+#include <utility>
 
 #include "core/support/files.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "tests/livermark_command.hpp"
+#include "tests/samples/small_bar.hpp"
 
 namespace livermark {
 namespace {
@@ -39,11 +43,7 @@ TEST(CommandLine, RefusesPlacesWithoutAName) {
                                   "score beam beam_bend x.csv", "export beam beam_bend", "advise beam", "mesh liver",
                                   "mesh box --size 1 1 1 --edge 1", "mesh cut beam --region solid", "mesh --phantom"}) {
         const auto outcome = livermark(std::string(arguments) + " --output ''");
-        EXPECT_EQ(outcome.status, 2) << arguments << '\n' << outcome.output;
-        EXPECT_NE(outcome.output.find("--output: the name is empty; give one, or leave the option out"),
-                  std::string::npos)
-            << arguments << '\n'
-            << outcome.output;
+        tests::expect_outcome(outcome, 2, {"--output: the name is empty; give one, or leave the option out"});
     }
 }
 
@@ -89,8 +89,7 @@ TEST(CommandLine, LeavesNoFolderOfARefusedExperiment) {
     EXPECT_EQ(refused.status, 2) << refused.output;
     EXPECT_FALSE(std::filesystem::exists(folder / "new")) << refused.output;
     const auto done = livermark(experiment + "fem_p1");
-    EXPECT_EQ(done.status, 0) << done.output;
-    EXPECT_NE(done.output.find("box: a mesh of about 140 tetrahedra"), std::string::npos) << done.output;
+    tests::expect_outcome(done, 0, {"box: a mesh of about 140 tetrahedra"});
     EXPECT_TRUE(std::filesystem::exists(folder / "new" / "folder" / "box.h5"));
 }
 
@@ -108,8 +107,7 @@ TEST(CommandLine, ModesPrintsFrequenciesAndWritesThem) {
     const auto folder = scratch_folder();
     const auto outcome =
         livermark("modes liver_healthy --model fem_p1 --model lloyd --count 3 --output " + folder.string());
-    EXPECT_EQ(outcome.status, 0) << outcome.output;
-    EXPECT_NE(outcome.output.find("fem_p1 [Hz]"), std::string::npos) << outcome.output;
+    tests::expect_outcome(outcome, 0, {"fem_p1 [Hz]"});
     const auto result = results::read_result(folder / "liver_healthy" / "modes.traction.h5");
     ASSERT_EQ(result.modes.size(), 2u);
     EXPECT_EQ(result.modes[0].name, "fem_p1");
@@ -126,8 +124,7 @@ TEST(CommandLine, StabilityOnlyPredictsIfToldSo) {
     const auto outcome = livermark("stability liver_healthy --no-observed --markdown --integrator velocity_verlet "
                                    "explicit_euler --output " +
                                    folder.string());
-    EXPECT_EQ(outcome.status, 0) << outcome.output;
-    EXPECT_NE(outcome.output.find("| explicit_euler | none | - | - |"), std::string::npos) << outcome.output;
+    tests::expect_outcome(outcome, 0, {"| explicit_euler | none | - | - |"});
     EXPECT_LT(outcome.output.find("| velocity_verlet |"), outcome.output.find("| explicit_euler |")) << outcome.output;
     EXPECT_TRUE(std::filesystem::exists(folder / "liver_healthy" / "stability.lloyd.h5"));
 }
@@ -149,14 +146,99 @@ TEST(CommandLine, BodiesMayStandBehindAList) {
          "stability --integrator heun --damping-frequencies 1 10 beam" + rest);
     // What is no body and no path is a name of the list.
     const auto refused = livermark("stability --integrator heun symplectic_euler haun beam" + rest);
-    EXPECT_EQ(refused.status, 2);
-    EXPECT_NE(refused.output.find("no integrator 'haun'"), std::string::npos) << refused.output;
+    tests::expect_outcome(refused, 2, {"no integrator 'haun'"});
 }
 
 TEST(CommandLine, TakesWordsInUpperCase) {
     EXPECT_EQ(livermark("list MODELS").output, livermark("list models").output);
     const auto refused = livermark("arena --tool GLUED --method nobody");
     EXPECT_NE(refused.output.find("no method 'nobody'"), std::string::npos) << refused.output;
+}
+
+namespace fs = std::filesystem;
+
+/// Command of a bar that is pulled, in a folder.
+std::string run_of_a_bar(const fs::path &folder) {
+    tests::write_pull(folder);
+    const auto place = folder.string();
+    return LIVERMARK_BINARY " run --body " + place + "/bar.toml --load-case " + place +
+           "/pull.toml --model lloyd --static --reference-on-mesh --jobs 1 --output " + place + "/runs";
+}
+
+/// A disk that is full, a stream that is closed, a reader that has gone: progress goes nowhere, and the run does not
+/// mind.
+TEST(StandardError, ThatCannotBeWrittenDoesNotEndARun) {
+    const auto folder = tests::folder_with_bar("standard_error");
+    const auto command = run_of_a_bar(folder);
+    const auto status = (folder / "status").string();
+    for (const auto &whole : {command + " 2>/dev/full; echo $? >" + status, command + " 2>&-; echo $? >" + status,
+                              "( " + command + " 2>&1 >/dev/null; echo $? >" + status + " ) | true"}) {
+        SCOPED_TRACE(whole);
+        fs::remove_all(folder / "runs");
+        fs::remove(status);
+        tests::run_command("( " + whole + " )");
+        std::ifstream stream(status);
+        EXPECT_EQ(std::string(std::istreambuf_iterator<char>(stream), {}), "0\n");
+        EXPECT_TRUE(fs::exists(folder / "runs" / "bar" / "pull.h5"));
+    }
+}
+
+void write_script(const fs::path &file, const std::string &text) {
+    std::ofstream(file) << "#!/bin/sh\n" << text;
+    fs::permissions(file, fs::perms::owner_all);
+}
+
+/// A build folder of a source tree, and a program `cmake` that stands for the true one.
+/// @param cmake  what it does; `$2` is the build folder where it builds
+fs::path build_folder(const std::string &name, const std::string &rules, const std::string &cmake) {
+    const auto folder = fs::path(testing::TempDir()) / name;
+    fs::remove_all(folder);
+    fs::create_directories(folder / "tree" / "scripts");
+    fs::create_directories(folder / "bin");
+    fs::copy_file(LIVERMARK_BINARY, folder / "livermark");
+    std::ofstream(folder / "tree" / "scripts" / "bootstrap") << "";
+    std::ofstream(folder / "CMakeCache.txt") << "CMAKE_HOME_DIRECTORY:INTERNAL=" << (folder / "tree").string() << "\n";
+    std::ofstream(folder / "build.ninja") << rules;
+    write_script(folder / "bin" / "cmake", "echo \"cmake $*\"\n" + cmake);
+    return folder;
+}
+
+tests::Outcome phantom_in(const fs::path &folder) {
+    return tests::run_command(
+        fmt::format("cd {0} && PATH={0}/bin:$PATH ./livermark mesh --phantom -o phantom.nii.gz", folder.string()));
+}
+
+TEST(SegmentProgram, IsBuiltWhereItIsMissingInABuildFolder) {
+    const auto folder = build_folder("livermark_builds_segment", "build livermark-segment: link\n",
+                                     "printf '#!/bin/sh\\necho \"$3\" is made\\n' > $2/livermark-segment\n"
+                                     "chmod +x $2/livermark-segment\n");
+    const auto outcome = phantom_in(folder);
+    tests::expect_outcome(outcome, 0,
+                          {"which is compiled now", "cmake --build " + folder.string() + " --target livermark-segment",
+                           "phantom is made"});
+    EXPECT_EQ(phantom_in(folder).output.find("cmake"), std::string::npos) << "it is built once";
+}
+
+TEST(SegmentProgram, ThatCannotBeBuiltIsNamedWithTheCommandThatInstallsToo) {
+    for (const auto &[rules, why] : {std::pair{"", "needs ITK and CGAL, and they are not installed"},
+                                     {"build livermark-segment: link\n", "could not be compiled"}}) {
+        const auto outcome = phantom_in(build_folder("livermark_cannot_build_segment", rules, "exit 0\n"));
+        tests::expect_outcome(outcome, 2, {why, "scripts/bootstrap --program --segmentation"});
+    }
+}
+
+/// Who has copied the program alone is told how to build what segmentations need.
+TEST(SegmentProgram, IsNamedWithTheCommandThatBuildsItWhereItIsMissing) {
+    const auto folder = fs::path(testing::TempDir()) / "livermark_without_segment";
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    fs::copy_file(LIVERMARK_BINARY, folder / "livermark");
+    const auto outcome =
+        tests::run_command(fmt::format("cd {0} && ./livermark mesh --phantom -o phantom.nii.gz", folder.string()));
+    tests::expect_outcome(outcome, 2,
+                          {"livermark-segment, which is not built here; build it with scripts/bootstrap --program "
+                           "--segmentation"});
+    EXPECT_FALSE(fs::exists(folder / "phantom.nii.gz"));
 }
 
 } // namespace

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fmt/ostream.h>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <string>
 
 #include "results/hdf5/result_file.hpp"
 #include "tests/livermark_command.hpp"
@@ -19,53 +19,14 @@ class Exchange : public testing::Test {
   protected:
     void SetUp() override {
         folder_ = tests::folder_with_bar("exchange");
-        std::ofstream(folder_ / "pull.toml")
-            << "title = \"pull\"\ntarget_peak_displacement = 0.001\nacceleration = [0.0, 0.0, -0.5]\n[[condition]]\n"
-               "patch = \"x_min\"\ndisplacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\n"
-               "traction = [10.0, 0.0, 0.0]\n";
+        tests::write_pull(folder_, "pull", 10.0, "acceleration = [0.0, 0.0, -0.5]\n");
     }
 
     std::string at(const std::string &name) const { return (folder_ / name).string(); }
     std::string problem() const { return at("bar.toml") + " " + at("pull.toml"); }
 
-    void write_csv(const results::Result &result, const std::string &model) const {
-        const auto found = std::ranges::find(result.models, model, &results::ModelResult::name);
-        std::ofstream out(folder_ / "solution.csv");
-        out << "x,y,z,ux,uy,uz\n";
-        for (std::size_t i = 0; i < result.problem.body->mesh.points.size(); ++i) {
-            const auto &x = result.problem.body->mesh.points[i];
-            const auto &u = found->solution.displacement[i];
-            fmt::print(out, "{},{},{},{},{},{}\n", x.x(), x.y(), x.z(), u.x(), u.y(), u.z());
-        }
-    }
-
     fs::path folder_;
 };
-
-const results::ModelResult &find(const results::Result &result, const std::string &name) {
-    return *std::ranges::find(result.models, name, &results::ModelResult::name);
-}
-
-/// Displacements of our own springs come back with the same error as in a run.
-TEST_F(Exchange, ASolutionIsScoredAsOurOwnModelsAre) {
-    const auto ran = tests::livermark(fmt::format("run --body {} --load-case {} --model lloyd --output {}",
-                                                  at("bar.toml"), at("pull.toml"), at("runs")));
-    ASSERT_EQ(ran.status, 0) << ran.output;
-    const auto run = results::read_result(folder_ / "runs" / "bar" / "pull.h5");
-    write_csv(run, "lloyd");
-    const auto outcome = tests::livermark(
-        fmt::format("score {} {} --name outside --output {}", problem(), at("solution.csv"), at("scores")));
-    ASSERT_EQ(outcome.status, 0) << outcome.output;
-    const auto scored = results::read_result(folder_ / "scores" / "bar" / "pull.outside.h5");
-    const auto &ours = *find(run, "lloyd").comparison;
-    const auto &theirs = *find(scored, "outside").comparison;
-    EXPECT_EQ(theirs.reference, ours.reference);
-    EXPECT_EQ(theirs.relative_l2, ours.relative_l2);
-    EXPECT_EQ(theirs.max_error, ours.max_error);
-    EXPECT_TRUE(std::isnan(theirs.reaction_error));
-    EXPECT_NE(outcome.output.find("outside"), std::string::npos);
-    EXPECT_NE(outcome.output.find("fem_p1"), std::string::npos);
-}
 
 TEST_F(Exchange, AProblemIsWrittenInThreeFormats) {
     const auto outcome = tests::livermark(fmt::format("export {} -o {}", problem(), at("out")));
@@ -90,23 +51,88 @@ TEST_F(Exchange, AProblemIsWrittenInThreeFormats) {
     EXPECT_TRUE(fs::exists(folder / "pull.inp"));
 }
 
-TEST_F(Exchange, WhatCannotBeScoredIsRefused) {
-    std::ofstream(folder_ / "solution.csv") << "x,y,z,ux,uy,uz\n1,2,3,0,0,0\n";
-    for (const auto &[arguments, part] : {
-             std::pair{fmt::format("score {} {}", problem(), at("solution.csv")), "belongs to another mesh"},
-             {fmt::format("score {} {}", problem(), at("no.csv")), "check the path"},
-             {fmt::format("score {} {} --name fem_p1", problem(), at("solution.csv")), "choose another --name"},
-             {fmt::format("score {} {} --name a/b", problem(), at("solution.csv")), "letters, digits"},
-             {fmt::format("score {}", problem()), "solution"},
-             {fmt::format("export {} palpatoin", at("bar.toml")), "did you mean 'palpation'?"},
-             {fmt::format("export {} palpation", at("bar.toml")), "no patch"},
-         }) {
-        const auto outcome = tests::livermark(arguments);
-        EXPECT_EQ(outcome.status, 2) << arguments << "\n" << outcome.output;
-        EXPECT_NE(outcome.output.find(part), std::string::npos) << outcome.output;
-    }
-    EXPECT_FALSE(fs::exists(folder_ / "results"));
+TEST_F(Exchange, PythonWritesAJobOfFebio) {
+    const auto outcome = tests::livermark(fmt::format("export {} --format febio -o {}", problem(), at("out")));
+    tests::expect_outcome(outcome, 0, {"pull.problem.h5", "pull.feb"});
+    const auto folder = folder_ / "out" / "bar";
+    const auto mesh = results::read_result(folder / "pull.problem.h5").problem.body->mesh;
+    const auto sums = tests::run_command(
+        fmt::format("/usr/bin/python3 -c \"import xml.etree.ElementTree as t; j = t.parse('{}').getroot(); n = lambda "
+                    "p: j.findall(p); "
+                    "f = [list(map(float, e.text.split(','))) for e in n('MeshData/NodeData/node')]; "
+                    "print('nodes', len(n('Mesh/Nodes/node')), 'elements', len(n('Mesh/Elements/elem')), "
+                    "'force %.6e %.6e' % (sum(e[0] for e in f), sum(e[2] for e in f)))\"",
+                    (folder / "pull.feb").string()));
+    tests::expect_outcome(sums, 0,
+                          {fmt::format("nodes {} elements {} ", mesh.num_nodes(), mesh.num_tetrahedra()),
+                           fmt::format("force {:.6e} {:.6e}", 10.0 * 9e-4, -0.5 * 1000.0 * 8.1e-5)});
 }
 
 } // namespace
 } // namespace livermark
+
+namespace livermark::tests {
+namespace {
+
+bool says(const Outcome &outcome, const std::string &text) {
+    return outcome.output.find(text) != std::string::npos;
+}
+
+TEST(AdviseCommand, NamesModelsStepsErrorsAndCaveatsOfAMeshAlone) {
+    const auto mesh = (folder_with_bar("advise") / "bar.msh").string();
+    const auto advised = livermark("advise " + mesh);
+    ASSERT_EQ(advised.status, 0) << advised.output;
+    for (const auto *part : {"For touch", "For position", "one stiffness on each edge", "What matters on this body",
+                             "critical step [ms]", "results/cohorts/", "one layer of tetrahedra thick", "  3. "})
+        EXPECT_TRUE(says(advised, part)) << part << '\n' << advised.output;
+    EXPECT_FALSE(says(advised, "nan")) << advised.output;
+    EXPECT_FALSE(says(advised, "about 0 ")) << advised.output;
+    expect_outcome(livermark("advise " + mesh + " --budget 1e-9"), 2, {"every model takes longer"});
+    const auto json = livermark("advise --body " + mesh + " --poisson 0.3 --json");
+    expect_outcome(json, 0, {"{\n \"body\" : {", "\"poisson_ratio\" : 0.29999999999999999"});
+}
+
+TEST(BodyArgument, IsTheSameBehindTheCommandAndBehindAnOption) {
+    const auto folder = folder_with_bar("body_argument");
+    const auto body = (folder / "bar.toml").string();
+    std::ofstream(folder / "hang.toml") << "acceleration = [0.0, 0.0, -0.1]\n[[condition]]\npatch = \"x_min\"\n"
+                                           "displacement = [0.0, 0.0, 0.0]\n";
+    const auto hang = (folder / "hang.toml").string(), out = (folder / "out").string();
+    for (const auto &arguments :
+         {"modes " + body + " --load-case " + hang, "modes --body " + body + " --load-case " + hang,
+          "run " + body + " --load-case " + hang + " --model lloyd --reference-on-mesh",
+          "run --body " + body + " --load-case " + hang + " --model lloyd --reference-on-mesh",
+          "export " + body + " " + hang, "export --body " + body + " --load-case " + hang}) {
+        const auto done = livermark(arguments + " --output " + out);
+        EXPECT_EQ(done.status, 0) << arguments << '\n' << done.output;
+    }
+}
+
+TEST(HelpCommand, IsTheHelpOfACommandAndNamesTheEnvironment) {
+    EXPECT_EQ(livermark("help modes").output, livermark("modes --help").output);
+    const auto help = livermark("help");
+    expect_outcome(help, 0, {"LIVERMARK_ROOT"});
+}
+
+TEST(Modes, OfABarThatShipsAreConstrainedAsInALoadCaseThatFits) {
+    const auto folder = folder_with_bar("modes_of_beam");
+    const auto found = livermark("modes beam --model lloyd --count 2 --output " + (folder / "out").string());
+    expect_outcome(found, 0, {"beam: constrained as in beam_bend, because traction does not fit"});
+}
+
+TEST(RootFolder, IsThatOfTheTreeThatTheProgramLiesIn) {
+    namespace fs = std::filesystem;
+    const auto copy = folder_with_bar("copied_tree");
+    for (const auto *folder : {"meshes", "load_cases"})
+        fs::create_directories(copy / folder);
+    fs::create_directories(copy / "build" / "release");
+    std::ofstream(copy / "meshes" / "liver_healthy.toml") << "title = \"of the copy\"\nmesh = \"none.msh\"\n";
+    const auto program = copy / "build" / "release" / "livermark";
+    fs::copy_file(LIVERMARK_BINARY, program);
+    const auto listed = run_command("env --unset=LIVERMARK_ROOT " + program.string() + " list bodies");
+    expect_outcome(listed, 0, {"of the copy"});
+    EXPECT_FALSE(says(listed, "liver_tumours")) << listed.output;
+}
+
+} // namespace
+} // namespace livermark::tests

@@ -18,30 +18,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void write_pull(const fs::path &file, double pull, const std::string &more = "") {
-    std::ofstream(file) << fmt::format(
-        "title = \"pull\"\ntarget_peak_displacement = 0.001\n{}[[condition]]\npatch = \"x_min\"\n"
-        "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = [{:.1f}, 0.0, 0.0]\n",
-        more, pull);
-}
-
-/// Nearly incompressible, so that load cases are solved together.
-fs::path folder_with_bar_that_has_a_pressure(const std::string &suite) {
-    auto folder = tests::folder_with_bar(suite);
-    std::ofstream(folder / "bar.toml")
-        << "title = \"bar\"\nmesh = \"bar.msh\"\n[regions.solid]\ndensity = 1000.0\nyoung_modulus = 5000.0\n"
-           "poisson_ratio = 0.45\nsource = \"made up\"\n";
-    return folder;
-}
-
-/// What is solved does not depend on who solves it, and neither does what is kept from one load case for another: the
+/// Solutions do not depend on who solves them, and neither does what is kept from one load case for another: the
 /// third has the static solution of the first.
 TEST(Jobs, GiveTheSameBits) {
-    const auto folder = folder_with_bar_that_has_a_pressure("jobs");
-    write_pull(folder / "first.toml", 10.0);
-    write_pull(folder / "second.toml", 12.0);
-    write_pull(folder / "third.toml", 10.0);
-    write_pull(folder / "fourth.toml", 14.0);
+    const auto folder = tests::folder_with_bar("jobs", 0.02, tests::pressure_ratio);
+    tests::write_pull(folder, "first", 10.0);
+    tests::write_pull(folder, "second", 12.0);
+    tests::write_pull(folder, "third", 10.0);
+    tests::write_pull(folder, "fourth", 14.0);
     const std::vector<std::string> names{"first", "second", "third", "fourth"};
     const auto run = [&](int jobs) {
         std::string load_cases;
@@ -76,11 +60,11 @@ TEST(Jobs, GiveTheSameBits) {
 /// The solutions of load cases that are solved together are those of each alone, and a run that goes on solves what
 /// lacks.
 TEST(Jobs, LoadCasesTogetherHaveTheSolutionsOfEachAlone) {
-    const auto folder = folder_with_bar_that_has_a_pressure("jobs_together");
+    const auto folder = tests::folder_with_bar("jobs_together", 0.02, tests::pressure_ratio);
     const auto temporary = folder / "temporary";
     fs::create_directory(temporary);
-    write_pull(folder / "first.toml", 10.0);
-    write_pull(folder / "second.toml", 12.0);
+    tests::write_pull(folder, "first", 10.0);
+    tests::write_pull(folder, "second", 12.0);
     std::ofstream(folder / "third.toml")
         << "title = \"press\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_max\"\n"
            "displacement = [-0.001, 0.0, 0.0]\n[[condition]]\npatch = \"x_min\"\n"
@@ -121,11 +105,11 @@ TEST(Jobs, LoadCasesTogetherHaveTheSolutionsOfEachAlone) {
     EXPECT_NE(solution("resumed", "first", "fem_p2p1").solver.find("together"), std::string::npos);
 }
 
-/// Of load cases that constrain a little more than another one, factors serve for both: solutions are those of each
+/// Factors of load cases that constrain a little more than another one serve for both: solutions are those of each
 /// alone but for rounding, and the same whoever solves them.
 TEST(Jobs, LoadCasesThatShareAFactorHaveTheSolutionsOfEachAlone) {
     const auto folder = tests::folder_with_bar("jobs_shared", 0.01);
-    write_pull(folder / "pull.toml", 10.0);
+    tests::write_pull(folder, "pull", 10.0);
     std::ofstream(folder / "press.toml")
         << "title = \"press\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
            "displacement = [0.0, 0.0, 0.0]\n[[condition]]\n"
@@ -158,7 +142,7 @@ TEST(Jobs, LoadCasesThatShareAFactorHaveTheSolutionsOfEachAlone) {
 
 TEST(Jobs, NeedNoPlaceForTemporaryFilesAndLeaveNoSolutions) {
     const auto folder = tests::folder_with_bar("jobs_temporary");
-    write_pull(folder / "a.toml", 10.0);
+    tests::write_pull(folder, "a", 10.0);
     const auto outcome =
         tests::run_command(fmt::format("TMPDIR={0}/nowhere {1} run --body {0}/bar.toml --load-case {0}/a.toml --model "
                                        "lloyd --output {0}/runs",
@@ -170,8 +154,8 @@ TEST(Jobs, NeedNoPlaceForTemporaryFilesAndLeaveNoSolutions) {
 
 TEST(Jobs, DoNotChangeTheOrderOfTheTable) {
     const auto folder = tests::folder_with_bar("jobs_table");
-    write_pull(folder / "a.toml", 10.0);
-    write_pull(folder / "b.toml", 12.0);
+    tests::write_pull(folder, "a", 10.0);
+    tests::write_pull(folder, "b", 12.0);
     const auto table = [&](int jobs) {
         const auto outcome = tests::livermark(
             fmt::format("run --body {0}/bar.toml --load-case {0}/b.toml {0}/a.toml --model lloyd --reference-on-mesh "
@@ -185,9 +169,63 @@ TEST(Jobs, DoNotChangeTheOrderOfTheTable) {
                 load_cases += line.substr(0, line.find(" |", 14)) + "\n";
         return load_cases;
     };
-    const auto of_one = table(1);
-    EXPECT_FALSE(of_one.empty());
-    EXPECT_EQ(of_one, table(2));
+    const auto by_one = table(1);
+    EXPECT_FALSE(by_one.empty());
+    EXPECT_EQ(by_one, table(2));
+}
+
+/// A small bar of its own, so that nothing takes long.
+class Resume : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = tests::folder_with_bar("resume");
+        for (const auto *name : {"first", "second"})
+            tests::write_pull(folder_, name);
+    }
+
+    tests::Outcome run(const std::string &more) const {
+        const auto at = [&](const char *name) { return (folder_ / name).string(); };
+        return tests::livermark(
+            fmt::format("run --body {} --load-case {} {} --model lloyd --reference-on-mesh --output {}{}",
+                        at("bar.toml"), at("first.toml"), at("second.toml"), at("runs"), more));
+    }
+
+    fs::path file(const std::string &name) const { return folder_ / "runs" / "bar" / (name + ".h5"); }
+    std::string created(const std::string &name) const { return results::read_result(file(name)).provenance.created; }
+
+    fs::path folder_;
+};
+
+bool is_resumed(const tests::Outcome &outcome, const std::string &load_case) {
+    return outcome.output.find("bar / " + load_case + " / lloyd, kept") != std::string::npos;
+}
+
+TEST_F(Resume, KeepsWhatIsThereAndComesToTheSameTable) {
+    const auto whole = run("");
+    ASSERT_EQ(whole.status, 0) << whole.output;
+    fs::remove(file("second"));
+    const auto first_time = created("first");
+    const auto resumed = run(" --resume");
+    EXPECT_EQ(resumed.status, 0) << resumed.output;
+    EXPECT_TRUE(is_resumed(resumed, "first")) << resumed.output;
+    EXPECT_FALSE(is_resumed(resumed, "second"));
+    EXPECT_EQ(created("first"), first_time);
+    EXPECT_EQ(results::read_result(file("second")).provenance.command.find("--resume"), std::string::npos);
+    EXPECT_TRUE(is_resumed(run(" --resume"), "second"));
+}
+
+TEST_F(Resume, HoldsAgainWhatIsDamagedOrOtherwise) {
+    ASSERT_EQ(run("").status, 0);
+    fs::resize_file(file("first"), fs::file_size(file("first")) / 2);
+    tests::write_pull(folder_, "second", 11.0);
+    const auto resumed = run(" --resume");
+    EXPECT_EQ(resumed.status, 0) << resumed.output;
+    EXPECT_FALSE(is_resumed(resumed, "first"));
+    EXPECT_FALSE(is_resumed(resumed, "second"));
+    EXPECT_NO_THROW(results::read_result(file("first")));
+    // Without it nothing is kept, and neither is what another command has made.
+    EXPECT_FALSE(is_resumed(run(""), "first"));
+    EXPECT_FALSE(is_resumed(run(" --young 6000 --resume"), "first"));
 }
 
 } // namespace

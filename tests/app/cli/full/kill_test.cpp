@@ -1,13 +1,23 @@
 #include <algorithm>
+#include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
 #include <functional>
 #include <gtest/gtest.h>
+#include <iterator>
+#include <set>
+#include <sstream>
+#include <string>
+#include <unistd.h>
+#include <vector>
 
 #include "results/hdf5/result_file.hpp"
 #include "tests/child.hpp"
+#include "tests/listening_sockets.hpp"
+#include "tests/livermark_command.hpp"
 #include "tests/same_bits.hpp"
 #include "tests/samples/small_bar.hpp"
 
@@ -18,37 +28,54 @@ using tests::same_bits;
 
 namespace fs = std::filesystem;
 
+/// A bar under several loads, and the command that runs them; the same in every folder that it works in, so that
+/// results are of the same command.
+class PulledBar {
+  public:
+    PulledBar(const std::string &suite, double edge, int num_loads) : folder_(tests::folder_with_bar(suite, edge)) {
+        for (int l = 0; l < num_loads; ++l)
+            load_cases_.push_back(tests::write_pull(folder_, fmt::format("pull_{}", l), 10.0 + l));
+    }
+
+    tests::ChildEnd run(const std::vector<std::string> &more, tests::ChildOptions how) const {
+        std::vector<std::string> words{LIVERMARK_BINARY, "run", "--body", (folder_ / "bar.toml").string(),
+                                       "--load-case"};
+        words.insert(words.end(), load_cases_.begin(), load_cases_.end());
+        words.insert(words.end(), {"--static", "--reference-on-mesh", "--output", "runs"});
+        words.insert(words.end(), more.begin(), more.end());
+        if (how.folder.empty())
+            how.folder = folder_;
+        return tests::run_child(words, how);
+    }
+
+    std::size_t num_results() const {
+        std::error_code error;
+        const auto results = folder_ / "runs" / "bar";
+        return static_cast<std::size_t>(std::distance(fs::directory_iterator(results, error), {}));
+    }
+    const fs::path &folder() const { return folder_; }
+
+  private:
+    fs::path folder_;
+    std::vector<std::string> load_cases_;
+};
+
 constexpr int num_load_cases = 6;
 
 /// A run of cheap models on a small bar: most of its time goes by between the first result file and the last.
 class KilledRun : public testing::Test {
   protected:
-    void SetUp() override {
-        folder_ = tests::folder_with_bar("killed_run", 0.008);
-        for (int l = 0; l < num_load_cases; ++l)
-            std::ofstream(folder_ / fmt::format("pull_{}.toml", l)) << fmt::format(
-                "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
-                "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = [{}.0, 0.0, 1.0]\n",
-                10 + l);
-    }
-
-    /// The command is the same in every folder that it works in, so that results are of the same command.
-    tests::ChildEnd run(const fs::path &place, const std::vector<std::string> &more,
+    tests::ChildEnd run(const fs::path &place, std::vector<std::string> more,
                         const std::function<bool()> &killed_when = {}) const {
         fs::create_directories(place);
-        std::vector<std::string> words{LIVERMARK_BINARY, "run", "--body", (folder_ / "bar.toml").string(),
-                                       "--load-case"};
-        for (int l = 0; l < num_load_cases; ++l)
-            words.push_back((folder_ / fmt::format("pull_{}.toml", l)).string());
-        for (const char *word : {"--model", "lloyd", "--reference-on-mesh", "--output", "runs"})
-            words.emplace_back(word);
-        words.insert(words.end(), more.begin(), more.end());
-        return tests::run_child(words, {.folder = place, .killed_when = killed_when});
+        more.insert(more.end(), {"--model", "lloyd"});
+        return bar_.run(more, {.folder = place, .killed_when = killed_when});
     }
 
     static fs::path results_of(const fs::path &place) { return place / "runs" / "bar"; }
 
-    fs::path folder_;
+    PulledBar bar_{"killed_run", 0.008, num_load_cases};
+    const fs::path &folder_ = bar_.folder();
 };
 
 std::vector<fs::path> files_with(const fs::path &folder, const std::string &extension) {
@@ -60,22 +87,15 @@ std::vector<fs::path> files_with(const fs::path &folder, const std::string &exte
     return files;
 }
 
-/// Those that wait for their benchmark case.
-/// @param of_model  "name.", or "" for all
-std::size_t num_solutions(const fs::path &place, const std::string &of_model = "") {
+/// Solutions that wait for their benchmark case.
+/// @param model  "name.", or "" for all
+std::size_t num_solutions(const fs::path &place, const std::string &model = "") {
     std::size_t number = 0;
     std::error_code error;
     for (auto entry = fs::recursive_directory_iterator(place / "runs" / ".solutions", error);
          !error && entry != fs::recursive_directory_iterator(); entry.increment(error))
         number += entry->path().extension() == ".solution" &&
-                  entry->path().filename().string().find(of_model) != std::string::npos;
-    return number;
-}
-
-std::size_t count(const std::string &text, const std::string &part) {
-    std::size_t number = 0;
-    for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
-        ++number;
+                  entry->path().filename().string().find(model) != std::string::npos;
     return number;
 }
 
@@ -154,12 +174,10 @@ TEST_F(KilledRun, LeavesWholeFilesAndIsResumedToTheSameResults) {
     RecordProperty("kept", static_cast<int>(num_kept));
 }
 
-/// What a model has solved is not solved again, also where no load case has a result yet, and what several load cases
+/// A solution of a model is not solved again, also where no load case has a result yet, and what several load cases
 /// are solved together for is the same to the last bit.
 TEST_F(KilledRun, LosesNoSolution) {
-    std::ofstream(folder_ / "bar.toml")
-        << "title = \"bar\"\nmesh = \"bar.msh\"\n[regions.solid]\ndensity = 1000.0\nyoung_modulus = 5000.0\n"
-           "poisson_ratio = 0.45\nsource = \"made up\"\n"; // nearly incompressible, so that they are solved together
+    tests::write_bar_body(folder_, tests::pressure_ratio); // so that they are solved together
     constexpr std::size_t num_cases = 2 * num_load_cases;
     const auto run_on = [&](const fs::path &place, std::vector<std::string> more,
                             const std::function<bool()> &killed_when = {}) {
@@ -187,10 +205,10 @@ TEST_F(KilledRun, LosesNoSolution) {
             const auto resumed = run_on(place, {"--resume", "--jobs", jobs == "1" ? "2" : "1"});
             EXPECT_EQ(resumed.status, 0) << resumed.errors;
             // Between the result and the end of its solutions a load case has both, with each of two workers.
-            const auto kept = count(resumed.errors, " / lloyd, kept");
+            const auto kept = tests::count(resumed.errors, " / lloyd, kept");
             EXPECT_GE(kept, std::max(left, done)) << resumed.errors;
             EXPECT_GE(kept + 2, std::min(left + done, num_cases)) << resumed.errors;
-            EXPECT_EQ(count(resumed.errors, " / lloyd"), num_cases) << resumed.errors;
+            EXPECT_EQ(tests::count(resumed.errors, " / lloyd"), num_cases) << resumed.errors;
             EXPECT_FALSE(fs::exists(place / "runs" / ".solutions"));
             const auto completed = files_with(results_of(place), ".h5");
             ASSERT_EQ(completed.size(), num_cases);
@@ -210,9 +228,99 @@ TEST_F(KilledRun, LeavesNothingToAnotherCommand) {
         EXPECT_EQ(run(place, {"--jobs", "1"}, [&] { return num_solutions(place, "lloyd.") >= 2; }).signal, SIGKILL);
         return place;
     };
-    EXPECT_EQ(count(run(kill_with_two("begun_anew"), {"--jobs", "1"}).errors, ", kept"), 0U);
-    EXPECT_EQ(count(run(kill_with_two("stiffer"), {"--jobs", "1", "--young", "6000", "--resume"}).errors, ", kept"),
-              0U);
+    EXPECT_EQ(tests::count(run(kill_with_two("begun_anew"), {"--jobs", "1"}).errors, ", kept"), 0U);
+    EXPECT_EQ(
+        tests::count(run(kill_with_two("stiffer"), {"--jobs", "1", "--young", "6000", "--resume"}).errors, ", kept"),
+        0U);
+}
+
+using Clock = std::chrono::steady_clock;
+
+/// From where the program hardly starts to where it has enough. OpenBLAS waits for ever for the memory that it is not
+/// given.
+TEST(TooLittleMemory, EndsARunWithASentence) {
+    const PulledBar bar("too_little_memory", 0.012, 3);
+    int num_said = 0;
+    for (const char *jobs : {"1", "2"})
+        for (std::uint64_t megabytes = 560;; megabytes += 40) {
+            SCOPED_TRACE(fmt::format("{} MB for each process, {} at once", megabytes, jobs));
+            fs::remove_all(bar.folder() / "runs");
+            const auto start = Clock::now();
+            const auto end = bar.run({"--model", "lloyd", "--jobs", jobs},
+                                     {.address_space = megabytes << 20,
+                                      .killed_when = [=] { return Clock::now() - start > std::chrono::minutes(1); }});
+            ASSERT_EQ(end.signal, 0) << "it hangs or crashes: " << end.errors;
+            if (end.status == 0) {
+                EXPECT_EQ(bar.num_results(), 3U);
+                break;
+            }
+            if (end.status == 127)
+                continue; // what loads its libraries has no memory for them
+            EXPECT_EQ(end.status, 1) << end.errors;
+            if (end.errors.find("too little memory; take --jobs 1, or a mesh of fewer tetrahedra") != std::string::npos)
+                ++num_said;
+            EXPECT_GT(tests::count(end.errors, "livermark: "), 0U) << end.errors;
+            ASSERT_LT(megabytes, 4000U);
+        }
+    EXPECT_GT(num_said, 0);
+}
+
+TEST(KilledWorker, CostsItsLoadCaseAlone) {
+    const PulledBar bar("killed_worker", 0.005, 3);
+    constexpr std::size_t num_to_kill = 4;
+    std::set<pid_t> before, killed;
+    // The workers are the children of the program, which is the only child.
+    const auto kill_some = [&] {
+        if (killed.size() == num_to_kill)
+            return false;
+        std::set<pid_t> workers;
+        for (const auto process : tests::descendants(getpid()))
+            if (std::ifstream status(fmt::format("/proc/{}/stat", process)); status) {
+                const std::string text((std::istreambuf_iterator<char>(status)), {});
+                char state = 0; // whatever it is: a program that waits for a disk is no worker either
+                pid_t parent = 0;
+                std::istringstream(text.substr(text.rfind(") ") + 1)) >> state >> parent;
+                if (parent != 0 && parent != getpid())
+                    workers.insert(process);
+            }
+        for (const auto worker : workers)
+            if (before.contains(worker) && killed.size() < num_to_kill && killed.insert(worker).second)
+                kill(worker, SIGKILL);
+        before = workers;
+        return false;
+    };
+    const auto end = bar.run({"--jobs", "2"}, {.killed_when = kill_some});
+    ASSERT_EQ(killed.size(), num_to_kill);
+    ASSERT_EQ(end.signal, 0);
+    const auto num_told =
+        tests::count(end.errors, "its process was killed, most likely because memory ran out; take --jobs 1");
+    EXPECT_GT(num_told, 0U) << end.errors;
+    EXPECT_EQ(tests::count(end.errors, "livermark: bar / pull_") +
+                  tests::count(end.errors, "livermark: failed: bar / pull_"),
+              num_told)
+        << end.errors;
+    const auto num_failed = tests::count(end.errors, "livermark: failed: ");
+    EXPECT_EQ(bar.num_results() + num_failed, 3U) << end.errors;
+    EXPECT_EQ(end.status, num_failed > 0 ? 1 : 0);
+}
+
+TEST(TemporaryFolders, OfARunGoWhenASignalEndsIt) {
+    const PulledBar bar("ended_run", 0.005, 3);
+    const auto temporary = bar.folder() / "temporary";
+    fs::create_directory(temporary);
+    const char *before = std::getenv("TMPDIR");
+    const std::string kept = before ? before : "";
+    for (const int signal : {SIGINT, SIGTERM}) {
+        setenv("TMPDIR", temporary.c_str(), 1);
+        const auto end = bar.run({"--jobs", "2"}, {.killed_when = [&] { return num_solutions(bar.folder()) > 0; }, //
+                                                   .kill_signal = signal});
+        if (before)
+            setenv("TMPDIR", kept.c_str(), 1);
+        else
+            unsetenv("TMPDIR");
+        EXPECT_EQ(end.signal, signal);
+        EXPECT_TRUE(fs::is_empty(temporary)) << fs::directory_iterator(temporary)->path();
+    }
 }
 
 } // namespace

@@ -16,13 +16,6 @@
 namespace livermark {
 namespace {
 
-int count(const std::string &text, const std::string &part) {
-    int number = 0;
-    for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size()))
-        ++number;
-    return number;
-}
-
 const results::ModelResult &model_of(const results::Result &result, std::string_view name) {
     const auto found = std::ranges::find(result.models, name, &results::ModelResult::name);
     if (found == result.models.end())
@@ -55,7 +48,7 @@ TEST(ParallelRun, GivesTheDisplacementsReactionsAndErrorsOfASerialRun) {
     ASSERT_EQ(serial_run.status, 0) << serial_run.output;
     const auto parallel_run = tests::run_command(on_two_ranks + arguments("parallel"));
     ASSERT_EQ(parallel_run.status, 0) << parallel_run.output;
-    EXPECT_EQ(count(parallel_run.output, "Result files are in"), 1) << parallel_run.output;
+    EXPECT_EQ(tests::count(parallel_run.output, "Result files are in"), 1u) << parallel_run.output;
 
     const auto serial = results::read_result(folder / "serial" / "box" / "hang.h5");
     const auto parallel = results::read_result(folder / "parallel" / "box" / "hang.h5");
@@ -86,14 +79,14 @@ TEST(ParallelRun, RefusesBadInputOnceWithStatusTwo) {
          }}) {
         const auto outcome = tests::run_command(on_two_ranks + arguments);
         EXPECT_EQ(outcome.status, 2) << outcome.output;
-        EXPECT_EQ(count(outcome.output, message), 1) << outcome.output;
+        EXPECT_EQ(tests::count(outcome.output, message), 1u) << outcome.output;
     }
 }
 
 TEST(ParallelRun, SpeaksWithOneVoice) {
     const auto outcome = tests::run_command(std::string(on_two_ranks) + "list bodies");
     EXPECT_EQ(outcome.status, 0) << outcome.output;
-    EXPECT_EQ(count(outcome.output, "liver_healthy"), 1) << outcome.output;
+    EXPECT_EQ(tests::count(outcome.output, "liver_healthy"), 1u) << outcome.output;
 }
 
 } // namespace livermark

@@ -10,7 +10,7 @@
 #include "results/records/experiment.hpp"
 #include "results/records/needle.hpp"
 #include "studies/report/report_data.hpp"
-#include "studies/run/benchmark_case.hpp"
+#include "studies/run/run.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/samples/records/sample_records.hpp"
@@ -18,14 +18,6 @@
 
 namespace livermark::studies {
 namespace {
-
-/// With the number of pieces of a text in it.
-std::size_t count(const std::string &text, const std::string &part) {
-    std::size_t number = 0;
-    for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
-        ++number;
-    return number;
-}
 
 void expect_parts(const std::string &page, const std::vector<std::string> &parts) {
     for (const auto &part : parts)
@@ -145,8 +137,7 @@ TEST_F(Report, IsMadeOfTheOtherFilesWhereOneIsRefused) {
     EXPECT_EQ(outcome.output.find("Traceback"), std::string::npos) << outcome.output;
     EXPECT_NE(text_of(directory_ / "report.html").find("good.h5"), std::string::npos);
     const auto table = tests::livermark("table " + directory_.string());
-    EXPECT_EQ(table.status, 0) << table.output;
-    EXPECT_NE(table.output.find("passed over: "), std::string::npos) << table.output;
+    tests::expect_outcome(table, 0, {"passed over: "});
 }
 
 TEST_F(Report, IsThereWithoutAnyRun) {
@@ -210,18 +201,18 @@ TEST_F(Report, DoesNotDrawWhatHasLeftTheRoom) {
         write("result.h5", result);
         const auto text = page();
         EXPECT_EQ(text.find("<img"), std::string::npos) << length;
-        EXPECT_EQ(count(text, "No model was compared with a reference here"), 1u);
+        EXPECT_EQ(tests::count(text, "No model was compared with a reference here"), 1u);
         auto far = tests::sample_result();
         for (auto &displacement : far.models[0].solution.displacement)
             displacement.z() = length;
         write("result.h5", far);
-        EXPECT_EQ(count(page(), "The reference does not move, or has diverged"), 1u);
+        EXPECT_EQ(tests::count(page(), "The reference does not move, or has diverged"), 1u);
     }
     auto still = tests::sample_result();
     for (auto &displacement : still.models[0].solution.displacement)
         displacement.setZero();
     write("result.h5", still);
-    EXPECT_EQ(count(page(), "The reference does not move"), 1u);
+    EXPECT_EQ(tests::count(page(), "The reference does not move"), 1u);
 }
 
 TEST_F(Report, ReadsFilesByTheirKind) {
@@ -260,15 +251,13 @@ TEST_F(Report, ReadsFilesByTheirKind) {
     }
 }
 
-/// What is whole is worth a report; what is not stands in it, on standard error and in the exit status.
+/// Whole files are worth a report; others stand in it, on standard error and in the exit status.
 TEST_F(Report, SaysWhatItLeftOut) {
     results::write_result(path_, tests::sample_result());
     write("second.h5", tests::sample_result());
     std::filesystem::resize_file(directory_ / "second.h5", 5000);
     const auto outcome = tests::livermark("report " + directory_.string());
-    EXPECT_EQ(outcome.status, 1) << outcome.output;
-    EXPECT_NE(outcome.output.find("left out: " + (directory_ / "second.h5").string()), std::string::npos)
-        << outcome.output;
+    tests::expect_outcome(outcome, 1, {"left out: " + (directory_ / "second.h5").string()});
     expect_parts(text_of(directory_ / "report.html"), {"1 of runs", "<dt>Left out</dt><dd>second.h5"});
 }
 
@@ -277,8 +266,7 @@ TEST_F(Report, IsRefusedWithDamagedFilesAloneAndLeavesAnEarlierReport) {
     const auto before = page();
     std::filesystem::resize_file(path_, 5000);
     const auto outcome = tests::livermark("report " + directory_.string());
-    EXPECT_EQ(outcome.status, 2) << outcome.output;
-    EXPECT_NE(outcome.output.find(path_.string()), std::string::npos) << outcome.output;
+    tests::expect_outcome(outcome, 2, {path_.string()});
     EXPECT_EQ(text_of(directory_ / "report.html"), before);
     EXPECT_EQ(files().size(), 2u) << "something was left behind";
 }
@@ -296,7 +284,7 @@ TEST_F(Report, SaysWhatToInstallWherePythonLacksALibrary) {
         EXPECT_EQ(outcome.status, 2) << outcome.output;
         expect_parts(outcome.output, {fmt::format("No module named '{}'", library),
                                       "apt-get install python3-matplotlib python3-jinja2 python3-h5py"});
-        EXPECT_EQ(count(outcome.output, "\n"), 1u) << outcome.output;
+        EXPECT_EQ(tests::count(outcome.output, "\n"), 1u) << outcome.output;
         EXPECT_FALSE(std::filesystem::exists(directory_ / "runs" / "report.html"));
         std::filesystem::remove(module);
     }
@@ -341,7 +329,7 @@ TEST_F(Report, SaysWhatToUnsetWherePythonPathIsThatOfAnotherInterpreter) {
             fmt::format("cd {0}; PYTHONPATH={0}/other {1} {2}", directory_.string(), LIVERMARK_BINARY, words));
         EXPECT_EQ(outcome.status, 2) << outcome.output;
         expect_parts(outcome.output, {"built for another Python", "unset PYTHONPATH"});
-        EXPECT_EQ(count(outcome.output, "\n"), 1u) << outcome.output;
+        EXPECT_EQ(tests::count(outcome.output, "\n"), 1u) << outcome.output;
     }
 }
 

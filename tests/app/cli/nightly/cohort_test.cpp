@@ -77,8 +77,7 @@ TEST_F(CohortCommand, KeepsWhatIsThereWhateverTheNumberOfWorkers) {
     fs::remove(in("liver_variant_2/palpation.h5"));
     const auto first = created(1);
     const auto again = run(2);
-    EXPECT_EQ(again.status, 0) << again.output;
-    EXPECT_TRUE(says(again, "kept: liver_variant_1\n")) << again.output;
+    tests::expect_outcome(again, 0, {"kept: liver_variant_1\n"});
     EXPECT_EQ(created(1), first);
     EXPECT_TRUE(fs::exists(in("liver_variant_2/palpation.h5")));
     EXPECT_FALSE(says(run(1, "--poisson 0.4"), "kept:"));
@@ -88,10 +87,9 @@ TEST_F(CohortCommand, NamesABrokenBodyAndGoesOnWithTheOthers) {
     ASSERT_EQ(run().status, 0);
     break_body(1);
     const auto outcome = run();
-    EXPECT_EQ(outcome.status, 1) << outcome.output;
-    EXPECT_TRUE(says(outcome, "failed: liver_variant_1: ")) << outcome.output;
-    EXPECT_TRUE(says(outcome, "remove " + in("bodies/liver_variant_1.toml").string())) << outcome.output;
-    EXPECT_TRUE(says(outcome, "test  0.45  lloyd")) << outcome.output;
+    tests::expect_outcome(
+        outcome, 1,
+        {"failed: liver_variant_1: ", "remove " + in("bodies/liver_variant_1.toml").string(), "test 0.45 lloyd"});
     const auto cohort = results::read_cohort(in("cohort.h5"));
     EXPECT_EQ(cohort.bodies.size(), 2U);
     EXPECT_EQ(cohort.failures.size(), 1U);
@@ -107,8 +105,7 @@ TEST_F(CohortCommand, RefusesBodiesThatWereMadeOtherwiseAndWritesNothing) {
     std::ofstream(in("bodies/liver_variant_2.toml"))
         << "generator = 'livermark mesh liver --variant 2 --tetrahedra 2500 -o liver_variant_2.msh'\n";
     const auto outcome = run();
-    EXPECT_EQ(outcome.status, 2) << outcome.output;
-    EXPECT_TRUE(says(outcome, "give the --tetrahedra that it was made with")) << outcome.output;
+    tests::expect_outcome(outcome, 2, {"give the --tetrahedra that it was made with"});
     EXPECT_FALSE(fs::exists(in("cohort.h5")));
     EXPECT_FALSE(fs::exists(in("bodies/liver_variant_1.toml")));
 }

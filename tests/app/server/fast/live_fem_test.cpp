@@ -32,7 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using Rows = std::vector<std::array<double, 4>>;
 
-/// How all tractions here are spread.
+/// Spread of all tractions here.
 const core::RoundLoad shape{{0.3, 0.2, 0.1}, 0.9};
 
 server::Message binary(Rows rows, const core::RoundLoad &load = shape) {
@@ -87,7 +87,7 @@ class LiveFemTest : public testing::Test {
 
     /// The same by the model itself, on a body and a load case made here.
     core::Solution solved(const Rows &rows, double parenchyma, double tumour,
-                          const std::array<double, 2> &poisson_ratios) const {
+                          const std::array<double, 2> &poisson_ratios, const std::string &model = "fem_p2") const {
         auto body = std::make_shared<core::Body>(*result.problem.body);
         body->materials = {{1060.0, parenchyma, poisson_ratios[0]}, {1100.0, tumour, poisson_ratios[1]}};
         auto load_case = tests::empty_load_case(mesh);
@@ -97,8 +97,7 @@ class LiveFemTest : public testing::Test {
             load_case.condition_on[static_cast<int>(facet)] = 1;
             load_case.value[static_cast<int>(facet)] = {x, y, z};
         }
-        const auto models = models::all_models();
-        return std::ranges::find(models, "fem_p2", &core::Model::name)->solve({body, load_case});
+        return support::find_named(models::all_models(), model, "model").solve({body, load_case});
     }
 
     static void expect_same(const server::Message &reply, const core::Solution &solution) {
@@ -179,9 +178,8 @@ TEST_F(LiveFemTest, SolvesOnWhatCutsHaveLeft) {
         load_case.condition_on[order[at]] = 1;
         load_case.value[order[at]] = {-40.0, 10.0, 5.0};
     }
-    const auto models = models::all_models();
-    const auto solution = std::ranges::find(models, "fem_p2", &core::Model::name)
-                              ->solve({std::make_shared<core::Body>(cut.body), load_case});
+    const auto solution = support::find_named(models::all_models(), "fem_p2", "model")
+                              .solve({std::make_shared<core::Body>(cut.body), load_case});
 
     const auto converse = begin();
     converse(binary({{1.0 * free[0], 30.0, -20.0, 10.0}})); // on the whole body before
@@ -220,9 +218,8 @@ TEST_F(LiveFemTest, IsMovedByANeedle) {
     };
     auto load_case = tests::empty_load_case(mesh);
     tests::prescribe(load_case, mesh, "x_min", core::Vector3::Zero());
-    const auto models = models::all_models();
-    const auto compliance = std::ranges::find(models, "fem_p2", &core::Model::name)
-                                ->compliance({result.problem.body, load_case}, line.places);
+    const auto compliance = support::find_named(models::all_models(), "fem_p2", "model")
+                                .compliance({result.problem.body, load_case}, line.places);
     const auto converse = begin();
     const auto moved_target = [&] {
         const auto reply = converse({false, message(target, forces)});
@@ -252,18 +249,8 @@ TEST_F(LiveFemTest, AnswersByHyperelasticElementsWhereTheseAreAskedFor) {
     const auto linear = converse(binary(rows));
     const auto judge = models::static_reference(core::Regime::large).on_mesh;
     EXPECT_EQ(converse({false, "elements=hyperelastic"}).bytes, "chosen=" + judge);
-
-    auto body = std::make_shared<core::Body>(*result.problem.body);
-    body->materials = {{1060.0, 6000.0, 0.3}, {1100.0, 30000.0, 0.3}};
-    auto load_case = tests::empty_load_case(mesh);
-    tests::prescribe(load_case, mesh, "x_min", core::Vector3::Zero());
-    load_case.conditions.push_back({"probe", core::ConditionKind::traction, shape});
-    for (const auto &[facet, x, y, z] : rows) {
-        load_case.condition_on[static_cast<int>(facet)] = 1;
-        load_case.value[static_cast<int>(facet)] = {x, y, z};
-    }
-    const auto models = models::all_models();
-    const auto expected = std::ranges::find(models, judge, &core::Model::name)->solve({body, load_case});
+    const auto solved_by_judge = [&](const Rows &loads) { return solved(loads, 6000.0, 30000.0, {0.3, 0.3}, judge); };
+    const auto expected = solved_by_judge(rows);
     const auto found = displacement(converse(binary(rows)));
     ASSERT_EQ(found.size(), expected.displacement.size());
     const auto apart = [&](const std::vector<Eigen::Vector3f> &u) {
@@ -279,10 +266,8 @@ TEST_F(LiveFemTest, AnswersByHyperelasticElementsWhereTheseAreAskedFor) {
 
     // The work of a load that is so small that it is twice the energy.
     const Rows small{{1.0 * free[0], 0.3, -0.2, 0.1}, {1.0 * sliding[1], 0.0, 0.0, -0.3}};
-    for (const auto &[facet, x, y, z] : small)
-        load_case.value[static_cast<int>(facet)] = {x, y, z};
-    const auto at_small = std::ranges::find(models, judge, &core::Model::name)->solve({body, load_case});
-    EXPECT_NEAR(work(converse(binary(small))), 2.0 * at_small.strain_energy, 1e-3 * 2.0 * at_small.strain_energy);
+    const double twice = 2.0 * solved_by_judge(small).strain_energy;
+    EXPECT_NEAR(work(converse(binary(small))), twice, 1e-3 * twice);
 
     EXPECT_NE(fault_of([&] {
                   converse(binary({{1.0 * free[0], 1e7, 0.0, 0.0}}));

@@ -39,12 +39,12 @@ class SiteTest : public testing::Test {
         return respond(request(target, method), site).status;
     }
     int status_of(const std::string &host, const std::optional<std::string> &origin, std::uint16_t port = 8421) const {
-        auto of_port = site;
-        of_port.port = port;
+        auto site_at_port = site;
+        site_at_port.port = port;
         auto asked = request("/?token=secret");
         asked.host = host;
         asked.origin = origin;
-        return respond(asked, of_port).status;
+        return respond(asked, site_at_port).status;
     }
     static Request request(const std::string &target, const std::string &method = "GET") {
         return {.method = method,

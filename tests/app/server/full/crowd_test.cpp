@@ -1,14 +1,18 @@
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/write.hpp>
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <cstdlib>
 #include <fcntl.h>
+#include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <list>
+#include <set>
 #include <sstream>
 #include <string>
 #include <sys/resource.h>
@@ -16,7 +20,12 @@
 #include <thread>
 #include <unistd.h>
 
-#include "app/server/serve.hpp"
+#include "app/server/site.hpp"
+#include "fem_reference/linear/linear_elasticity.hpp"
+#include "tests/child.hpp"
+#include "tests/listening_sockets.hpp"
+#include "tests/samples/small_bar.hpp"
+#include "tests/samples/test_meshes.hpp"
 #include "tests/web_client.hpp"
 
 namespace livermark::server {
@@ -48,7 +57,7 @@ class CrowdedServer {
     CrowdedServer(const CrowdedServer &) = delete;
     CrowdedServer &operator=(const CrowdedServer &) = delete;
 
-    /// Of the process so far [s].
+    /// Processor time of the process so far [s].
     double processor_time() const {
         std::ifstream file(fmt::format("/proc/{}/stat", process_));
         std::string text((std::istreambuf_iterator<char>(file)), {});
@@ -65,13 +74,7 @@ class CrowdedServer {
 
   private:
     [[noreturn]] static void be_served(int num_descriptors, int out) {
-        Site site{.folder = "/nowhere",
-                  .page = "/nowhere/index.html",
-                  .port = 0,
-                  .token = tests::token,
-                  .is_result_file = {},
-                  .sessions = {}};
-        serve(std::move(site), [&](std::uint16_t listening) {
+        serve(tests::empty_site(), [&](std::uint16_t listening) {
             const int first_free = dup(out);
             const rlimit limit{static_cast<rlim_t>(first_free + num_descriptors),
                                static_cast<rlim_t>(first_free + num_descriptors)};
@@ -169,3 +172,88 @@ TEST(Crowd, IsTurnedAwayWhereThereIsNoDescriptorAtAll) {
 
 } // namespace
 } // namespace livermark::server
+
+namespace livermark {
+namespace {
+
+namespace fs = std::filesystem;
+using boost::asio::ip::tcp;
+
+/// By conjugate gradients with algebraic multigrid, which run on MPI.
+core::Solution solved_by_iterations() {
+    const auto body = tests::make_body(tests::box_mesh({0.06, 0.02, 0.02}, {6, 2, 2}), {1000.0, 5000.0, 0.3});
+    auto load_case = tests::empty_load_case(body->mesh);
+    tests::prescribe(load_case, body->mesh, "x_min", core::Vector3::Zero());
+    tests::pull(load_case, body->mesh, "x_max", {100.0, 0.0, 0.0});
+    return fem_reference::solve_static({body, load_case}, 2, fem_reference::SolverChoice::iterative);
+}
+
+TEST(Listening, StartsWithNobodyForAnIterativeSolveInOneProcess) {
+    // That it would be found: this is what a library opens.
+    boost::asio::io_context context;
+    {
+        const tcp::acceptor everywhere(context, {tcp::v6(), 0});
+        EXPECT_EQ(tests::listening(getpid()).size(), 1U);
+    }
+    ASSERT_EQ(setenv("OMPI_MCA_btl", "self,tcp", 1), 0);
+    const auto solution = solved_by_iterations();
+    EXPECT_EQ(solution.status, core::SolutionStatus::ok);
+    EXPECT_NE(solution.solver.find("ML"), std::string::npos) << solution.solver;
+    EXPECT_EQ(tests::listening(getpid()), std::set<std::string>{});
+    EXPECT_EQ(tests::descendants(getpid()), std::set<pid_t>{});
+    EXPECT_STREQ(getenv("OMPI_MCA_btl"), "self,tcp");
+    EXPECT_EQ(getenv("OMPI_MCA_ess_singleton_isolated"), nullptr);
+    unsetenv("OMPI_MCA_btl");
+}
+
+TEST(Listening, DuringARunIsNobody) {
+    const auto folder = tests::folder_with_bar("listening");
+    const auto pull = tests::write_pull(folder);
+    std::set<std::string> heard;
+    std::size_t num_looks = 0;
+    const auto look = [&] {
+        for (const auto process : tests::descendants(getpid())) {
+            heard.merge(tests::listening(process));
+            ++num_looks;
+        }
+        return false;
+    };
+    const auto end = tests::run_child({LIVERMARK_BINARY, "run", "--body", (folder / "bar.toml").string(), "--load-case",
+                                       pull, "--model", "fem_p2", "--fem-solver", "iterative", "--reference-on-mesh",
+                                       "--output", (folder / "runs").string()},
+                                      {.killed_when = look});
+    EXPECT_EQ(end.status, 0) << end.output << end.errors;
+    EXPECT_GT(num_looks, 10U);
+    EXPECT_EQ(heard, std::set<std::string>{});
+}
+
+TEST(Listening, OfTheServerIsOneSocketForThisMachineThatItsChildrenDoNotGet) {
+    const tests::ServedInThread served(tests::empty_site(
+        {{"/solve", [](const server::Fields &, const server::ReportProgress &) {
+              return [](const server::Message &) -> server::Message { return {false, solved_by_iterations().solver}; };
+          }}}));
+    const std::set<std::string> own{fmt::format("0100007F:{:04X}", served.port)};
+    tests::WebSocketClient client(served.port);
+    ASSERT_TRUE(client.open("/solve"));
+    EXPECT_NE(client.reply_to("go").find("ML"), std::string::npos);
+    EXPECT_EQ(tests::listening(getpid()), own);
+    // A child, while connections are open: `sleep` has what is not closed on exec.
+    const auto process = fork();
+    if (process == 0) {
+        execlp("sleep", "sleep", "30", static_cast<char *>(nullptr));
+        _exit(1);
+    }
+    std::string name;
+    while (name != "sleep")
+        std::ifstream(fmt::format("/proc/{}/comm", process)) >> name;
+    EXPECT_EQ(tests::listening(process), std::set<std::string>{});
+    std::set<std::string> sockets_of_child;
+    for (const auto &entry : fs::directory_iterator(fmt::format("/proc/{}/fd", process)))
+        if (const auto target = fs::read_symlink(entry.path()).string(); target.starts_with("socket:"))
+            sockets_of_child.insert(target);
+    kill(process, SIGKILL);
+    EXPECT_LE(sockets_of_child.size(), 1U); // the client's of this test, which is in the same process
+}
+
+} // namespace
+} // namespace livermark

@@ -1,7 +1,6 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 #include <chrono>
-#include <csignal>
 #include <cstdint>
 #include <cstdlib>
 #include <fmt/format.h>
@@ -13,9 +12,8 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
-#include <unistd.h>
 
-#include "app/server/serve.hpp"
+#include "app/server/site.hpp"
 #include "core/support/input_error.hpp"
 #include "tests/web_client.hpp"
 
@@ -61,39 +59,17 @@ Session Echo::begin(const Fields &query, const ReportProgress &report) {
     };
 }
 
-/// serve() in a thread, until the signal that Ctrl-C sends.
-class Served {
-  public:
-    explicit Served(const Patience &patience = {}) {
-        std::promise<std::uint16_t> is_ready;
-        auto port_in_future = is_ready.get_future();
-        thread_ = std::thread([this, patience, is_ready = std::move(is_ready)]() mutable {
-            Site site{.folder = "/nowhere",
-                      .page = "/nowhere/index.html",
-                      .port = 0,
-                      .token = tests::token,
-                      .is_result_file = {},
-                      .sessions = {{"/echo", [this](const Fields &query, const ReportProgress &report) {
-                                        return echo.begin(query, report);
-                                    }}}};
-            serve(
-                std::move(site), [&](std::uint16_t port) { is_ready.set_value(port); }, patience);
-        });
-        port = port_in_future.get();
-    }
-    ~Served() { stop(); }
-    void stop() {
-        if (!thread_.joinable())
-            return;
-        kill(getpid(), SIGINT);
-        thread_.join();
-    }
+struct Served {
+    explicit Served(const Patience &patience = {}) : patience(patience) {}
+    void stop() { in_thread.stop(); }
 
-    std::uint16_t port = 0;
     Echo echo;
-
-  private:
-    std::thread thread_;
+    Patience patience;
+    tests::ServedInThread in_thread{
+        tests::empty_site({{"/echo", [this](const Fields &query,
+                                            const ReportProgress &report) { return echo.begin(query, report); }}}),
+        patience};
+    std::uint16_t port = in_thread.port;
 };
 
 int status_of_upgrade(std::uint16_t port, const std::string &target = target_of_echo) {
@@ -342,7 +318,7 @@ TEST(Sockets, EndWithTheServer) {
     EXPECT_FALSE(talking.receive());
 }
 
-/// What goes on in the child process of the test below.
+/// Work of the child process of the test below.
 [[noreturn]] void stop_while_a_reply_is_worked_out() {
     Served served;
     WebSocketClient client(served.port);

@@ -225,8 +225,8 @@ TEST_F(PageOfExperiments, HasAnExampleThatRuns) {
     options.models = {"nodal_neo_hookean_f"};
     options.output = (directory_ / "out").string();
     const auto found = studies::run_experiments(options, "test", {});
-    ASSERT_EQ(found.of_experiment.size(), 1u);
-    const auto &result = found.of_experiment.front();
+    ASSERT_EQ(found.records.size(), 1u);
+    const auto &result = found.records.front();
     ASSERT_EQ(result.runs.size(), 3u);
     const double column = sink_of_column(1000.0 * 9.81, 0.08, 5000.0);
     for (const auto &run : result.runs) {

@@ -1,0 +1,185 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/ostream.h>
+#include <map>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "studies/exchange/formats/export_format.hpp"
+
+namespace livermark::exchange {
+
+using core::Vector3;
+
+namespace {
+
+/// The corners of each face of a tetrahedron, P1 to P4.
+constexpr std::array<std::array<int, 3>, 4> face_corners{{{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}}};
+
+void write_elastic(std::ostream &out, const core::Material &material) {
+    fmt::print(out, "*ELASTIC\n{:.12e}, {:.12e}\n", material.young_modulus, material.poisson_ratio);
+}
+
+/// W = C10 (J^(-2/3) I1 - 3) + (J - 1)^2 / D1
+void write_neo_hooke(std::ostream &out, const core::Material &material) {
+    const double bulk_modulus = material.lame_lambda() + 2.0 / 3.0 * material.shear_modulus();
+    fmt::print(out, "*HYPERELASTIC, NEO HOOKE\n{:.12e}, {:.12e}\n", 0.5 * material.shear_modulus(), 2.0 / bulk_modulus);
+}
+
+std::array<int, 3> sorted(std::array<int, 3> nodes) {
+    std::ranges::sort(nodes);
+    return nodes;
+}
+
+/// The patches as surfaces of faces S1 to S4, numbered as P1 to P4.
+void write_patches(std::ostream &out, const core::TetraMesh &mesh) {
+    std::map<std::array<int, 3>, int> patch;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        patch[sorted(mesh.boundary_triangles[f])] = mesh.boundary_patch[f];
+    std::vector<std::string> faces_of(mesh.patch_names.size());
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        for (std::size_t face = 0; face < face_corners.size(); ++face) {
+            const auto &[a, b, c] = face_corners[face];
+            const auto &nodes = mesh.tetrahedra[t];
+            if (const auto found = patch.find(sorted({nodes[a], nodes[b], nodes[c]})); found != patch.end())
+                faces_of[found->second] += fmt::format("{}, S{}\n", t + 1, face + 1);
+        }
+    for (std::size_t p = 0; p < faces_of.size(); ++p)
+        fmt::print(out, "** {}\n*SURFACE, NAME=PATCH_{}, TYPE=ELEMENT\n{}", mesh.patch_names[p], p, faces_of[p]);
+}
+
+/// Pressures on faces follow them where *STEP says NLGEOM.
+void write_follower_pressures(std::ostream &out, const core::TetraMesh &mesh, const core::LoadCase &load_case) {
+    std::map<std::array<int, 3>, double> pressure;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (load_case.follows_surface(f))
+            pressure[sorted(mesh.boundary_triangles[f])] = core::follower_pressure(load_case, mesh, f);
+    if (pressure.empty())
+        return;
+    fmt::print(out, "*DLOAD\n");
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        for (std::size_t face = 0; face < face_corners.size(); ++face) {
+            const auto &[a, b, c] = face_corners[face];
+            const auto &nodes = mesh.tetrahedra[t];
+            if (const auto found = pressure.find(sorted({nodes[a], nodes[b], nodes[c]})); found != pressure.end())
+                fmt::print(out, "{}, P{}, {:.12e}\n", t + 1, face + 1, found->second);
+        }
+}
+
+/// The equation of a place that presses: its depth is the displacement of a node that is in no element, and what it is
+/// in terms of the others an equation, of which the first term must not be constrained.
+void write_press_equation(std::ostream &out, const std::vector<Vector3> &unit_force,
+                          const std::vector<Vector3> &prescribed) {
+    struct Term {
+        std::size_t node;
+        int component;
+        double factor;
+    };
+    std::vector<Term> terms;
+    for (std::size_t node = 0; node < unit_force.size(); ++node)
+        for (int i = 0; i < 3; ++i)
+            if (unit_force[node][i] != 0.0 && std::isnan(prescribed[node][i]))
+                terms.push_back({node + 1, i + 1, unit_force[node][i]});
+    std::iter_swap(terms.begin(),
+                   std::ranges::max_element(terms, {}, [](const Term &t) { return std::abs(t.factor); }));
+    terms.push_back({unit_force.size() + 1, 1, -1.0});
+    fmt::print(out, "*EQUATION\n{}", terms.size());
+    constexpr std::size_t terms_per_line = 4;
+    for (std::size_t k = 0; k < terms.size(); ++k)
+        fmt::print(out, "{}{}, {}, {:.12e}", k % terms_per_line == 0 ? "\n" : ", ", terms[k].node, terms[k].component,
+                   terms[k].factor);
+    fmt::print(out, "\n");
+}
+
+void write_loads(std::ostream &out, const std::vector<Vector3> &force) {
+    fmt::print(out, "*CLOAD\n");
+    for (std::size_t node = 0; node < force.size(); ++node)
+        for (int i = 0; i < 3; ++i)
+            if (force[node][i] != 0.0)
+                fmt::print(out, "{}, {}, {:.12e}\n", node + 1, i + 1, force[node][i]);
+}
+
+/// Input of CalculiX and Abaqus for a problem at rest: C3D4 or C3D10 with straight edges, a *MATERIAL and an ELSET
+/// for each region, *BOUNDARY for what is prescribed, *CLOAD with the consistent nodal forces of the tractions (a
+/// facet's force goes in equal parts to its corners, or to its edge midpoints), *DLOAD GRAV for the acceleration. Node
+/// i of the mesh is node i + 1, tetrahedron t is element t + 1, the middle of edge e of core::edge_table is node N + e
+/// + 1; lengths are metres, forces newtons. Every displacement goes to the .dat file.
+///
+/// A load case of the large regime is geometrically nonlinear (NLGEOM) and *HYPERELASTIC, NEO HOOKE with the same Lame
+/// parameters, an energy that is not quite that of the suite,
+///     W = mu / 2 (J^(-2/3) I1 - 3) + kappa / 2 (J - 1)^2,   kappa = lambda + 2 mu / 3.
+/// Pressures that follow the surface are *DLOAD on faces.
+/// CalculiX reads the first twenty characters of a number, so thirteen digits have to do.
+void write_inp(std::ostream &out, const core::Problem &problem, const ExportChoices &choices) {
+    const int degree = choices.quadratic ? 2 : 1;
+    const auto &mesh = problem.body->mesh;
+    const auto &load_case = problem.load_case;
+    const bool is_large = load_case.regime == core::Regime::large;
+    const auto fem = discretise(mesh, degree);
+    fmt::print(out, "** body {}, load case {}\n*NODE, NSET=ALL_NODES\n", problem.body->name, load_case.name);
+    for (std::size_t node = 0; node < fem.points.size(); ++node)
+        fmt::print(out, "{}, {:.12e}, {:.12e}, {:.12e}\n", node + 1, fem.points[node].x(), fem.points[node].y(),
+                   fem.points[node].z());
+    for (std::size_t region = 0; region < mesh.region_names.size(); ++region) {
+        fmt::print(out, "** {}\n*ELEMENT, TYPE={}, ELSET=REGION_{}\n", mesh.region_names[region],
+                   degree == 1 ? "C3D4" : "C3D10", region);
+        for (std::size_t t = 0; t < fem.elements.size(); ++t)
+            if (mesh.region[t] == static_cast<int>(region)) {
+                fmt::print(out, "{}", t + 1);
+                for (const int node : fem.elements[t])
+                    fmt::print(out, ", {}", node + 1);
+                fmt::print(out, "\n");
+            }
+        const auto &material = problem.body->materials[region];
+        fmt::print(out, "*MATERIAL, NAME=MATERIAL_{}\n", region);
+        (is_large ? write_neo_hooke : write_elastic)(out, material);
+        fmt::print(out, "*DENSITY\n{1:.12e}\n*SOLID SECTION, ELSET=REGION_{0}, MATERIAL=MATERIAL_{0}\n", region,
+                   material.density);
+    }
+    write_patches(out, mesh);
+    const auto prescribed = prescribed_displacement(load_case, fem);
+    const auto force = traction_forces(mesh, is_large ? core::without_follower_pressures(load_case) : load_case, fem);
+    const bool presses = load_case.press_depth != 0.0;
+    if (presses) {
+        fmt::print(out, "*NODE, NSET=DEPTH\n{}, 0, 0, 0\n", fem.points.size() + 1);
+        write_press_equation(out, force, prescribed);
+    }
+    // Increments grow to the whole load, and Newton's method goes on until its corrections are a ten thousandth of one.
+    fmt::print(out, "{}",
+               is_large ? "*STEP, NLGEOM, INC=1000\n*STATIC\n0.35, 1.0\n"
+                          "*CONTROLS, PARAMETERS=FIELD\n1e-5, 1e-4\n"
+                        : "*STEP\n*STATIC\n");
+    fmt::print(out, "*BOUNDARY\n");
+    for (std::size_t node = 0; node < prescribed.size(); ++node)
+        for (int i = 0; i < 3; ++i)
+            if (!std::isnan(prescribed[node][i]))
+                fmt::print(out, "{}, {}, {}, {:.12e}\n", node + 1, i + 1, i + 1, prescribed[node][i]);
+    if (presses)
+        fmt::print(out, "{}, 1, 1, {:.12e}\n", fem.points.size() + 1, load_case.press_depth);
+    else
+        write_loads(out, force);
+    if (is_large)
+        write_follower_pressures(out, mesh, load_case);
+    if (const double size = load_case.acceleration.norm(); size > 0.0) {
+        const Vector3 direction = load_case.acceleration / size;
+        fmt::print(out, "*DLOAD\n");
+        for (std::size_t region = 0; region < mesh.region_names.size(); ++region)
+            fmt::print(out, "REGION_{}, GRAV, {:.12e}, {:.12e}, {:.12e}, {:.12e}\n", region, size, direction.x(),
+                       direction.y(), direction.z());
+    }
+    fmt::print(out, "*NODE PRINT, NSET=ALL_NODES{}\nU\n*END STEP\n", is_large ? ", FREQUENCY=1000" : "");
+}
+
+} // namespace
+
+namespace formats {
+
+ExportFormat calculix() {
+    return {.name = {}, .summary = "a job of CalculiX or Abaqus", .files = {{".inp", write_inp}}};
+}
+
+} // namespace formats
+
+} // namespace livermark::exchange

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <iosfwd>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/problem.hpp"
+
+/// Problems as other programs read them. Node i of the mesh is node i + 1 in each format that counts from 1, and
+/// tetrahedron t is element t + 1; lengths are metres, forces newtons.
+namespace livermark::exchange {
+
+/// Choices of an export that not every format has.
+struct ExportChoices {
+    bool quadratic = false; ///< quadratic tetrahedra with straight edges
+};
+
+/// One file of a format: its ending, and the text of a problem.
+struct ExportedFile {
+    const char *ending; ///< with its dot
+    void (*write)(std::ostream &, const core::Problem &, const ExportChoices &);
+};
+
+/// A format in which `livermark export` writes problems at rest. One file each in formats/, named as the format.
+struct ExportFormat {
+    std::string name; ///< the file stem; set by the table
+    const char *summary;
+    std::vector<ExportedFile> files;
+    bool only_when_named = false;
+};
+
+/// Every format of formats/, in alphabetical order.
+std::span<const ExportFormat> all_formats();
+
+/// Nodes of elements and facets in the order of CalculiX and Abaqus, counted from 0: those of the mesh, then the
+/// middles of the edges of core::edge_table.
+struct Discretisation {
+    std::vector<core::Vector3> points;      ///< (n) [m]
+    std::vector<std::vector<int>> elements; ///< (M) 4 or 10 nodes
+    std::vector<std::vector<int>> facets;   ///< (T) 3 corners, then 3 midpoints
+};
+
+/// @param degree  1 or 2
+Discretisation discretise(const core::TetraMesh &mesh, int degree);
+
+/// The value that each component of each node is constrained at, NaN where it is free. Where constraints meet, the one
+/// of lowest index wins, as it does for every model.
+/// @return shape (n) [m]
+std::vector<core::Vector3> prescribed_displacement(const core::LoadCase &load_case, const Discretisation &fem);
+
+/// A constant traction on a straight triangle acts in thirds on the corners of linear elements; of quadratic ones the
+/// corners' shape functions have no mean over a face, and the midpoints get a third each. Where a place presses, these
+/// are the forces of one newton of it.
+/// @return shape (n) [N]
+std::vector<core::Vector3> traction_forces(const core::TetraMesh &mesh, const core::LoadCase &load_case,
+                                           const Discretisation &fem);
+
+/// These and the acceleration on linear tetrahedra, whose weight acts in quarters on their corners.
+/// @return shape (n) [N]
+std::vector<core::Vector3> nodal_forces(const core::Problem &problem, const Discretisation &fem);
+
+} // namespace livermark::exchange
