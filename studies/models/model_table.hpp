@@ -10,7 +10,7 @@
 
 #include "core/model.hpp"
 #include "fem_reference/linear/choices.hpp"
-#include "msm/dynamics/time_stepping.hpp"
+#include "msm/integrator.hpp"
 
 namespace livermark::models {
 
@@ -62,7 +62,7 @@ std::string swept_name(std::string_view constant, double value);
 /// Models that come from one adapter. One file each in families/, named as the family.
 struct ModelFamily {
     std::string name;                                         ///< the file stem; set by the table
-    std::vector<core::Model> (*models)(const ModelOptions &); ///< at least one, unless it lacks an option
+    std::vector<core::Model> (*models)(const ModelOptions &); ///< at least one
 };
 
 /// Every family of families/, in alphabetical order.
