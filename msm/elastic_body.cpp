@@ -99,6 +99,14 @@ std::vector<core::Vector3> to_field(const Eigen::VectorXd &unknowns) {
     return field;
 }
 
+std::vector<core::Vector3> moved(const std::vector<core::Vector3> &positions,
+                                 const std::vector<core::Vector3> &displacement) {
+    auto result = positions;
+    for (std::size_t i = 0; i < result.size(); ++i)
+        result[i] += displacement[i];
+    return result;
+}
+
 bool describe_volumes(const std::vector<int> &centre, const std::vector<std::array<int, 4>> &corner_volume,
                       StepParts &parts) {
     if (parts.centre.empty()) {

@@ -13,10 +13,21 @@
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/implicit_integrators.hpp"
+#include "msm/integrator.hpp"
 #include "msm/viscoelastic/relaxing_stepper.hpp"
 
 namespace livermark::msm {
+
+const std::vector<Integrator> &known_integrators() {
+    static const auto all = [] {
+        const auto explicit_ones = all_integrators(), implicit_ones = all_implicit_integrators();
+        std::vector<Integrator> both(explicit_ones.begin(), explicit_ones.end());
+        both.insert(both.end(), implicit_ones.begin(), implicit_ones.end());
+        std::ranges::sort(both, {}, &Integrator::name);
+        return both;
+    }();
+    return all;
+}
 
 namespace {
 
@@ -100,10 +111,10 @@ std::optional<RelaxingBody> at_end_of(const core::Problem &problem, const Elasti
     const auto &[relaxation, times, factors, last_cycle] = *problem.load_case.slow_history;
     RelaxingBody relaxing(body, relaxation);
     for (std::size_t k = 1; k < path.size(); ++k) {
-        auto moved = problem.body->mesh.points;
-        for (std::size_t i = 0; i < moved.size(); ++i)
-            moved[i] += path[k].displacement[i].cast<double>();
-        relaxing.go_on(to_unknowns(moved), times[k] - times[k - 1]);
+        auto positions = problem.body->mesh.points;
+        for (std::size_t i = 0; i < positions.size(); ++i)
+            positions[i] += path[k].displacement[i].cast<double>();
+        relaxing.go_on(to_unknowns(positions), times[k] - times[k - 1]);
     }
     return relaxing;
 }
@@ -117,7 +128,7 @@ StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStep
         names = {*choice.integrator};
     std::optional<StepPlan> best, refused;
     for (const auto &name : names) {
-        StepPlan plan{.integrator = find_known_integrator(name), .kernel = choice.kernel};
+        StepPlan plan{.integrator = find_integrator(name, known_integrators()), .kernel = choice.kernel};
         const auto find_critical_time_step = [&] {
             plan.critical_time_step =
                 critical_time_step(plan.integrator, release.damping, lowest_damped_part * highest, highest);
@@ -177,19 +188,18 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
             history.displacement.emplace_back(
                 is_lost ? core::Vector3::Constant(nan)
                         : core::Vector3(state.displacement.segment<3>(3 * static_cast<Eigen::Index>(probe.node))));
-        auto moved = to_field(state.displacement);
+        const auto now = to_field(state.displacement);
         if (wanted.is_frame(interval))
-            for (const auto &displacement_of_node : moved)
+            for (const auto &node : now)
                 history.frames.emplace_back(is_lost ? Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN())
-                                                    : Eigen::Vector3f(displacement_of_node.cast<float>()));
-        for (std::size_t i = 0; i < moved.size(); ++i)
-            moved[i] += points[i];
+                                                    : Eigen::Vector3f(node.cast<float>()));
+        const auto positions = moved(points, now);
         history.kinetic_energy.push_back(is_lost ? nan : kinetic_energy(equation, state));
         if (is_lost || !relaxing) {
-            history.strain_energy.push_back(is_lost ? nan : elastic_energy(body, moved));
+            history.strain_energy.push_back(is_lost ? nan : elastic_energy(body, positions));
             return;
         }
-        const auto x = to_unknowns(moved);
+        const auto x = to_unknowns(positions);
         if (interval > 0)
             relaxing->go_on(x, wanted.output_interval);
         history.strain_energy.push_back(relaxing->stored_energy(x));
@@ -214,6 +224,60 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
     history.setup_seconds = std::chrono::duration<double>(ready - start).count();
     history.solve_seconds = std::chrono::duration<double>(Clock::now() - ready).count();
     return history;
+}
+
+namespace {
+
+constexpr int steps_between_checks = 25;
+
+} // namespace
+
+Relaxation relax(const Integrator &integrator, const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                 const NodalConditions &conditions, const RelaxationOptions &options) {
+    const auto load = to_unknowns(conditions.force);
+    State state{to_unknowns(conditions.displacement), Eigen::VectorXd::Zero(load.size())};
+    const Eigen::VectorXd is_free = state.displacement.array().isNaN().cast<double>();
+    state.displacement = is_free.array().select(0.0, state.displacement);
+
+    Relaxation result;
+    auto &equilibrium = result.equilibrium;
+    const double highest = largest_angular_frequency(body, positions, conditions);
+    // Damping of the slowest modes by the mass hardly moves what the fastest can bear.
+    result.time_step = default_safety_factor * critical_time_step(integrator, {}, 1e-3 * highest, highest);
+    double omega = 0.0;
+    equilibrium.status = core::SolutionStatus::not_converged;
+    Eigen::VectorXd elastic, unbalanced; // forces (3N), the gradient of the energy and that less the load [N]
+    while (equilibrium.num_iterations < options.max_steps) {
+        const auto equation = elastic_motion(body, positions, conditions, {2.0 * omega, 0.0});
+        const auto step = integrator.prepare(equation, result.time_step);
+        for (int s = 0; s < steps_between_checks; ++s)
+            step(state);
+        equilibrium.num_iterations += steps_between_checks;
+
+        elastic = to_unknowns(elastic_gradient(body, moved(positions, to_field(state.displacement))));
+        unbalanced = elastic - load;
+        const double residual = unbalanced.cwiseProduct(is_free).norm();
+        const double all = std::sqrt(unbalanced.squaredNorm() + load.squaredNorm());
+        if (!std::isfinite(residual)) {
+            equilibrium.status = core::SolutionStatus::diverged;
+            equilibrium.message = fmt::format("the motion was lost after {} steps of {:.3g} s",
+                                              equilibrium.num_iterations, result.time_step);
+            break;
+        }
+        if (residual <= options.tolerance * all) {
+            equilibrium.status = core::SolutionStatus::ok;
+            break;
+        }
+        const double stiffness = state.displacement.dot(elastic);
+        const double mass = state.displacement.dot(equation.mass.cwiseProduct(state.displacement));
+        omega = mass > 0.0 ? std::sqrt(std::max(stiffness / mass, 0.0)) : 0.0;
+    }
+    if (equilibrium.status == core::SolutionStatus::not_converged)
+        equilibrium.message = fmt::format("the body is not at rest after {} steps of {:.3g} s",
+                                          equilibrium.num_iterations, result.time_step);
+    equilibrium.displacement = to_field(state.displacement);
+    equilibrium.constraint_force = to_field(unbalanced.cwiseProduct(Eigen::VectorXd::Ones(is_free.size()) - is_free));
+    return result;
 }
 
 } // namespace livermark::msm

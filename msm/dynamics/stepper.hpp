@@ -4,7 +4,6 @@
 #include "core/rayleigh_damping.hpp"
 #include "core/solution.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
-#include "msm/dynamics/time_stepping.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
 #include "msm/nodal_conditions.hpp"

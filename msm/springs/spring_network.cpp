@@ -127,9 +127,7 @@ class Springs : public RelaxingTerm {
             add(i, j, block, -1.0);
             add(j, i, block, -1.0);
         }
-        Eigen::SparseMatrix<double> hessian(x.size(), x.size());
-        hessian.setFromTriplets(entries.begin(), entries.end());
-        return hessian;
+        return square_matrix(entries, x.size());
     }
 
     /// (n . (u_i - u_j))^2 <= 2 (n . u_i)^2 + 2 (n . u_j)^2
@@ -281,15 +279,7 @@ class InversionGuard : public ElasticTerm {
     }
 
     Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
-        std::vector<Eigen::Triplet<double>> entries;
-        entries.reserve(144 * tetrahedra_.size());
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
-            const auto block = tetrahedron_hessian(x, t, tangent);
-            add_block(entries, tetrahedra_[t], block);
-        }
-        Eigen::SparseMatrix<double> hessian(x.size(), x.size());
-        hessian.setFromTriplets(entries.begin(), entries.end());
-        return hessian;
+        return sum_of_blocks(tetrahedra_, x.size(), [&](std::size_t t) { return tetrahedron_hessian(x, t, tangent); });
     }
 
     void add_block_bound(const Eigen::VectorXd & /*x*/, std::vector<Eigen::Matrix3d> & /*blocks*/) const override {}
@@ -302,15 +292,15 @@ class InversionGuard : public ElasticTerm {
     }
 
   private:
-    Eigen::Matrix<double, 12, 12> tetrahedron_hessian(const Eigen::VectorXd &x, std::size_t t, Tangent tangent) const {
+    Matrix12 tetrahedron_hessian(const Eigen::VectorXd &x, std::size_t t, Tangent tangent) const {
         const auto [volume, gradient] = volume_gradient(x, tetrahedra_[t]);
         const double deficit = least_volume_[t] - volume;
         if (tangent == Tangent::material || deficit <= 0.0)
-            return Eigen::Matrix<double, 12, 12>::Zero();
+            return Matrix12::Zero();
         Eigen::Matrix<double, 12, 1> slope;
         for (int a = 0; a < 4; ++a)
             slope.segment<3>(3 * a) = gradient[a];
-        Eigen::Matrix<double, 12, 12> hessian = slope * slope.transpose();
+        Matrix12 hessian = slope * slope.transpose();
         if (tangent == Tangent::exact)
             hessian -= deficit * volume_hessian(x, tetrahedra_[t]);
         return modulus_per_volume_[t] * hessian;

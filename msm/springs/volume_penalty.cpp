@@ -261,9 +261,7 @@ class VolumePenalty : public ElasticTerm {
             const auto block = volume_hessian(x, tetrahedra_[t]);
             add_block(entries, tetrahedra_[t], tetrahedron_pressure[static_cast<Eigen::Index>(t)] * block);
         }
-        Eigen::SparseMatrix<double> matrix(x.size(), x.size());
-        matrix.setFromTriplets(entries.begin(), entries.end());
-        return matrix;
+        return square_matrix(entries, x.size());
     }
 
     std::vector<std::array<int, 4>> tetrahedra_;

@@ -54,10 +54,7 @@ NodalConditions EquilibriumSearch::conditions_at(double fraction) const {
 }
 
 Displacements EquilibriumSearch::positions(const Displacements &displacement) const {
-    auto result = problem_.body->mesh.points;
-    for (std::size_t i = 0; i < result.size(); ++i)
-        result[i] += displacement[i];
-    return result;
+    return moved(problem_.body->mesh.points, displacement);
 }
 
 Equilibrium EquilibriumSearch::find(const ElasticBody &body, const RestStiffness &rest, double fraction,

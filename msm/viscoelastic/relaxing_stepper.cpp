@@ -22,14 +22,12 @@ std::shared_ptr<const RelaxingTerm> as_relaxing(const std::shared_ptr<const Elas
 } // namespace
 
 ElasticBody relaxed(const ElasticBody &body, double part) {
-    const auto of_term = [part](std::shared_ptr<const ElasticTerm> term) {
+    auto result = body;
+    for (auto &term : result.terms)
         if (const auto relaxing = as_relaxing(term))
             term = relaxing->relaxed(part, {});
-        return term;
-    };
-    auto result = body;
-    std::ranges::transform(body.terms, result.terms.begin(), of_term);
-    result.preconditioner = of_term(body.preconditioner);
+    if (body.preconditioner)
+        result.preconditioner = [whole = body.preconditioner, part](double left) { return whole(left * part); };
     return result;
 }
 

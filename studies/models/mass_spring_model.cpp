@@ -12,12 +12,10 @@
 #include "core/support/input_error.hpp"
 #include "core/support/processes/own_process.hpp"
 #include "msm/dynamics/release.hpp"
-#include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/implicit_integrators.hpp"
+#include "msm/integrator.hpp"
 #include "msm/kernels/equilibria/vector_springs.hpp"
-#include "msm/statics/dynamic_relaxation.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "msm/statics/load_path.hpp"
 #include "msm/statics/rest_stiffness.hpp"
@@ -33,7 +31,8 @@ using Clock = std::chrono::steady_clock;
 constexpr const char *default_relaxing_integrator = "runge_kutta_4";
 
 const msm::Integrator &relaxing_integrator(const ModelOptions &options) {
-    return msm::find_known_integrator(options.time_stepping.integrator.value_or(default_relaxing_integrator));
+    return msm::find_integrator(options.time_stepping.integrator.value_or(default_relaxing_integrator),
+                                msm::known_integrators());
 }
 
 double seconds(Clock::duration duration) {
@@ -176,10 +175,8 @@ class PreparedMassSprings : public core::PreparedModel {
         }
         solution.solve_seconds = seconds(Clock::now() - start);
         put_down(solution, problem, conditions, std::move(found));
-        auto positions = points;
-        for (std::size_t i = 0; i < positions.size(); ++i)
-            positions[i] += solution.displacement[i];
-        solution.strain_energy = msm::elastic_energy(parts_.body, positions); // to the bit what the terms say elsewhere
+        // To the bit what the terms say elsewhere.
+        solution.strain_energy = msm::elastic_energy(parts_.body, msm::moved(points, solution.displacement));
     }
 
     const msm::RestStiffness &at_rest(const msm::NodalConditions &conditions) {

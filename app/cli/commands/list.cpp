@@ -8,7 +8,7 @@
 #include "core/support/input_error.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "msm/implicit_integrators.hpp"
+#include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
 #include "studies/files.hpp"
 #include "studies/models/model_table.hpp"

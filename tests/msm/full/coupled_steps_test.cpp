@@ -8,7 +8,7 @@
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/springs/tetrahedron.hpp"
+#include "tests/oracles/linear_elements.hpp"
 #include "tests/samples/moving_samples.hpp"
 
 namespace livermark {
@@ -127,7 +127,7 @@ TEST(FastSteps, AreNotThereForSpringsOfBothKinds) {
     auto sample = tests::loose(body);
     const auto around_edges = msm::coupled_springs(body, msm::find_coupled_springs("edge_neo_hookean")),
                around_nodes = msm::coupled_springs(body, msm::find_coupled_springs("nodal_neo_hookean")),
-               elements = msm::linear_elements(body);
+               elements = tests::linear_elements(body);
     for (const auto &terms : {std::vector{around_edges, around_nodes}, std::vector{around_nodes, around_edges},
                               std::vector{around_nodes, elements}, std::vector{elements}}) {
         sample.body.terms = terms;

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-#include "msm/implicit_integrators.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/springs/spring_network.hpp"

@@ -1,4 +1,4 @@
-#include "msm/cutting/part_of_body.hpp"
+#include "msm/cutting/cut_parts.hpp"
 
 #include <gtest/gtest.h>
 

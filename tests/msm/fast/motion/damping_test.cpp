@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-#include "msm/dynamics/spectrum.hpp"
 #include "msm/springs/spring_network.hpp"
+#include "msm/statics/rest_stiffness.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/test_meshes.hpp"
 

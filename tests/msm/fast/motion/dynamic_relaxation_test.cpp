@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "msm/dynamics/release.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/statics/dynamic_relaxation.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 
 namespace livermark {

@@ -7,7 +7,6 @@
 
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/implicit_integrators.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"

@@ -7,13 +7,13 @@
 
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
-#include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/spring_energy.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
+#include "msm/statics/rest_stiffness.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/implicit_integrators.hpp"
+#include "msm/integrator.hpp"
 #include "tests/not_a_number.hpp"
 
 namespace livermark {

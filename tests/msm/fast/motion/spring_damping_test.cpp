@@ -3,12 +3,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"
+#include "msm/statics/rest_stiffness.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 
 namespace livermark {

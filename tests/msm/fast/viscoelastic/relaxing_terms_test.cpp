@@ -35,7 +35,6 @@ std::vector<NamedRelaxingTerm> all_relaxing_terms() {
              return msm::spring_term(msm::spring_network(body, msm::all_spring_laws().front()));
          },
          true},
-        {"linear_elements", msm::linear_elements},
     };
     for (const auto &curve : msm::all_spring_curves())
         terms.push_back({"springs_with_the_curve_" + curve.name,

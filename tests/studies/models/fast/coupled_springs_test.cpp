@@ -9,6 +9,7 @@
 #include "msm/springs/volume_penalty.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
+#include "tests/oracles/linear_elements.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -41,7 +42,7 @@ TEST(NodalSprings, AreLinearElementsWhereAllStiffnessIsInsideTetrahedra) {
     const auto body = box_of(0.25);
     const auto rest = msm::to_unknowns(body->mesh.points);
     const Eigen::SparseMatrix<double> found = springs_of(*body, 1.0)->hessian(rest, msm::Tangent::exact);
-    const Eigen::SparseMatrix<double> expected = msm::linear_elements(*body)->hessian(rest, msm::Tangent::exact);
+    const Eigen::SparseMatrix<double> expected = tests::linear_elements(*body)->hessian(rest, msm::Tangent::exact);
     EXPECT_LT((found - expected).norm(), 1e-13 * expected.norm());
 }
 

@@ -5,9 +5,9 @@
 
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/springs/tetrahedron.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
+#include "tests/oracles/linear_elements.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -49,7 +49,7 @@ TEST_P(LinearElements, HaveTheEnergyOfSaintVenantAndKirchhoff) {
         expected += volumes[t] * (0.5 * material.lame_lambda() * strain.trace() * strain.trace() +
                                   material.shear_modulus() * strain.squaredNorm());
     }
-    EXPECT_NEAR(msm::linear_elements(*body)->energy(msm::to_unknowns(moved)), expected, 1e-12 * expected);
+    EXPECT_NEAR(tests::linear_elements(*body)->energy(msm::to_unknowns(moved)), expected, 1e-12 * expected);
 }
 
 /// Linearised, they are linear finite elements, which were put together by another library from other formulas.
@@ -62,13 +62,26 @@ TEST_P(LinearElements, AreLinearFiniteElementsUnderSmallLoads) {
         load_case.acceleration = {0.1, 0.0, -0.3};
         return core::Problem{body, load_case};
     }();
-    const msm::ElasticBody springs(msm::lumped_masses(*problem.body), {msm::linear_elements(*problem.body)});
+    const msm::ElasticBody springs(msm::lumped_masses(*problem.body), {tests::linear_elements(*problem.body)});
     const auto found =
         msm::find_equilibrium(springs, problem.body->mesh.points, msm::nodal_conditions(problem, springs.node_mass));
     fem_reference::StaticSolver fem(problem.body, 1);
     const auto expected = fem.solve(problem.load_case).displacement;
     EXPECT_LT(tests::relative_difference(found.linear_displacement, expected), 1e-12);
     EXPECT_GT(tests::relative_difference(found.displacement, expected), 1e-4); // they are not linear
+}
+
+/// With lambda / mu of 2.5, or of 12 where lambda is above 10 mu.
+TEST_P(LinearElements, OfSofterVolumeAreTheStiffnessThatPreconditions) {
+    const auto body = box(GetParam());
+    const auto &material = body->materials.front();
+    const double mu = material.shear_modulus();
+    const double lambda = std::min(material.lame_lambda(), (material.lame_lambda() > 10.0 * mu ? 12.0 : 2.5) * mu);
+    const double nu = 0.5 * lambda / (lambda + mu);
+    const core::Body softer{body->name, body->mesh, {{material.density, 2.0 * mu * (1.0 + nu), nu}}};
+    const auto expected =
+        tests::linear_elements(softer)->hessian(msm::to_unknowns(body->mesh.points), msm::Tangent::material);
+    EXPECT_LT((msm::stiffness_of_softer_volume(*body, 1.0) - expected).norm(), 1e-13 * expected.norm());
 }
 
 INSTANTIATE_TEST_SUITE_P(PoissonRatio, LinearElements, testing::Values(0.0, 0.25, 0.45, 0.49),
