@@ -115,6 +115,9 @@ class StiffnessProduct {
     Eigen::VectorXd at_rest_; // (3N) what rounding leaves there [N]
 };
 
+/// A vector for each node, shape (N).
+using Field = std::vector<core::Vector3>;
+
 /// A nodal field as 3N components, and back.
 Eigen::VectorXd to_unknowns(const std::vector<core::Vector3> &field);
 std::vector<core::Vector3> to_field(const Eigen::VectorXd &unknowns);

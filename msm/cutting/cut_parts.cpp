@@ -13,7 +13,7 @@
 
 namespace livermark::msm {
 
-/// What some tetrahedra have numbers of, each ascending and once.
+/// Numbers that some tetrahedra have, ascending and once.
 template <std::size_t n>
 std::vector<int> CutParts::once(const std::vector<std::array<int, n>> &numbers, std::span<const int> tetrahedra) {
     std::vector<int> found;
@@ -46,18 +46,18 @@ std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticB
     result.node_mass_ = elastic.node_mass;
     result.source_ = std::move(springs);
     result.tetrahedra_ = mesh.tetrahedra;
-    result.of_node_ = NumberLists(mesh.tetrahedra, mesh.points.size());
+    result.node_lists_ = NumberLists(mesh.tetrahedra, mesh.points.size());
     const auto volumes = core::tetrahedron_volumes(mesh);
     for (std::size_t t = 0; t < volumes.size(); ++t)
         result.mass_share_.push_back(body.materials[mesh.region[t]].density * volumes[t] / 4.0);
     if (!result.parts_.edges.empty()) {
         result.edges_ = core::edge_table(mesh.tetrahedra);
-        result.of_spring_ = NumberLists(result.edges_.tetrahedron_edge, result.edges_.edges.size());
+        result.spring_lists_ = NumberLists(result.edges_.tetrahedron_edge, result.edges_.edges.size());
         result.spring_order_.resize(result.edges_.edges.size());
         std::iota(result.spring_order_.begin(), result.spring_order_.end(), 0);
-        if (result.source_ && result.source_->law.of_tetrahedron)
+        if (result.source_ && result.source_->law.edge_stiffness)
             for (std::size_t t = 0; t < volumes.size(); ++t)
-                result.of_edges_.push_back(result.source_->law.of_tetrahedron(result.source_->body, t));
+                result.edge_stiffness_.push_back(result.source_->law.edge_stiffness(result.source_->body, t));
     }
     const auto &parts = result.parts_;
     const auto x = to_unknowns(mesh.points);
@@ -65,12 +65,12 @@ std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticB
     for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
         result.volume_[static_cast<Eigen::Index>(t)] = volume_gradient(x, mesh.tetrahedra[t]).volume;
     if (!parts.centre.empty()) {
-        result.of_volume_ = NumberLists(parts.corner_volume, parts.centre.size());
+        result.volume_lists_ = NumberLists(parts.corner_volume, parts.centre.size());
         for (int c = 0; c < static_cast<int>(parts.centre.size()); ++c)
             result.volume_modulus_.push_back(
-                modulus_beside_springs(body.materials[mesh.region[result.of_volume_.of(c).front()]]));
+                modulus_beside_springs(body.materials[mesh.region[result.volume_lists_.of(c).front()]]));
     }
-    for (auto *lists : {&result.of_node_, &result.of_spring_, &result.of_volume_})
+    for (auto *lists : {&result.node_lists_, &result.spring_lists_, &result.volume_lists_})
         lists->leave_room();
     for (auto *edges : {&result.edges_.edges, &result.parts_.edges})
         edges->reserve(with_room(edges->size()));
@@ -83,15 +83,15 @@ std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticB
 
 void CutParts::set_spring(int spring) {
     double stiffness = 0.0;
-    for (const int t : of_spring_.of(spring))
+    for (const int t : spring_lists_.of(spring))
         if (parts_.is_there(t)) {
             const auto &edges = edges_.tetrahedron_edge[t];
-            stiffness += of_edges_[t][std::ranges::find(edges, spring) - edges.begin()];
+            stiffness += edge_stiffness_[t][std::ranges::find(edges, spring) - edges.begin()];
         }
     parts_.stiffness[spring] = source_->factor * stiffness;
 }
 
-/// Of the body without what is gone; nodes keep their numbers.
+/// Stiffness of the body without what is gone; nodes keep their numbers.
 std::vector<int> CutParts::ask_law_again() {
     auto body = source_->body;
     auto &mesh = body.mesh;
@@ -124,7 +124,7 @@ std::vector<int> CutParts::ask_law_again() {
 
 void CutParts::set_mass(int node) {
     node_mass_[node] = 0.0;
-    for (const int t : of_node_.of(node))
+    for (const int t : node_lists_.of(node))
         if (parts_.is_there(t))
             node_mass_[node] += mass_share_[t];
 }
@@ -135,7 +135,7 @@ void CutParts::set_volumes(std::span<const int> volumes) {
     Eigen::Index row_of_share = 0;
     for (const int volume : volumes) {
         share.startVec(row_of_share);
-        for (const int t : of_volume_.of(volume))
+        for (const int t : volume_lists_.of(volume))
             if (parts_.is_there(t))
                 share.insertBack(row_of_share, t) = 0.25;
         ++row_of_share;
@@ -161,7 +161,7 @@ const CutChanges &CutParts::remove(std::span<const int> tetrahedra) {
     changes_.edge_parts = once(parts_.edge_part, changes_.tetrahedra);
     for (const int node : changes_.nodes)
         set_mass(node);
-    if (!of_edges_.empty())
+    if (!edge_stiffness_.empty())
         for (const int s : changes_.springs)
             set_spring(s);
     else if (source_)
@@ -202,7 +202,7 @@ void CutParts::part_nodes(const Parting &parting) {
     parted_.parent_node = parting.parent_node;
     auto &nodes = parted_.nodes;
     nodes = parting.parent_node;
-    NewLists of_new;
+    NewLists added;
     const auto num_nodes = static_cast<int>(node_mass_.size());
     for (std::size_t k = 0; k < parting.parent_node.size(); ++k)
         nodes.push_back(num_nodes + static_cast<int>(k));
@@ -214,14 +214,14 @@ void CutParts::part_nodes(const Parting &parting) {
             parts_.tetrahedra[t] = parting.nodes[i];
         for (const int node : parting.nodes[i])
             if (node >= num_nodes)
-                of_new.add(node, t);
+                added.add(node, t);
     }
     node_mass_.resize(node_mass_.size() + parting.parent_node.size(), 0.0);
-    of_node_.resize(node_mass_.size());
-    of_new.put_into(of_node_);
+    node_lists_.resize(node_mass_.size());
+    added.put_into(node_lists_);
     for (const int node : nodes) {
         if (node < num_nodes)
-            leave_owners(node, tetrahedra_, of_node_);
+            leave_owners(node, tetrahedra_, node_lists_);
         set_mass(node);
     }
     if (source_)
@@ -237,7 +237,7 @@ void CutParts::part_springs(const Parting &parting) {
     if (parts_.edges.empty())
         return;
     Successors<std::array<int, 2>> successors(num_before);
-    NewLists of_new;
+    NewLists added;
     for (const int t : parting.tetrahedra)
         for (std::size_t e = 0; e < 6; ++e) {
             const auto &[a, b] = core::tetrahedron_edges[e];
@@ -256,18 +256,18 @@ void CutParts::part_springs(const Parting &parting) {
                 parted_.springs.push_back(number);
             }
             spring = number;
-            of_new.add(number, t);
+            added.add(number, t);
         }
     sort_and_leave_one(parted_.springs);
-    of_spring_.resize(edges_.edges.size());
-    of_new.put_into(of_spring_);
+    spring_lists_.resize(edges_.edges.size());
+    added.put_into(spring_lists_);
     for (const int s : parted_.springs) {
         if (s < parted_.first_new_spring)
-            leave_owners(s, edges_.tetrahedron_edge, of_spring_);
-        if (std::ranges::none_of(of_spring_.of(s), [&](int t) { return parts_.is_there(t); }))
+            leave_owners(s, edges_.tetrahedron_edge, spring_lists_);
+        if (std::ranges::none_of(spring_lists_.of(s), [&](int t) { return parts_.is_there(t); }))
             parted_.gone_springs.push_back(s);
     }
-    if (!of_edges_.empty())
+    if (!edge_stiffness_.empty())
         for (const int s : parted_.springs)
             set_spring(s);
     else if (source_) {
@@ -295,7 +295,7 @@ void CutParts::part_volumes(const Parting &parting) {
     changed = once(parts_.corner_volume, parting.tetrahedra);
     const auto num_before = static_cast<int>(parts_.centre.size());
     Successors<int> successors(parts_.centre.size());
-    NewLists of_new;
+    NewLists added;
     std::vector<int> lost;
     for (const int t : parting.tetrahedra)
         for (std::size_t k = 0; k < 4; ++k) {
@@ -315,15 +315,15 @@ void CutParts::part_volumes(const Parting &parting) {
             }
             lost.push_back(before);
             volume = number;
-            of_new.add(number, t);
+            added.add(number, t);
         }
-    of_volume_.resize(parts_.centre.size());
-    of_new.put_into(of_volume_);
+    volume_lists_.resize(parts_.centre.size());
+    added.put_into(volume_lists_);
     sort_and_leave_one(changed);
     sort_and_leave_one(lost);
     for (const int c : lost)
         if (c < num_before)
-            leave_owners(c, parts_.corner_volume, of_volume_);
+            leave_owners(c, parts_.corner_volume, volume_lists_);
     if (!parts_.volume_stiffness.empty())
         set_volumes(lost);
 }
@@ -367,26 +367,26 @@ const PartingChanges &CutParts::part(const Parting &parting) {
 PartOfBody part_of_body(const core::Body &body, const std::vector<char> &is_in, const NodalConditions &conditions) {
     const auto &mesh = body.mesh;
     PartOfBody part{.body = {.name = body.name, .mesh = {}, .materials = body.materials}, .node = {}, .conditions = {}};
-    auto &of_part = part.body.mesh;
-    of_part.region_names = mesh.region_names;
+    auto &mesh_of_part = part.body.mesh;
+    mesh_of_part.region_names = mesh.region_names;
     std::vector<int> number(mesh.points.size(), -1);
     for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
         if (is_in[t] == 0)
             continue;
-        for (const int node : of_part.tetrahedra.emplace_back(mesh.tetrahedra[t]))
+        for (const int node : mesh_of_part.tetrahedra.emplace_back(mesh.tetrahedra[t]))
             number[node] = 0;
-        of_part.region.push_back(mesh.region[t]);
+        mesh_of_part.region.push_back(mesh.region[t]);
     }
     for (std::size_t i = 0; i < number.size(); ++i)
         if (number[i] == 0) {
-            number[i] = of_part.num_nodes();
+            number[i] = mesh_of_part.num_nodes();
             part.node.push_back(static_cast<int>(i));
-            of_part.points.push_back(mesh.points[i]);
+            mesh_of_part.points.push_back(mesh.points[i]);
             part.conditions.displacement.push_back(conditions.displacement[i]);
             part.conditions.force.emplace_back(core::Vector3::Zero());
             part.conditions.constraint.push_back({-1, -1, -1});
         }
-    for (auto &tetrahedron : of_part.tetrahedra)
+    for (auto &tetrahedron : mesh_of_part.tetrahedra)
         for (int &node : tetrahedron)
             node = number[node];
     return part;

@@ -35,8 +35,8 @@ class NumberLists {
     template <std::size_t n> NumberLists(const std::vector<std::array<int, n>> &numbers, std::size_t count) {
         start_.assign(count, 0);
         size_.assign(count, 0);
-        for (const auto &of_thing : numbers)
-            for (const int number : of_thing)
+        for (const auto &those : numbers)
+            for (const int number : those)
                 ++size_[number];
         for (std::size_t i = 1; i < count; ++i)
             start_[i] = start_[i - 1] + size_[i - 1];
@@ -190,12 +190,12 @@ class CutParts {
     core::EdgeTable edges_;
     std::vector<std::array<int, 4>> tetrahedra_;
     std::vector<int> spring_order_; // (S) in lexicographic order of edges; kept for laws that look at the whole body
-    NumberLists of_node_, of_spring_, of_volume_; // tetrahedra of each, ascending
-    std::vector<double> mass_share_;              // (M) of each corner [kg]
-    std::vector<std::array<double, 6>> of_edges_; // (M) what each adds to its springs [N/m]
-    Eigen::VectorXd volume_;                      // (M) as VolumePenalty has it [m^3]
-    std::vector<double> volume_modulus_;          // (C) [Pa]
-    std::vector<char> is_seen_;                   // room for marks, 0 but in once()
+    NumberLists node_lists_, spring_lists_, volume_lists_; // tetrahedra of each, ascending
+    std::vector<double> mass_share_;                       // (M) of each corner [kg]
+    std::vector<std::array<double, 6>> edge_stiffness_;    // (M) what each adds to its springs [N/m]
+    Eigen::VectorXd volume_;                               // (M) as VolumePenalty has it [m^3]
+    std::vector<double> volume_modulus_;                   // (C) [Pa]
+    std::vector<char> is_seen_;                            // room for marks, 0 but in once()
     CutChanges changes_;
     PartingChanges parted_;
 };

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -10,6 +9,7 @@
 #include <utility>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
@@ -38,7 +38,7 @@ constexpr double largest_energy = 10.0;
 
 /// The more accurate first: it is taken where both need as many forces.
 constexpr std::array default_integrators{"runge_kutta_4", "runge_kutta_chebyshev"};
-/// Of a stabilised method, whose stable steps may be as long as the interval between two records.
+/// Least number of steps of a stabilised method, whose stable steps may be as long as the interval between two records.
 constexpr int min_stabilised_steps = 3;
 /// Forces in a step that are tried: with fewer steps get too short, with more a step is as long as the interval.
 constexpr std::array forces_in_a_step{5, 6, 7, 8, 9, 10, 11, 12};
@@ -76,7 +76,7 @@ int forces_per_record(const StepPlan &plan) {
     return plan.steps_per_record * plan.integrator.forces_per_step;
 }
 
-/// Of a method whose stable steps get longer with the forces in them, that of the number which is to need the fewest
+/// The variant of a method whose stable steps get longer with the forces in them that is to need the fewest forces
 /// between two records.
 /// @param plan  of another number
 Integrator with_best_number(const StepPlan &plan, const TimeStepping &choice, double interval) {
@@ -135,9 +135,9 @@ StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStep
         };
         find_critical_time_step();
         if (plan.integrator.with_forces_per_step && !choice.time_step && plan.critical_time_step > 0.0) {
-            auto best = with_best_number(plan, choice, release.output_interval);
-            if (best.forces_per_step != plan.integrator.forces_per_step) {
-                plan.integrator = std::move(best);
+            auto other = with_best_number(plan, choice, release.output_interval);
+            if (other.forces_per_step != plan.integrator.forces_per_step) {
+                plan.integrator = std::move(other);
                 find_critical_time_step();
             }
         }
@@ -156,11 +156,9 @@ StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStep
 }
 
 core::History release(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
-                      const std::vector<core::Vector3> &displacement, const StepPlan &plan,
-                      std::span<const core::PathPoint> path) {
-    using Clock = std::chrono::steady_clock;
+                      const Field &displacement, const StepPlan &plan, std::span<const core::PathPoint> path) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    const auto start = Clock::now();
+    const auto start = core::Clock::now();
     const auto &points = problem.body->mesh.points;
     const auto &wanted = problem.load_case.release.value();
     const auto equation = elastic_motion(body, points, conditions, wanted.damping);
@@ -207,7 +205,8 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
     record(0);
     const auto load = to_unknowns(conditions.force);
     const double energy = history.strain_energy[0] + std::abs(load.dot(state.displacement));
-    const auto ready = Clock::now();
+    history.setup_seconds = core::seconds_since(start);
+    const auto ready = core::Clock::now();
     for (int interval = 1; interval <= wanted.num_steps; ++interval) {
         if (std::isnan(history.diverged_at)) {
             const auto before = state;
@@ -221,8 +220,7 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
             history.diverged_at = interval * wanted.output_interval;
         record(interval);
     }
-    history.setup_seconds = std::chrono::duration<double>(ready - start).count();
-    history.solve_seconds = std::chrono::duration<double>(Clock::now() - ready).count();
+    history.solve_seconds = core::seconds_since(ready);
     return history;
 }
 
@@ -232,7 +230,7 @@ constexpr int steps_between_checks = 25;
 
 } // namespace
 
-Relaxation relax(const Integrator &integrator, const ElasticBody &body, const std::vector<core::Vector3> &positions,
+Relaxation relax(const Integrator &integrator, const ElasticBody &body, const Field &positions,
                  const NodalConditions &conditions, const RelaxationOptions &options) {
     const auto load = to_unknowns(conditions.force);
     State state{to_unknowns(conditions.displacement), Eigen::VectorXd::Zero(load.size())};

@@ -37,8 +37,7 @@ StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStep
 ///   Its strain energy is RelaxingBody::stored_energy(), with branches that follow the records
 /// @return if the motion leaves all bounds, diverged_at says when, and the records from then on are NaN
 core::History release(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
-                      const std::vector<core::Vector3> &displacement, const StepPlan &plan,
-                      std::span<const core::PathPoint> path = {});
+                      const Field &displacement, const StepPlan &plan, std::span<const core::PathPoint> path = {});
 
 struct RelaxationOptions {
     /// Largest accepted norm of the forces out of balance, relative to that of all forces at work.
@@ -52,14 +51,14 @@ struct Relaxation {
     double time_step = 0.0;  ///< [s]
 };
 
-/// Where a body comes to rest, found by letting it move under damping (dynamic relaxation): steps of a safe part
+/// Place where a body comes to rest, found by letting it move under damping (dynamic relaxation): steps of a safe part
 /// of the critical length, and damping by the mass, alpha = 2 omega, critical for the mode that the motion is in, with
 /// omega^2 = u^T F(u) / u^T M u of the elastic forces F, looked at again after every few steps.
 /// (P. Underwood 1983, Dynamic relaxation, in: Computational Methods for Transient Analysis)
 /// @param integrator  explicit
 /// @param body, positions, conditions  as for find_equilibrium()
 /// @return status not_converged after max_steps, diverged where the motion is lost
-Relaxation relax(const Integrator &integrator, const ElasticBody &body, const std::vector<core::Vector3> &positions,
+Relaxation relax(const Integrator &integrator, const ElasticBody &body, const Field &positions,
                  const NodalConditions &conditions, const RelaxationOptions &options = {});
 
 } // namespace livermark::msm

@@ -25,8 +25,8 @@ struct MeanParts {
     /// A part with some of a tetrahedron.
     struct Member {
         int part;
-        double of_tetrahedron; ///< share of the tetrahedron that belongs to the part, times the weight of its kind
-        double in_mean;        ///< weight of the tetrahedron in the mean: its volume in the part over that of the part
+        double share;   ///< share of the tetrahedron that belongs to the part, times the weight of its kind
+        double in_mean; ///< weight of the tetrahedron in the mean: its volume in the part over that of the part
     };
 
     std::vector<double> volume;  ///< (C) at rest, times the weight of their kind [m^3]
@@ -37,7 +37,7 @@ struct MeanParts {
     int num_parts() const { return static_cast<int>(volume.size()); }
 };
 
-/// What is shared between the tetrahedra of a kind of parts: nodes, edges, or nothing.
+/// Places that tetrahedra of a kind of parts share: nodes, edges, or nothing.
 class PartsOfOneKind {
   public:
     PartsOfOneKind(const core::Body &body, double weight, int first_part)
@@ -111,7 +111,7 @@ MeanParts mean_parts(const core::Body &body, const StrainDomains &domains) {
             for (int k = 0; k < num_places; ++k) {
                 const int part = kind.part(t, k, num_places);
                 parts.members.push_back({.part = kind.first_part() + part,
-                                         .of_tetrahedron = kind.weight() / num_places,
+                                         .share = kind.weight() / num_places,
                                          .in_mean = volumes[t] / (num_places * kind.volume_of(part))});
             }
         parts.start.push_back(static_cast<int>(parts.members.size()));
@@ -206,7 +206,7 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         return term;
     }
 
-    /// What small displacements add to the stresses, and what the stresses that are there do when edges turn.
+    /// Forces of the stresses that small displacements add, and of those that are there when edges turn.
     void add_hessian_product(const Eigen::VectorXd &x, const Eigen::VectorXd &u,
                              Eigen::VectorXd &product) const override {
         const auto mean = means(values(x));
@@ -247,7 +247,7 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         for (int t = 0; t < static_cast<int>(nodes_.size()); ++t) {
             typename Measure::Stiffness material = Measure::Stiffness::Zero();
             for (const auto &member : members(t))
-                material += member.of_tetrahedron * stiffness(member.part, mean[member.part], Tangent::material);
+                material += member.share * stiffness(member.part, mean[member.part], Tangent::material);
             const auto slope = tetrahedra_[t].slope(x);
             const Matrix12 block = volume_[t] * slope.transpose() * material * slope;
             for (int a = 0; a < 4; ++a)
@@ -279,9 +279,9 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
 
     /// @param stress  of each part
     void add_gathered_force(const Eigen::VectorXd &x, const Values &stress, Eigen::VectorXd &force) const {
-        const auto of_tetrahedron = gathered(stress);
+        const auto borne = gathered(stress);
         for (std::size_t t = 0; t < nodes_.size(); ++t)
-            tetrahedra_[t].add_force(x, of_tetrahedron[t], force);
+            tetrahedra_[t].add_force(x, borne[t], force);
     }
 
     bool describe_nodes(StepParts &parts) const {
@@ -307,9 +307,9 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         const auto &domains = springs_.domains;
         for (std::size_t t = 0; t < nodes_.size(); ++t) {
             const auto around = members(t);
-            auto &of_edges = parts.edge_part.emplace_back();
+            auto &edge_part = parts.edge_part.emplace_back();
             for (std::size_t e = 0; e < 6; ++e) {
-                of_edges[e] = around[e].part;
+                edge_part[e] = around[e].part;
                 if (around[e].part == static_cast<int>(parts.edge_modulus.size()))
                     parts.edge_modulus.push_back(domains.edges * parts_.modulus[around[e].part]);
             }
@@ -351,7 +351,7 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         return mean;
     }
 
-    /// Of each part, and what its dashpots add [Pa].
+    /// Stress of each part, and what its dashpots add [Pa].
     Values stresses(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta) const {
         const bool is_fixed = !fixed_stress_.empty();
         auto stress = is_fixed ? fixed_stress_ : means(values(x));
@@ -370,12 +370,12 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         return stress;
     }
 
-    /// What each tetrahedron bears of the stresses of its parts, times its volume [J].
+    /// Stress that each tetrahedron bears of its parts, times its volume [J].
     Values gathered(const Values &stress) const {
         Values result(nodes_.size(), Value::Zero());
         for (std::size_t t = 0; t < result.size(); ++t)
             for (const auto &member : members(t))
-                result[t] += volume_[t] * member.of_tetrahedron * stress[member.part];
+                result[t] += volume_[t] * member.share * stress[member.part];
         return result;
     }
 
@@ -396,7 +396,7 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         return slopes;
     }
 
-    /// What the stresses of all add when edges turn.
+    /// Stiffness that the stresses of all add when edges turn.
     Eigen::SparseMatrix<double> turning_hessian(const Eigen::VectorXd &x, Tangent tangent) const {
         const auto stress = gathered(stresses(x, x, 0.0));
         return sum_of_blocks(nodes_, x.size(),
@@ -453,9 +453,9 @@ bool are_in_kernels(const CoupledSprings &springs) {
 
 CoupledSprings with_part_inside(CoupledSprings springs, double part) {
     auto &[nodes, edges, tetrahedra] = springs.domains;
-    const double of_others = (1.0 - part) / (nodes + edges);
-    nodes *= of_others;
-    edges *= of_others;
+    const double others = (1.0 - part) / (nodes + edges);
+    nodes *= others;
+    edges *= others;
     tetrahedra = part;
     return springs;
 }

@@ -13,7 +13,7 @@
 namespace livermark::msm {
 
 SpringLaw law_of_tetrahedra(std::string summary, std::string source,
-                            std::array<double, 6> (*of_tetrahedron)(const core::Body &, std::size_t)) {
+                            std::array<double, 6> (*edge_stiffness)(const core::Body &, std::size_t)) {
     return {.name = {},
             .summary = std::move(summary),
             .source = std::move(source),
@@ -21,13 +21,13 @@ SpringLaw law_of_tetrahedra(std::string summary, std::string source,
                 [=](const core::Body &body, const core::EdgeTable &table) {
                     std::vector<double> stiffness(table.edges.size(), 0.0);
                     for (std::size_t t = 0; t < table.tetrahedron_edge.size(); ++t) {
-                        const auto added = of_tetrahedron(body, t);
+                        const auto added = edge_stiffness(body, t);
                         for (std::size_t e = 0; e < 6; ++e)
                             stiffness[table.tetrahedron_edge[t][e]] += added[e];
                     }
                     return stiffness;
                 },
-            .of_tetrahedron = of_tetrahedron};
+            .edge_stiffness = edge_stiffness};
 }
 
 namespace {
@@ -153,7 +153,7 @@ class Springs : public RelaxingTerm {
     }
 
   private:
-    /// What is stiff along the spring: never less than nothing, but for the exact derivative.
+    /// Stiffness along the spring: never less than nothing, but for the exact derivative.
     double axial(double stretch, Tangent tangent) const {
         const double slope = part_ * curve_.slope(stretch);
         return tangent == Tangent::exact ? slope : std::max(slope, 0.0);
@@ -238,8 +238,8 @@ namespace {
 
 /// Part of its volume below which a tetrahedron is pushed back.
 constexpr double smallest_part = 0.5;
-/// How much stiffer than the material: enough to hold a box pressed by 0.4 of its Young's modulus. Without the guard it
-/// gives way below 0.2.
+/// Stiffness over that of the material: enough to hold a box pressed by 0.4 of its Young's modulus. Without the guard
+/// it gives way below 0.2.
 constexpr double stiffening = 4.0;
 
 double modulus(const core::Material &material) {

@@ -48,8 +48,6 @@ class PressedLoad {
     Eigen::VectorXd unit_;
 };
 
-using Field = std::vector<core::Vector3>;
-
 /// Steps after which one factor has to have brought the residual down tenfold, or another is made. A hundred steps cost
 /// about as much as a factor.
 constexpr int steps_between_looks = 10;
@@ -77,7 +75,7 @@ class Descent {
     /// Whether there is an energy where it is.
     bool is_possible() const { return std::isfinite(potential_); }
 
-    /// What holds each node where it is, beyond the loads: zero on free components in equilibrium.
+    /// Force that holds each node where it is, beyond the loads: zero on free components in equilibrium.
     const Field &unbalanced() const { return unbalanced_; }
 
     /// Norm of the free part of the unbalanced force, relative to all forces at work.
@@ -169,7 +167,7 @@ class Descent {
         return true;
     }
 
-    /// What the places that press exert together [N].
+    /// Force of the places that press, together [N].
     double press() const { return pressed_.is_there() ? amount_ : 0.0; }
 
   private:

@@ -21,10 +21,10 @@ class EquilibriumSearch {
 
     /// The problem with a part of all that drives it.
     core::Problem at(double fraction) const;
-    /// Of that. Where a place presses it does so at every part, 0 included.
+    /// Conditions of that. A place that presses does so at every part, 0 included.
     NodalConditions conditions_at(double fraction) const;
     /// Positions at displacements, shape (N) [m].
-    std::vector<core::Vector3> positions(const std::vector<core::Vector3> &displacement) const;
+    Field positions(const Field &displacement) const;
 
     /// @param body   may be another one each time
     /// @param rest   of that body or one that is about as stiff; as for find_equilibrium()
@@ -36,16 +36,15 @@ class EquilibriumSearch {
     };
 
     /// @param start  shape (N) [m]; what is prescribed is put to its place
-    Equilibrium find(const ElasticBody &body, const RestStiffness &rest, double fraction,
-                     std::vector<core::Vector3> start, const Touch &touch);
+    Equilibrium find(const ElasticBody &body, const RestStiffness &rest, double fraction, Field start,
+                     const Touch &touch);
     /// The same where nothing touches.
-    Equilibrium find(const ElasticBody &body, const RestStiffness &rest, double fraction,
-                     std::vector<core::Vector3> start) {
+    Equilibrium find(const ElasticBody &body, const RestStiffness &rest, double fraction, Field start) {
         return find(body, rest, fraction, std::move(start), Touch{});
     }
 
-    /// What its constraints exert at an equilibrium, shape (P) [N].
-    std::vector<core::Vector3> reaction(const Equilibrium &found, double fraction) const;
+    /// Forces of the constraints at an equilibrium, shape (P) [N].
+    Field reaction(const Equilibrium &found, double fraction) const;
 
     LimitedMemory &memory() { return memory_; }
     int num_equilibria() const { return num_equilibria_; }
@@ -53,8 +52,8 @@ class EquilibriumSearch {
     int num_factors() const { return num_factors_; }       ///< of all
 
   private:
-    Equilibrium find(const ElasticBody &body, const RestStiffness &rest, const NodalConditions &conditions,
-                     std::vector<core::Vector3> start, const SurfacePressure *pressure, const Touch &touch);
+    Equilibrium find(const ElasticBody &body, const RestStiffness &rest, const NodalConditions &conditions, Field start,
+                     const SurfacePressure *pressure, const Touch &touch);
 
     const core::Problem &problem_;
     const std::vector<double> &node_mass_;
@@ -63,7 +62,7 @@ class EquilibriumSearch {
     int num_equilibria_ = 0, num_iterations_ = 0, num_factors_ = 0;
 };
 
-/// Where a body is on the way to the whole load, and there.
+/// Places of a body on the way to the whole load, and there.
 struct FollowedPath {
     Equilibrium end; ///< at the whole load, or where it ended; iterations and factors are those of the whole way
     std::vector<core::PathPoint>

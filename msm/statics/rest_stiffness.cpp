@@ -4,7 +4,6 @@
 
 #include <Eigen/CholmodSupport>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fmt/format.h>
 #include <functional>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/stopwatch.hpp"
 #include "core/support/factors/blas_memory.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/time_step.hpp"
@@ -73,22 +73,16 @@ void LimitedMemory::learn(Eigen::VectorXd step, Eigen::VectorXd change) {
 
 namespace {
 
-/// Of the residual of the linear answer, where it is found step by step.
+/// Tolerance of the residual of the linear answer, where it is found step by step.
 constexpr double linear_tolerance = 1e-10;
 constexpr int most_conjugate_gradients = 300;
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 /// About what is on the diagonal of the stiffness, without the stiffness. The bounds of tetrahedra are four times it.
-Eigen::VectorXd bound_of_diagonal(const ElasticBody &body, const std::vector<core::Vector3> &positions) {
+Eigen::VectorXd bound_of_diagonal(const ElasticBody &body, const Field &positions) {
     std::vector<Eigen::Matrix3d> blocks(positions.size(), Eigen::Matrix3d::Zero());
     for (const auto &term : body.terms)
         term->add_block_bound(to_unknowns(positions), blocks);
-    std::vector<core::Vector3> diagonal;
+    Field diagonal;
     for (const auto &block : blocks)
         diagonal.emplace_back(0.25 * block.diagonal());
     return to_unknowns(diagonal);
@@ -96,8 +90,7 @@ Eigen::VectorXd bound_of_diagonal(const ElasticBody &body, const std::vector<cor
 
 } // namespace
 
-RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions)
-    : extent_(core::extent(positions)) {
+RestStiffness::RestStiffness(const ElasticBody &body, const Field &positions) : extent_(core::extent(positions)) {
     auto stiffness = body.preconditioner ? body.preconditioner(1.0) : elastic_hessian(body, positions, Tangent::exact);
     stiffness_.swap(stiffness); // Eigen does not move sparse matrices
     if (!body.preconditioner)
@@ -108,15 +101,13 @@ RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Ve
     }
 }
 
-RestStiffness RestStiffness::of_many(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                     std::vector<core::Vector3> common) {
+RestStiffness RestStiffness::shared(const ElasticBody &body, const Field &positions, Field common) {
     RestStiffness rest(body, positions);
     rest.common_ = std::move(common);
     return rest;
 }
 
-RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                             const std::vector<core::Vector3> &prescribed)
+RestStiffness::RestStiffness(const ElasticBody &body, const Field &positions, const Field &prescribed)
     : RestStiffness(body, positions) {
     constrain(prescribed);
 }
@@ -126,16 +117,16 @@ bool RestStiffness::factorise(const FreeComponents &rows) {
     if (rows_ == rows)
         return rows_are_definite_;
     rows_.reset(); // what follows may throw
-    const auto start = Clock::now();
+    const auto start = core::Clock::now();
     const auto restricted = rows.restrict(stiffness_);
     factor_.order(restricted);
     rows_are_definite_ = factor_.factorise(restricted);
     rows_ = rows;
-    factor_seconds_ = seconds_since(start);
+    factor_seconds_ = core::seconds_since(start);
     return rows_are_definite_;
 }
 
-void RestStiffness::constrain(const std::vector<core::Vector3> &prescribed) {
+void RestStiffness::constrain(const Field &prescribed) {
     if (constrains(prescribed))
         return;
     free_ = FreeComponents(prescribed);
@@ -153,10 +144,10 @@ void RestStiffness::constrain(const std::vector<core::Vector3> &prescribed) {
         constrained.reset();
         is_definite_ = factorise(free_);
     }
-    const auto start = Clock::now();
+    const auto start = core::Clock::now();
     if (is_definite_)
         factor_.constrain(std::move(constrained).value_or(std::vector<int>{}));
-    constrain_seconds_ = seconds_since(start);
+    constrain_seconds_ = core::seconds_since(start);
 }
 
 Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force) const {
@@ -164,24 +155,23 @@ Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force) const
 }
 
 Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force, support::SparseCholesky::Solve solve) const {
-    Eigen::VectorXd of_rows = Eigen::VectorXd::Zero(rows_->size());
+    Eigen::VectorXd factored = Eigen::VectorXd::Zero(rows_->size());
     for (Eigen::Index c = 0; c < stiffness_.rows(); ++c)
         if (free_.is_free(c))
-            of_rows[rows_->number(c)] = force[free_.number(c)];
-    of_rows = (factor_.*solve)(of_rows);
+            factored[rows_->number(c)] = force[free_.number(c)];
+    factored = (factor_.*solve)(factored);
     Eigen::VectorXd solution(force.size());
     for (Eigen::Index c = 0; c < stiffness_.rows(); ++c)
         if (free_.is_free(c))
-            solution[free_.number(c)] = of_rows[rows_->number(c)];
+            solution[free_.number(c)] = factored[rows_->number(c)];
     return solution;
 }
 
-bool RestStiffness::constrains(const std::vector<core::Vector3> &prescribed) const {
+bool RestStiffness::constrains(const Field &prescribed) const {
     return rows_ && free_ == FreeComponents(prescribed);
 }
 
-std::vector<core::Vector3> RestStiffness::solve(const std::vector<core::Vector3> &prescribed,
-                                                const std::vector<core::Vector3> &force, LimitedMemory *memory) const {
+Field RestStiffness::solve(const Field &prescribed, const Field &force, LimitedMemory *memory) const {
     auto displacement = prescribed;
     for (auto &node : displacement)
         node = node.array().isNaN().select(core::Vector3::Zero(), node);
@@ -199,7 +189,7 @@ Eigen::VectorXd RestStiffness::product(const Eigen::VectorXd &displacement) cons
 }
 
 Eigen::VectorXd RestStiffness::by_conjugate_gradients(const Eigen::VectorXd &load, LimitedMemory *memory) const {
-    const std::vector<core::Vector3> nothing(static_cast<std::size_t>(stiffness_.rows() / 3), core::Vector3::Zero());
+    const Field nothing(static_cast<std::size_t>(stiffness_.rows() / 3), core::Vector3::Zero());
     const auto matrix = [&](const Eigen::VectorXd &displacement) {
         auto field = nothing;
         free_.add(field, displacement, 1.0);
@@ -220,7 +210,7 @@ using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 /// (3 K) mean displacements of places.
 /// @param weights  shape (K, N)
-Eigen::VectorXd means(const Weights &weights, const std::vector<core::Vector3> &displacement) {
+Eigen::VectorXd means(const Weights &weights, const Field &displacement) {
     Eigen::VectorXd result(3 * weights.rows());
     for (Eigen::Index place = 0; place < weights.rows(); ++place) {
         core::Vector3 mean = core::Vector3::Zero();
@@ -237,8 +227,8 @@ core::Compliance compliance(const ElasticBody &body, const core::Problem &proble
                             std::span<const core::InteriorPlace> places) {
     const auto &mesh = problem.body->mesh;
     auto held = nodal_conditions(problem, body.node_mass).displacement;
-    for (auto &of_node : held)
-        for (double &value : of_node)
+    for (auto &node : held)
+        for (double &value : node)
             value = std::isnan(value) ? value : 0.0;
     const RestStiffness rest(body, mesh.points, held);
     if (!rest.is_definite())
@@ -250,7 +240,7 @@ core::Compliance compliance(const ElasticBody &body, const core::Problem &proble
     found.degrees_of_freedom = 3 * static_cast<std::int64_t>(mesh.points.size());
     found.matrix.resize(3 * weights.rows(), 3 * weights.rows());
     for (Eigen::Index column = 0; column < found.matrix.cols(); ++column) {
-        std::vector<core::Vector3> force(mesh.points.size(), core::Vector3::Zero());
+        Field force(mesh.points.size(), core::Vector3::Zero());
         for (Weights::InnerIterator entry(weights, column / 3); entry; ++entry)
             force[entry.col()][column % 3] = entry.value();
         found.matrix.col(column) = means(weights, rest.solve(held, force));
@@ -260,16 +250,15 @@ core::Compliance compliance(const ElasticBody &body, const core::Problem &proble
 
 namespace {
 
-using Field = std::vector<core::Vector3>;
 using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
-/// Of forces out of balance: places move by less than a micrometre for them.
+/// Tolerance of forces out of balance: places move by less than a micrometre for them.
 constexpr double push_tolerance = 1e-8;
 
 NodalConditions conditions_at_rest(const core::Problem &problem, const std::vector<double> &node_mass) {
     auto conditions = nodal_conditions(problem, node_mass);
-    for (auto &of_node : conditions.displacement)
-        for (double &value : of_node)
+    for (auto &node : conditions.displacement)
+        for (double &value : node)
             value = std::isnan(value) ? value : 0.0;
     conditions.press_depth = 0.0;
     return conditions;
@@ -339,7 +328,7 @@ namespace {
 /// Lanczos's method finds the copies of a repeated frequency one after the other, by rounding; a few more than are
 /// asked for keep the last copy of the last one from being left out.
 constexpr int num_spare = 5;
-/// Of 1 / omega^2.
+/// Tolerance of 1 / omega^2.
 constexpr double relative_tolerance = 1e-13;
 constexpr int most_restarts_of_spectrum = 1000;
 /// Below this ratio of the smallest to the largest pivot nothing but rounding is left of the smallest one: springs free
@@ -405,7 +394,7 @@ void add_shape(Field &shapes, Eigen::VectorXd values, const FreeComponents &free
 
 core::Modes lowest_modes(const ElasticBody &body, const Field &positions, const NodalConditions &conditions, int count,
                          const MassScaling &scaling) {
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = core::Clock::now();
     const FreeComponents free(conditions.displacement);
     if (count < 1 || count >= free.size())
         throw support::InputError(
@@ -442,7 +431,7 @@ core::Modes lowest_modes(const ElasticBody &body, const Field &positions, const 
                   positions.size());
     }
     modes.degrees_of_freedom = static_cast<std::int64_t>(3 * positions.size());
-    modes.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    modes.seconds = core::seconds_since(start);
     return modes;
 }
 

@@ -76,19 +76,17 @@ class RestStiffness {
     /// @param common      shape (N) as for constrain(), what more than one of the load cases to come constrain, maybe
     /// among more;
     ///                    empty if there is no such thing
-    static RestStiffness of_many(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                 std::vector<core::Vector3> common);
+    static RestStiffness shared(const ElasticBody &body, const Field &positions, Field common);
     /// Factor for a single set of constrained components.
     /// @param positions   shape (N) of rest [m]
     /// @param prescribed  see constrain()
-    RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                  const std::vector<core::Vector3> &prescribed);
+    RestStiffness(const ElasticBody &body, const Field &positions, const Field &prescribed);
 
     /// Factors, unless the same components are constrained.
     /// @param prescribed  shape (N) displacement [m], NaN where a component is free; the values do not matter
-    void constrain(const std::vector<core::Vector3> &prescribed);
+    void constrain(const Field &prescribed);
     /// Whether the same components are constrained.
-    bool constrains(const std::vector<core::Vector3> &prescribed) const;
+    bool constrains(const Field &prescribed) const;
     const FreeComponents &free() const { return free_; }
     /// If not, the body is not stiff in every direction and there is no factor.
     bool is_definite() const { return is_definite_; }
@@ -106,11 +104,10 @@ class RestStiffness {
     /// @param force  shape (N) [N]
     /// @param memory  learns from the steps of conjugate gradients, if there are any
     /// @return shape (N) [m]; where it is not definite, the prescribed displacements alone
-    std::vector<core::Vector3> solve(const std::vector<core::Vector3> &prescribed,
-                                     const std::vector<core::Vector3> &force, LimitedMemory *memory = nullptr) const;
+    Field solve(const Field &prescribed, const Field &force, LimitedMemory *memory = nullptr) const;
 
   private:
-    RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions);
+    RestStiffness(const ElasticBody &body, const Field &positions);
     Eigen::VectorXd product(const Eigen::VectorXd &displacement) const;
     Eigen::VectorXd by_conjugate_gradients(const Eigen::VectorXd &load, LimitedMemory *memory) const;
     bool factorise(const FreeComponents &rows);
@@ -120,7 +117,7 @@ class RestStiffness {
     std::optional<StiffnessProduct> product_; // of the body, if the matrix is not
     Eigen::VectorXd diagonal_;                // (3N) of the body [N/m]
     double extent_ = 0.0;                     // [m]
-    std::vector<core::Vector3> common_;       // (N), or empty
+    Field common_;                            // (N), or empty
     FreeComponents free_{{}};                 // of what is constrained now
     std::optional<FreeComponents> rows_;      // of the factor: the same, or more; none if there is no factor
     support::SparseCholesky factor_;
@@ -162,7 +159,7 @@ std::unique_ptr<core::PushedBody> pushed_springs(ElasticBody body, const core::P
 /// @return shapes of M-norm 1 with their largest entry positive
 /// @throws support::InputError if what is constrained leaves the body free to move, or if it has fewer modes than that
 /// @throws std::runtime_error if the iteration does not converge
-core::Modes lowest_modes(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                         const NodalConditions &conditions, int count, const MassScaling &scaling = {});
+core::Modes lowest_modes(const ElasticBody &body, const Field &positions, const NodalConditions &conditions, int count,
+                         const MassScaling &scaling = {});
 
 } // namespace livermark::msm

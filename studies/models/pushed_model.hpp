@@ -29,7 +29,7 @@ struct PushedModel {
 ///   know no forces on places
 std::optional<PushedModel> pushed_model(const core::Model &model);
 
-/// What a model of hyperelastic elements is made of.
+/// Law and discretisation of a model of hyperelastic elements.
 struct HyperelasticElements {
     std::string_view name;
     std::string_view law; ///< in fem_reference/hyperelastic/materials/

@@ -49,9 +49,18 @@ void add_path(core::Solution &solution, const core::LoadCase &load_case) {
 /// livers by 8e-7 of the displacement and 1.5e-6 of the reactions at most.
 constexpr double refined_tolerance = 1e-5;
 
-/// How near to places meshes are refined, over their radius, and how often.
+/// Distance from places up to which meshes are refined, over their radius, and number of times.
 constexpr double near_places = 1.5;
 constexpr int times_near_places = 2;
+
+/// Mixed elements on a finer mesh, with those on the mesh before as a preconditioner where nobody chose a solver.
+std::unique_ptr<StaticSolver> finer_solver(const core::BisectedProblem &refined, StaticSolver &coarse,
+                                           SolverChoice choice) {
+    return choice == SolverChoice::automatic
+               ? std::make_unique<StaticSolver>(refined.problem.body, coarse, refined_tolerance,
+                                                refined.parent_tetrahedron)
+               : std::make_unique<StaticSolver>(refined.problem.body, 2, choice, Formulation::mixed);
+}
 
 /// The compliance of the mixed elements on the mesh and on two that are finer near the places.
 core::Compliance refined_compliance(const core::Problem &problem, std::span<const core::InteriorPlace> places,
@@ -61,12 +70,9 @@ core::Compliance refined_compliance(const core::Problem &problem, std::span<cons
     auto found = solvers.back()->compliance(problem.load_case, places);
     auto finest = problem;
     for (int level = 0; level < times_near_places; ++level) {
-        auto refined = core::refine_near_places(finest, places, near_places);
-        finest = std::move(refined.problem);
-        solvers.push_back(choice == SolverChoice::automatic
-                              ? std::make_unique<StaticSolver>(finest.body, *solvers.back(), refined_tolerance,
-                                                               refined.parent_tetrahedron)
-                              : std::make_unique<StaticSolver>(finest.body, 2, choice, Formulation::mixed));
+        const auto refined = core::refine_near_places(finest, places, near_places);
+        finest = refined.problem;
+        solvers.push_back(finer_solver(refined, *solvers.back(), choice));
         auto finer = solvers.back()->compliance(finest.load_case, places);
         finer.on_coarser = std::move(found.on_coarser);
         finer.on_coarser.push_back(std::move(found.matrix));
@@ -205,7 +211,7 @@ class PreparedRefinedElements : public core::PreparedModel {
     }
 
   private:
-    /// Of a body that relaxes: on each mesh with what is needed of elastic solutions there.
+    /// Solution of a body that relaxes: on each mesh with what is needed of elastic solutions there.
     core::Solution solve_history(const core::LoadCase &load_case) {
         core::Problem problem{body_, load_case};
         std::vector<std::unique_ptr<StaticSolver>> finer; // each is used by the next, and so are those below
@@ -213,25 +219,16 @@ class PreparedRefinedElements : public core::PreparedModel {
         relaxing.push_back(std::make_unique<RelaxingSolver>(body_, *solver_, choice_));
         return solve_refined({body_, load_case}, refinement, [&](int level) {
             if (level > 0) {
-                auto refined = core::refine_at_rims_and_tools(problem);
-                problem = std::move(refined.problem);
-                const auto &parent = refined.parent_tetrahedron;
-                if (choice_ == SolverChoice::automatic) {
-                    auto &coarse = finer.empty() ? *solver_ : *finer.back();
-                    finer.push_back(std::make_unique<StaticSolver>(problem.body, coarse, refined_tolerance, parent));
-                    relaxing.push_back(std::make_unique<RelaxingSolver>(problem.body, *finer.back(), choice_,
-                                                                        *relaxing.back(), refined_tolerance, parent));
-                } else {
-                    finer.push_back(std::make_unique<StaticSolver>(problem.body, 2, choice_, Formulation::mixed));
-                    relaxing.push_back(std::make_unique<RelaxingSolver>(problem.body, *finer.back(), choice_));
-                }
+                const auto refined = core::refine_at_rims_and_tools(problem);
+                problem = refined.problem;
+                finer.push_back(finer_solver(refined, finer.empty() ? *solver_ : *finer.back(), choice_));
+                relaxing.push_back(choice_ == SolverChoice::automatic
+                                       ? std::make_unique<RelaxingSolver>(problem.body, *finer.back(), choice_,
+                                                                          *relaxing.back(), refined_tolerance,
+                                                                          refined.parent_tetrahedron)
+                                       : std::make_unique<RelaxingSolver>(problem.body, *finer.back(), choice_));
             }
-            auto solution = relaxing.back()->solve(problem.load_case);
-            const auto num_nodes = body_->mesh.points.size(); // those of the mesh come first
-            solution.displacement.resize(num_nodes);
-            for (auto &point : solution.path)
-                point.displacement.resize(num_nodes);
-            return solution;
+            return relaxing.back()->solve(problem.load_case);
         });
     }
 
@@ -241,16 +238,10 @@ class PreparedRefinedElements : public core::PreparedModel {
         return solve_refined({body_, load_case}, refinement, [&](int level) {
             if (level == 0)
                 return on_mesh;
-            auto refined = core::refine_at_rims_and_tools(problem);
-            problem = std::move(refined.problem);
-            if (choice_ == SolverChoice::automatic)
-                finer.push_back(std::make_unique<StaticSolver>(problem.body, finer.empty() ? *solver_ : *finer.back(),
-                                                               refined_tolerance, refined.parent_tetrahedron));
-            else
-                finer.push_back(std::make_unique<StaticSolver>(problem.body, 2, choice_, Formulation::mixed));
-            auto solution = finer.back()->solve(problem.load_case);
-            solution.displacement.resize(body_->mesh.points.size()); // the nodes of the mesh come first
-            return solution;
+            const auto refined = core::refine_at_rims_and_tools(problem);
+            problem = refined.problem;
+            finer.push_back(finer_solver(refined, finer.empty() ? *solver_ : *finer.back(), choice_));
+            return finer.back()->solve(problem.load_case);
         });
     }
 

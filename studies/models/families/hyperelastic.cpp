@@ -101,7 +101,7 @@ core::Solution solve_finer(const core::Problem &problem, const std::string &law,
 
 using Solve = core::Solution (*)(const core::Problem &, const std::string &, const Discretisation &);
 
-/// What a model is at rest and in motion.
+/// Roles of a model at rest and in motion.
 struct Roles {
     core::Role at_rest = core::Role::candidate;
     core::Role in_motion = core::Role::candidate;
@@ -171,7 +171,7 @@ std::optional<HyperelasticElements> hyperelastic_elements(std::string_view name)
 
 namespace {
 
-/// As of the linear reference.
+/// The same as of the linear reference.
 constexpr double near_places = 1.5;
 constexpr int meshes_near_places = 3;
 

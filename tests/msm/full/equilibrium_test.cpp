@@ -224,7 +224,7 @@ TEST(Equilibrium, IsTheSameWithAFactorOfFewerConstraints) {
     auto &prescribed = block.conditions.displacement.back();
     ASSERT_TRUE(prescribed.array().isNaN().all());
     prescribed.y() = 0.002;
-    auto shared = msm::RestStiffness::of_many(block.springs, points, common);
+    auto shared = msm::RestStiffness::shared(block.springs, points, common);
     shared.constrain(block.conditions.displacement);
     ASSERT_TRUE(shared.is_definite());
     EXPECT_TRUE(shared.constrains(block.conditions.displacement));
