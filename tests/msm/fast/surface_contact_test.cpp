@@ -96,7 +96,7 @@ TEST(SurfaceContact, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
     EXPECT_LT((sum - contact.force(x)).norm(), 1e-12 * sum.norm());
 }
 
-/// What the ball exerts the floor bears, and it pushes and does not pull.
+/// The floor bears the force of the ball, and it pushes and does not pull.
 void expect_balance(const Touched &touched) {
     ASSERT_EQ(touched.path.points.size(), 4U);
     double before = 0.0;

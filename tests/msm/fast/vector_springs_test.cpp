@@ -18,8 +18,8 @@ namespace {
 
 using core::Vector3;
 
-/// Of energies, forces and products: what is rounded differently.
-constexpr double of_rounding = 1e-12;
+/// Tolerance of energies, forces and products: rounding differs.
+constexpr double rounding = 1e-12;
 
 /// Two materials side by side, of a number of tetrahedra that fills its slices or does not.
 core::Body two_blocks(const std::array<int, 3> &bricks, double poisson_ratio) {
@@ -86,18 +86,18 @@ TEST_P(VectorSprings, HaveTheEnergiesForcesAndProductsOfTheTerms) {
                 for (const unsigned again : {0U, 1U}) { // the second product at a place keeps what the first one found
                     const Eigen::VectorXd direction = (1.0 + again) * u;
                     const auto product = sum_of_products(scalar, x, direction);
-                    EXPECT_LT((sum_of_products(vectors, x, direction) - product).norm(), of_rounding * product.norm());
+                    EXPECT_LT((sum_of_products(vectors, x, direction) - product).norm(), rounding * product.norm());
                 }
                 const auto force = msm::to_unknowns(msm::elastic_gradient(scalar, msm::to_field(x)));
                 EXPECT_LT((msm::to_unknowns(msm::elastic_gradient(vectors, msm::to_field(x))) - force).norm(),
-                          of_rounding * force.norm() * std::max(1.0, 1e-3 / shake));
+                          rounding * force.norm() * std::max(1.0, 1e-3 / shake));
                 const auto at_rest = msm::StiffnessProduct(scalar, body.mesh.points).times(u);
                 EXPECT_LT((msm::StiffnessProduct(vectors, body.mesh.points).times(u) - at_rest).norm(),
-                          of_rounding * at_rest.norm());
+                          rounding * at_rest.norm());
             }
 }
 
-/// Where a tetrahedron has less than half its volume the guard of elongations pushes; other energies are infinite where
+/// The guard of elongations pushes a tetrahedron with less than half its volume; other energies are infinite where
 /// one is inside out.
 TEST_P(VectorSprings, KnowTheGuardAndWhereThereIsNoEnergy) {
     const auto body = two_blocks({3, 2, 3}, 0.45);
@@ -110,13 +110,13 @@ TEST_P(VectorSprings, KnowTheGuardAndWhereThereIsNoEnergy) {
     EXPECT_EQ(std::isfinite(found), msm::find_coupled_springs(GetParam()).energy.is_finite);
     if (!std::isfinite(expected))
         return;
-    EXPECT_NEAR(found, expected, of_rounding * expected);
+    EXPECT_NEAR(found, expected, rounding * expected);
     const auto force = msm::to_unknowns(msm::elastic_gradient(scalar, msm::to_field(x)));
     EXPECT_LT((msm::to_unknowns(msm::elastic_gradient(vectors, msm::to_field(x))) - force).norm(),
-              of_rounding * force.norm());
+              rounding * force.norm());
     const auto u = random_field(rest.size(), 1.0, 6);
     const auto product = sum_of_products(scalar, x, u);
-    EXPECT_LT((sum_of_products(vectors, x, u) - product).norm(), of_rounding * product.norm());
+    EXPECT_LT((sum_of_products(vectors, x, u) - product).norm(), rounding * product.norm());
 }
 
 TEST_P(VectorSprings, ComeToRestWhereTheTermsDo) {
@@ -152,9 +152,9 @@ INSTANTIATE_TEST_SUITE_P(AroundNodes, VectorSprings, testing::ValuesIn(springs_a
 
 TEST(VectorSpringsOfOthers, AreTheTermsThemselves) {
     const auto body = two_blocks({2, 1, 1}, 0.45);
-    const auto of_edges = msm::coupled_springs_with_volume(body, msm::find_coupled_springs("edge_neo_hookean"));
+    const auto edges = msm::coupled_springs_with_volume(body, msm::find_coupled_springs("edge_neo_hookean"));
     const auto single = msm::ElasticBody(msm::spring_network(body, msm::all_spring_laws().front()));
-    for (const auto &other : {of_edges, single})
+    for (const auto &other : {edges, single})
         EXPECT_EQ(msm::in_vectors(other, body.mesh.points).terms, other.terms);
 }
 

@@ -18,21 +18,12 @@ using tests::Sample;
 
 constexpr auto all_counts = {1, 2, 15, 16, 17, 33, 108};
 
-/// Tetrahedra with springs that are coupled around nodes and the guard, and with the volume around nodes where they
-/// have another Poisson's ratio than springs.
-Sample around_nodes(int num_tetrahedra, double soft_ratio, double hard_ratio) {
-    const auto body = tests::two_materials(num_tetrahedra, soft_ratio, hard_ratio);
-    auto sample = tests::loose(body);
-    sample.body.terms = msm::coupled_springs_with_volume(body, msm::find_coupled_springs("nodal_springs")).terms;
-    return sample;
-}
-
-/// Those with an energy that the kernels know.
+/// Springs with an energy that the kernels know.
 constexpr std::array all_with_energy{"nodal_neo_hookean", "nodal_neo_hookean_f", "edge_neo_hookean",
                                      "edge_neo_hookean_f"};
 
-/// Tetrahedra with coupled springs that have an energy.
-Sample with_energy(const char *springs, int num_tetrahedra, double soft_ratio, double hard_ratio) {
+/// Tetrahedra with coupled springs, and with the volume around nodes where they have another Poisson's ratio.
+Sample coupled(const char *springs, int num_tetrahedra, double soft_ratio, double hard_ratio) {
     const auto body = tests::two_materials(num_tetrahedra, soft_ratio, hard_ratio);
     auto sample = tests::loose(body);
     sample.body.terms = msm::coupled_springs_with_volume(body, msm::find_coupled_springs(springs)).terms;
@@ -89,7 +80,7 @@ TEST_P(CoupledSprings, AroundNodesMoveAsTheOracleDoes) {
         for (const auto &[soft_ratio, hard_ratio] :
              {std::pair(0.25, 0.25), std::pair(0.45, 0.45), std::pair(0.25, 0.4)}) {
             SCOPED_TRACE(testing::Message() << count << " " << soft_ratio << " " << hard_ratio);
-            tests::expect_what_the_oracle_does(around_nodes(count, soft_ratio, hard_ratio));
+            tests::expect_what_the_oracle_does(coupled("nodal_springs", count, soft_ratio, hard_ratio));
         }
 }
 
@@ -99,7 +90,7 @@ TEST_P(CoupledSprings, WithAnEnergyMoveAsTheOracleDoesWherePressedAndPulled) {
             for (const auto &[soft_ratio, hard_ratio] :
                  {std::pair(0.25, 0.25), std::pair(0.1, 0.45), std::pair(0.45, 0.45)}) {
                 SCOPED_TRACE(testing::Message() << springs << " " << count << " " << soft_ratio << " " << hard_ratio);
-                expect_with_energy_what_the_oracle_does(with_energy(springs, count, soft_ratio, hard_ratio));
+                expect_with_energy_what_the_oracle_does(coupled(springs, count, soft_ratio, hard_ratio));
             }
 }
 
@@ -107,61 +98,48 @@ TEST_P(CoupledSprings, WithAnEnergyMoveAsTheOracleDoesBesideTheGuard) {
     const auto body = tests::two_materials(108, 0.1, 0.45);
     for (const auto *springs : all_with_energy) {
         SCOPED_TRACE(springs);
-        auto sample = with_energy(springs, 108, 0.1, 0.45);
+        auto sample = coupled(springs, 108, 0.1, 0.45);
         sample.body.terms.push_back(msm::inversion_guard(body));
         expect_with_energy_what_the_oracle_does(sample);
     }
 }
 
 TEST_P(CoupledSprings, GiveTheSameForAnyNumberOfThreads) {
-    tests::expect_the_same_for_any_number_of_threads(around_nodes(108, 0.4, 0.45));
+    tests::expect_the_same_for_any_number_of_threads(coupled("nodal_springs", 108, 0.4, 0.45));
     for (const auto *springs : all_with_energy)
-        tests::expect_the_same_for_any_number_of_threads(with_energy(springs, 108, 0.25, 0.45));
+        tests::expect_the_same_for_any_number_of_threads(coupled(springs, 108, 0.25, 0.45));
 }
 
 INSTANTIATE_TEST_SUITE_P(FastSteps, CoupledSprings, testing::ValuesIn(hwy::SupportedAndGeneratedTargets()),
                          tests::name_of_unit);
 
-TEST(FastSteps, AreNotThereForSpringsOfBothKinds) {
-    const auto body = tests::two_materials(108, 0.25, 0.25);
+bool are_there(const core::Body &body, std::vector<std::shared_ptr<const msm::ElasticTerm>> terms) {
     auto sample = tests::loose(body);
-    const auto around_edges = msm::coupled_springs(body, msm::find_coupled_springs("edge_neo_hookean")),
-               around_nodes = msm::coupled_springs(body, msm::find_coupled_springs("nodal_neo_hookean")),
-               elements = tests::linear_elements(body);
-    for (const auto &terms : {std::vector{around_edges, around_nodes}, std::vector{around_nodes, around_edges},
-                              std::vector{around_nodes, elements}, std::vector{elements}}) {
-        sample.body.terms = terms;
-        EXPECT_FALSE(msm::FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "symplectic_euler",
-                                             tests::sample_step)
-                         .has_value());
-    }
+    sample.body.terms = std::move(terms);
+    return msm::FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "symplectic_euler",
+                                   tests::sample_step)
+        .has_value();
 }
 
-TEST(FastSteps, AreNotThereForAnEnergyBesideVolumesOfTheOtherKind) {
+TEST(FastSteps, AreNotThereForSpringsOfBothKindsAndBesideVolumesOfTheOtherKind) {
     const auto body = tests::two_materials(108, 0.25, 0.45);
-    auto sample = tests::loose(body);
+    const auto edges = msm::coupled_springs(body, msm::find_coupled_springs("edge_neo_hookean")),
+               nodes = msm::coupled_springs(body, msm::find_coupled_springs("nodal_neo_hookean")),
+               elements = tests::linear_elements(body);
+    for (const auto &terms : {std::vector{edges, nodes}, {nodes, edges}, {nodes, elements}, {elements}})
+        EXPECT_FALSE(are_there(body, terms));
     for (const auto *springs : all_with_energy)
-        for (const auto *name : {"nodal_volume", "tetrahedral_volume"}) {
-            sample.body.terms = {msm::coupled_springs(body, msm::find_coupled_springs(springs)),
-                                 msm::volume_beside_springs(body, msm::find_volume_term(name))};
-            EXPECT_FALSE(msm::FastSteps::prepare(sample.body, sample.positions, sample.conditions, {},
-                                                 "symplectic_euler", tests::sample_step)
-                             .has_value())
+        for (const auto *name : {"nodal_volume", "tetrahedral_volume"})
+            EXPECT_FALSE(are_there(body, {msm::coupled_springs(body, msm::find_coupled_springs(springs)),
+                                          msm::volume_beside_springs(body, msm::find_volume_term(name))}))
                 << springs << " " << name;
-        }
 }
 
 TEST(FastSteps, AreThereForTheCoupledSpringsThatSayThatTheyKnow) {
     const auto body = tests::two_materials(108, 0.25, 0.45);
-    auto sample = tests::loose(body);
-    for (const auto &springs : msm::all_coupled_springs()) {
-        sample.body.terms = msm::coupled_springs_with_volume(body, springs).terms;
-        EXPECT_EQ(msm::FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "symplectic_euler",
-                                          tests::sample_step)
-                      .has_value(),
-                  msm::are_in_kernels(springs))
+    for (const auto &springs : msm::all_coupled_springs())
+        EXPECT_EQ(are_there(body, msm::coupled_springs_with_volume(body, springs).terms), msm::are_in_kernels(springs))
             << springs.name;
-    }
 }
 
 } // namespace

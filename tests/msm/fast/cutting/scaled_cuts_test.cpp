@@ -84,7 +84,7 @@ class ScaledCuts : public testing::Test {
         return steps.part(parts->parts(), parts->node_mass(), changes);
     }
 
-    /// What is left as a body that was set up anew.
+    /// The body that is left, set up anew.
     struct Anew {
         tests::Rest rest;
         msm::ElasticBody elastic;
@@ -162,16 +162,8 @@ class ScaledCuts : public testing::Test {
     std::set<int> removed;
 };
 
-TEST_F(ScaledCuts, BesideTheStiffPartMoveAsTheCutBodySetUpAnewWithTheSameScaling) {
-    ASSERT_EQ(scaling.parts.size(), 1U);
-    const double step = 1e-4;
-    auto steps = in_motion(step);
-    auto soft = tests::tetrahedra_near(body, {0.12, 0.02, 0.04}, 0.02);
-    ASSERT_GT(soft.size(), 3U);
-    EXPECT_TRUE(cut(steps, soft));
-    const auto rest = anew();
-    expect_to_move_as(rest, renumbered(scaling, rest.rest.number), step, steps);
-}
+/// By a cut, or by a blade that parts.
+class ScaledCutsOfBothKinds : public ScaledCuts, public testing::WithParamInterface<bool> {};
 
 TEST_F(ScaledCuts, ThatTakeAStiffPartAwayMoveAsTheCutBodySetUpAnewWithoutScaling) {
     const double step = 1e-4;
@@ -186,39 +178,21 @@ TEST_F(ScaledCuts, ThatTakeAStiffPartAwayMoveAsTheCutBodySetUpAnewWithoutScaling
     expect_to_move_as(anew(), {}, step, steps);
 }
 
-TEST_F(ScaledCuts, ThroughTheStiffPartMoveUnscaledAndThenWithTheScalingOfWhatIsLeft) {
-    auto steps = in_motion(1e-4);
-    ASSERT_GT(through_lump().size(), 3U);
-    EXPECT_FALSE(cut(steps, through_lump()));
-    const auto rest = anew();
-    const double unscaled = highest(rest, {});
-    double step = 1.0 / unscaled;
-    steps.set_time_step(step);
-    expect_to_move_as(rest, {}, step, steps);
-
-    const auto again = scaling_of(rest);
-    ASSERT_FALSE(again.parts.empty());
-    const auto renumbered_again = renumbered(again, rest.rest.number);
-    const double scaled = highest(rest, renumbered_again);
-    EXPECT_LT(scaled, 0.5 * unscaled);
-    step = 1.0 / scaled;
-    EXPECT_TRUE(steps.set_scaling(again));
-    steps.set_time_step(step);
-    expect_to_move_as(rest, renumbered_again, step, steps);
-}
-
-TEST_F(ScaledCuts, ThatPartBesideTheStiffPartMoveAsThePartedBodySetUpAnewWithTheSameScaling) {
+TEST_P(ScaledCutsOfBothKinds, BesideTheStiffPartMoveAsWhatIsLeftSetUpAnewWithTheSameScaling) {
     ASSERT_EQ(scaling.parts.size(), 1U);
     const double step = 1e-4;
     auto steps = in_motion(step);
-    EXPECT_TRUE(part(steps, 0.1));
+    const auto soft = tests::tetrahedra_near(body, {0.12, 0.02, 0.04}, 0.02);
+    ASSERT_GT(soft.size(), 3U);
+    EXPECT_TRUE(GetParam() ? part(steps, 0.1) : cut(steps, soft));
     const auto rest = anew();
     expect_to_move_as(rest, renumbered(scaling, rest.rest.number), step, steps);
 }
 
-TEST_F(ScaledCuts, ThatPartTheStiffPartMoveUnscaledUntilTheyAreScaledAgain) {
+TEST_P(ScaledCutsOfBothKinds, ThroughTheStiffPartMoveUnscaledAndThenWithTheScalingOfWhatIsLeft) {
     auto steps = in_motion(1e-4);
-    EXPECT_FALSE(part(steps, 0.06));
+    ASSERT_GT(through_lump().size(), 3U);
+    EXPECT_FALSE(GetParam() ? part(steps, 0.06) : cut(steps, through_lump()));
     const auto rest = anew();
     const double unscaled = highest(rest, {});
     steps.set_time_step(1.0 / unscaled);
@@ -226,12 +200,15 @@ TEST_F(ScaledCuts, ThatPartTheStiffPartMoveUnscaledUntilTheyAreScaledAgain) {
 
     const auto again = scaling_of(rest);
     ASSERT_FALSE(again.parts.empty());
-    const double scaled = highest(rest, renumbered(again, rest.rest.number));
+    const auto renumbered_again = renumbered(again, rest.rest.number);
+    const double scaled = highest(rest, renumbered_again);
     EXPECT_LT(scaled, 0.5 * unscaled);
     EXPECT_TRUE(steps.set_scaling(again));
     steps.set_time_step(1.0 / scaled);
-    expect_to_move_as(rest, renumbered(again, rest.rest.number), 1.0 / scaled, steps);
+    expect_to_move_as(rest, renumbered_again, 1.0 / scaled, steps);
 }
+
+INSTANTIATE_TEST_SUITE_P(CutAndPart, ScaledCutsOfBothKinds, testing::Bool());
 
 TEST_F(ScaledCuts, AreStableUpToTheCriticalStepOfTheCutBodySetUpAnewAndNotBeyond) {
     auto steps = in_motion(1e-4);

@@ -296,7 +296,7 @@ TEST_P(FastRelaxationOfABlock, IsStableWhereElasticStepsAreHoweverLongBranchesAr
         }
 }
 
-/// Of those that are stable without damping, whose steps hold no invariant of branches.
+/// Integrators that are stable without damping, whose steps hold no invariant of branches.
 TEST_P(FastRelaxationOfABlock, IsStableWithOtherIntegrators) {
     State pushed = block.start;
     pushed.displacement *= 1e-6;

@@ -31,7 +31,7 @@ struct OneMass {
         .constraint = {},
         .force = {Vector3::Zero(), Vector3::Zero()}};
 
-    /// Where it is after it was pulled at once and let go.
+    /// Its place after it was pulled at once and let go.
     double moved(const core::PronySeries &series, double time, int num_steps) const {
         const double step = time / num_steps;
         State state{Eigen::VectorXd::Zero(6), Eigen::VectorXd::Zero(6)};

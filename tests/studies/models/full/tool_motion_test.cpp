@@ -56,7 +56,7 @@ TEST(ToolMotionOfElements, ConvergesWithTheSquareOfTheStep) {
     EXPECT_GT(coarse.contact, 0.0);
 }
 
-/// Where the tool stays long enough, the body comes to rest in the equilibrium under the pressed and slid place.
+/// A tool that stays long enough: the body comes to rest in the equilibrium under the pressed and slid place.
 TEST(ToolMotionOfElements, ComesToRestInTheStaticSolution) {
     auto problem = tests::tool_block();
     auto &tool = *problem.load_case.tool;
@@ -97,11 +97,11 @@ core::Problem slower(core::Problem problem, double factor) {
 /// They have one energy. Masses are lumped in place of consistent, which matters the less the slower the tool is.
 TEST(MovingMethods, TledMovesAsLinearElementsDo) {
     const auto fast = tests::tool_block(), slow = slower(fast, 6.0);
-    const auto of_fast = compare(fast, move("tled", fast, {}), linear_elements(fast, 32));
-    const auto of_slow = compare(slow, move("tled", slow, {}), linear_elements(slow, 64));
-    EXPECT_LT(of_fast.contact, 0.03);
-    EXPECT_LT(of_slow.contact, 0.2 * of_fast.contact);
-    EXPECT_LT(of_slow.force, 0.2 * of_fast.force);
+    const auto fast_errors = compare(fast, move("tled", fast, {}), linear_elements(fast, 32));
+    const auto slow_errors = compare(slow, move("tled", slow, {}), linear_elements(slow, 64));
+    EXPECT_LT(fast_errors.contact, 0.03);
+    EXPECT_LT(slow_errors.contact, 0.2 * fast_errors.contact);
+    EXPECT_LT(slow_errors.force, 0.2 * fast_errors.force);
 }
 
 /// As above, with the elements of second order that the reference is made of.
@@ -111,11 +111,11 @@ TEST(MovingMethods, QuadraticTetrahedraMoveAsQuadraticElementsDo) {
         return hyperelastic::move_tool(problem, hyperelastic::material_law("neo_hookean"), 2, steps_per_frame,
                                        hyperelastic::TetrahedronRule::four_points);
     };
-    const auto of_fast = compare(fast, move("tled_quadratic", fast, {}), elements(fast, 32));
-    const auto of_slow = compare(slow, move("tled_quadratic", slow, {}), elements(slow, 64));
-    EXPECT_LT(of_fast.contact, 0.03);
-    EXPECT_LT(of_slow.contact, 0.2 * of_fast.contact);
-    EXPECT_LT(of_slow.force, 0.2 * of_fast.force);
+    const auto fast_errors = compare(fast, move("tled_quadratic", fast, {}), elements(fast, 32));
+    const auto slow_errors = compare(slow, move("tled_quadratic", slow, {}), elements(slow, 64));
+    EXPECT_LT(fast_errors.contact, 0.03);
+    EXPECT_LT(slow_errors.contact, 0.2 * fast_errors.contact);
+    EXPECT_LT(slow_errors.force, 0.2 * fast_errors.force);
 }
 
 /// Methods of one energy, with steps and iterations enough, move alike.

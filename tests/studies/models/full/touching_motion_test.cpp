@@ -17,7 +17,7 @@ namespace {
 
 using core::Vector3;
 
-/// What a method does under a ball, frame by frame.
+/// Motion of a method under a ball, frame by frame.
 struct TouchedMotion {
     std::vector<Vector3> force;                                ///< (K) of the body on the ball [N]
     std::vector<std::vector<Vector3>> displacement;            ///< (K, N) [m]
@@ -25,7 +25,7 @@ struct TouchedMotion {
 };
 
 constexpr models::Effort small_steps{.steps = 20, .iterations = 2};
-/// Of what solves a linear system in each step.
+/// Effort of methods that solve a linear system in each step.
 constexpr models::Effort few_steps{.steps = 2, .iterations = 40};
 
 models::Effort effort_for(const std::string &name) {
@@ -86,7 +86,7 @@ double difference(const std::vector<Vector3> &a, const std::vector<Vector3> &b) 
     return std::sqrt(squares / all);
 }
 
-/// Of the records of the slide: force along x over that along z.
+/// Ratio of the records of the slide: force along x over that along z.
 double slide_ratio(const core::Problem &problem, const TouchedMotion &moved) {
     const auto &motion = *problem.load_case.tool;
     Vector3 sum = Vector3::Zero();
@@ -146,7 +146,7 @@ TEST(TouchingMethods, DoNotStickToABallThatGoesAway) {
     }
 }
 
-/// Where points stick and slip in turn from solution to solution, a long step ends with a tenth of the force missing.
+/// With points that stick and slip in turn from solution to solution a long step would miss a tenth of the force.
 TEST(TouchingMethods, FeelInOneLongStepTheFrictionOfShortOnes) {
     const auto problem = tests::slid_block(with_friction(0.3));
     const auto &motion = *problem.load_case.tool;
@@ -173,7 +173,7 @@ TEST(TouchingMethods, FeelFrictionWithinItsCone) {
     }
 }
 
-/// Where the ball stays long enough, springs come to rest under it as in their equilibrium.
+/// A ball that stays long enough: springs come to rest under it as in their equilibrium.
 TEST(TouchingMethods, SpringsComeToRestInTheirStaticSolution) {
     auto problem = tests::slid_block();
     auto &motion = *problem.load_case.tool;
@@ -203,7 +203,7 @@ TEST(TouchingMethods, AreAllMethods) {
     EXPECT_EQ(methods_with_contact().size(), models::all_moving_methods().size());
 }
 
-/// Where the ball stays, methods on linear tetrahedra come to about the same force: their energies differ by less than
+/// A ball that stays: methods on linear tetrahedra come to about the same force: their energies differ by less than
 /// contact would if it were another.
 TEST(TouchingMethods, ImplicitMethodsAreAsStiffUnderABallAsExplicitOnes) {
     auto problem = tests::slid_block(with_friction(0.3));
