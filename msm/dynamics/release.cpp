@@ -227,11 +227,12 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
 namespace {
 
 constexpr int steps_between_checks = 25;
+constexpr double relaxation_tolerance = 1e-9;
 
 } // namespace
 
 Relaxation relax(const Integrator &integrator, const ElasticBody &body, const Field &positions,
-                 const NodalConditions &conditions, const RelaxationOptions &options) {
+                 const NodalConditions &conditions, int max_steps) {
     const auto load = to_unknowns(conditions.force);
     State state{to_unknowns(conditions.displacement), Eigen::VectorXd::Zero(load.size())};
     const Eigen::VectorXd is_free = state.displacement.array().isNaN().cast<double>();
@@ -245,7 +246,7 @@ Relaxation relax(const Integrator &integrator, const ElasticBody &body, const Fi
     double omega = 0.0;
     equilibrium.status = core::SolutionStatus::not_converged;
     Eigen::VectorXd elastic, unbalanced; // forces (3N), the gradient of the energy and that less the load [N]
-    while (equilibrium.num_iterations < options.max_steps) {
+    while (equilibrium.num_iterations < max_steps) {
         const auto equation = elastic_motion(body, positions, conditions, {2.0 * omega, 0.0});
         const auto step = integrator.prepare(equation, result.time_step);
         for (int s = 0; s < steps_between_checks; ++s)
@@ -262,7 +263,7 @@ Relaxation relax(const Integrator &integrator, const ElasticBody &body, const Fi
                                               equilibrium.num_iterations, result.time_step);
             break;
         }
-        if (residual <= options.tolerance * all) {
+        if (residual <= relaxation_tolerance * all) {
             equilibrium.status = core::SolutionStatus::ok;
             break;
         }

@@ -39,12 +39,6 @@ StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStep
 core::History release(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
                       const Field &displacement, const StepPlan &plan, std::span<const core::PathPoint> path = {});
 
-struct RelaxationOptions {
-    /// Largest accepted norm of the forces out of balance, relative to that of all forces at work.
-    double tolerance = 1e-9;
-    int max_steps = 100000;
-};
-
 /// Cost of a relaxation.
 struct Relaxation {
     Equilibrium equilibrium; ///< without the linear solution; num_iterations are steps
@@ -57,8 +51,9 @@ struct Relaxation {
 /// (P. Underwood 1983, Dynamic relaxation, in: Computational Methods for Transient Analysis)
 /// @param integrator  explicit
 /// @param body, positions, conditions  as for find_equilibrium()
-/// @return status not_converged after max_steps, diverged where the motion is lost
+/// @return with forces out of balance of 1e-9 of all forces at work, in their norms; status not_converged after
+/// max_steps, diverged where the motion is lost
 Relaxation relax(const Integrator &integrator, const ElasticBody &body, const Field &positions,
-                 const NodalConditions &conditions, const RelaxationOptions &options = {});
+                 const NodalConditions &conditions, int max_steps = 100000);
 
 } // namespace livermark::msm

@@ -36,8 +36,6 @@ Integrator with_stages(int num_stages) {
                        "without damping",
             .source = "Sommeijer, Shampine, Verwer 1998, J. Comput. Appl. Math. 88",
             .order = 2,
-            .is_explicit = true,
-            .is_symplectic = false,
             .is_stabilised = true,
             .forces_per_step = num_stages,
             .prepare =

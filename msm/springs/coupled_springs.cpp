@@ -1,6 +1,7 @@
 #include "msm/springs/coupled_springs.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -37,82 +38,48 @@ struct MeanParts {
     int num_parts() const { return static_cast<int>(volume.size()); }
 };
 
-/// Places that tetrahedra of a kind of parts share: nodes, edges, or nothing.
-class PartsOfOneKind {
-  public:
-    PartsOfOneKind(const core::Body &body, double weight, int first_part)
-        : body_(body), weight_(weight), first_part_(first_part) {}
-
-    /// @param places  numbers of the nodes or edges of the tetrahedron, each with an equal share
-    void add(int tetrahedron, std::span<const int> places, double volume) {
-        for (const int place : places) {
-            const int region = body_.mesh.region[tetrahedron];
-            const auto [at, is_new] = number_.try_emplace({place, region}, static_cast<int>(volume_.size()));
-            if (is_new) {
-                volume_.push_back(0.0);
-                region_.push_back(region);
-            }
-            volume_[at->second] += volume / static_cast<double>(places.size());
-            part_.push_back(at->second);
-        }
-    }
-
-    int part(int tetrahedron, int place, int num_places) const { return part_[tetrahedron * num_places + place]; }
-
-    void append_to(MeanParts &parts) const {
-        for (std::size_t c = 0; c < volume_.size(); ++c) {
-            parts.volume.push_back(weight_ * volume_[c]);
-            parts.modulus.push_back(body_.materials[region_[c]].shear_modulus());
-        }
-    }
-
-    int first_part() const { return first_part_; }
-    double weight() const { return weight_; }
-    double volume_of(int part) const { return volume_[part]; }
-
-  private:
-    const core::Body &body_;
-    double weight_;
-    int first_part_;
-    std::map<std::pair<int, int>, int> number_; // of each place and region
-    std::vector<double> volume_;
-    std::vector<int> region_, part_;
-};
-
 MeanParts mean_parts(const core::Body &body, const StrainDomains &domains) {
+    /// Parts around places that tetrahedra share: nodes, edges, or nothing.
+    struct Kind {
+        double weight;
+        std::size_t num_places; ///< of a tetrahedron, each with an equal share of it
+        std::vector<int> part;  ///< at each place of each tetrahedron
+    };
     const auto &mesh = body.mesh;
     const auto volumes = core::tetrahedron_volumes(mesh);
     MeanParts parts;
-    struct Kind {
-        PartsOfOneKind parts;
-        int num_places;
-    };
     std::vector<Kind> kinds;
-    const auto add_kind = [&](double weight, int num_places, const auto &places_of) {
+    std::vector<double> whole; // (C) volume of each part
+    const auto add_kind = [&](double weight, std::size_t num_places, const auto &places_of) {
         if (weight == 0.0)
             return;
-        PartsOfOneKind kind(body, weight, parts.num_parts());
-        for (int t = 0; t < mesh.num_tetrahedra(); ++t)
-            kind.add(t, places_of(t), volumes[t]);
-        kind.append_to(parts);
-        kinds.push_back({std::move(kind), num_places});
+        auto &kind = kinds.emplace_back(Kind{weight, num_places, {}});
+        std::map<std::pair<int, int>, int> number; // of each place and region
+        for (std::size_t t = 0; t < volumes.size(); ++t)
+            for (const int place : places_of(t)) {
+                const int region = mesh.region[t];
+                const auto [at, is_new] = number.try_emplace({place, region}, static_cast<int>(whole.size()));
+                if (is_new) {
+                    whole.push_back(0.0);
+                    parts.modulus.push_back(body.materials[region].shear_modulus());
+                }
+                whole[at->second] += volumes[t] / static_cast<double>(num_places);
+                kind.part.push_back(at->second);
+            }
+        for (std::size_t c = parts.volume.size(); c < whole.size(); ++c)
+            parts.volume.push_back(weight * whole[c]);
     };
-    add_kind(domains.nodes, 4, [&](int t) { return std::span<const int>(mesh.tetrahedra[t]); });
+    add_kind(domains.nodes, 4, [&](std::size_t t) { return mesh.tetrahedra[t]; });
     const auto edges = domains.edges > 0.0 ? core::edge_table(mesh.tetrahedra) : core::EdgeTable{};
-    add_kind(domains.edges, 6, [&](int t) { return std::span<const int>(edges.tetrahedron_edge[t]); });
-    std::array<int, 1> itself{};
-    add_kind(domains.tetrahedra, 1, [&](int t) {
-        itself[0] = t;
-        return std::span<const int>(itself);
-    });
+    add_kind(domains.edges, 6, [&](std::size_t t) { return edges.tetrahedron_edge[t]; });
+    add_kind(domains.tetrahedra, 1, [](std::size_t t) { return std::array{static_cast<int>(t)}; });
     parts.start.push_back(0);
-    for (int t = 0; t < mesh.num_tetrahedra(); ++t) {
-        for (const auto &[kind, num_places] : kinds)
-            for (int k = 0; k < num_places; ++k) {
-                const int part = kind.part(t, k, num_places);
-                parts.members.push_back({.part = kind.first_part() + part,
-                                         .share = kind.weight() / num_places,
-                                         .in_mean = volumes[t] / (num_places * kind.volume_of(part))});
+    for (std::size_t t = 0; t < volumes.size(); ++t) {
+        for (const auto &[weight, num_places, part] : kinds)
+            for (std::size_t k = t * num_places; k < (t + 1) * num_places; ++k) {
+                const auto shares = static_cast<double>(num_places);
+                parts.members.push_back(
+                    {.part = part[k], .share = weight / shares, .in_mean = volumes[t] / (shares * whole[part[k]])});
             }
         parts.start.push_back(static_cast<int>(parts.members.size()));
     }

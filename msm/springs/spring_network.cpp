@@ -185,10 +185,6 @@ core::SpringNetwork spring_network(const core::Body &body, const SpringLaw &law)
     return springs;
 }
 
-std::shared_ptr<const ElasticTerm> spring_term(const core::SpringNetwork &springs) {
-    return spring_term(springs, hooke);
-}
-
 std::shared_ptr<const ElasticTerm> spring_term(const core::SpringNetwork &springs, const ForceCurve &curve) {
     return std::make_shared<Springs>(springs, curve);
 }

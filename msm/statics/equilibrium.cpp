@@ -137,7 +137,7 @@ class Descent {
             const bool is_definite = factorise(
                 part_left_out_ > 0.0 ? Eigen::SparseMatrix<double>(exact + part_left_out_ * compression) : exact);
             ++state_.num_factors;
-            LimitedMemory memory(most_remembered);
+            LimitedMemory memory;
             if (is_definite && follow([&](const auto &vector) { return factor_.solve(vector); }, memory, false) > 0) {
                 part_left_out_ = part_left_out_ > smallest_part_left_out ? 0.5 * part_left_out_ : 0.0;
                 return true;
@@ -322,7 +322,7 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
         result.status = core::SolutionStatus::not_converged;
         result.message = std::move(why);
     };
-    LimitedMemory own(most_remembered);
+    LimitedMemory own;
     auto &memory = options.memory && rest.is_approximate() ? *options.memory : own;
     if (start.empty())
         start = result.linear_displacement = linear_solution(rest, conditions, &memory);

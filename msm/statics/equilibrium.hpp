@@ -11,9 +11,6 @@
 
 namespace livermark::msm {
 
-/// Steps that LimitedMemory keeps here.
-inline constexpr std::size_t most_remembered = 30;
-
 struct EquilibriumOptions {
     /// Largest accepted norm of the forces out of balance, relative to the norm of the loads and constraint forces.
     /// Where the loads are small beside the stiffness, what the rounding of the positions does to the forces is enough.

@@ -9,8 +9,6 @@ namespace livermark::msm {
 
 namespace {
 
-constexpr EquilibriumOptions path_options{.max_iterations = 300};
-
 /// Largest motion of the surface, over its displacement, when pressures are turned with it once more.
 constexpr double turning_tolerance = 1e-7;
 constexpr int most_turns = 30;
@@ -87,7 +85,7 @@ Field EquilibriumSearch::reaction(const Equilibrium &found, double fraction) con
 Equilibrium EquilibriumSearch::find(const ElasticBody &body, const RestStiffness &rest,
                                     const NodalConditions &conditions, Field start, const SurfacePressure *pressure,
                                     const Touch &touch) {
-    auto options = path_options;
+    EquilibriumOptions options;
     options.bears_rounding = bears_rounding_;
     options.pressure = pressure;
     options.tolerance = touch.tolerance;
@@ -179,7 +177,7 @@ class Follower {
 
     /// Under the ball where it is at this part of its way. Where none is found, what touches is as it was.
     Equilibrium touched_at(double fraction) {
-        constexpr double usual = EquilibriumSearch::usual_tolerance;
+        constexpr double usual = path_tolerance;
         const auto before = contact_;
         contact_.move_ball(fraction);
         auto start = predicted(fraction);

@@ -66,7 +66,8 @@ void LimitedMemory::learn(Eigen::VectorXd step, Eigen::VectorXd change) {
     const double curvature = step.dot(change);
     if (curvature <= 0.0)
         return;
-    if (pairs_.size() == most_steps_)
+    constexpr std::size_t most_remembered = 30;
+    if (pairs_.size() == most_remembered)
         pairs_.pop_front();
     pairs_.push_back({std::move(step), std::move(change), curvature});
 }
@@ -311,7 +312,7 @@ class PushedSprings : public core::PushedBody {
     Weights weights_; ///< (K, N)
     NodalConditions conditions_;
     RestStiffness rest_;
-    LimitedMemory memory_{most_remembered};
+    LimitedMemory memory_;
     Field displacement_;    ///< (N) [m]
     Eigen::VectorXd force_; ///< (3 K) that it is in equilibrium under [N]
 };

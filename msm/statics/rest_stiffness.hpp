@@ -45,9 +45,6 @@ conjugate_gradients(const LinearMap &matrix, const LinearMap &inverse, const Eig
 /// Math. Comput. 35).
 class LimitedMemory {
   public:
-    /// @param most_steps  that are remembered
-    explicit LimitedMemory(std::size_t most_steps) : most_steps_(most_steps) {}
-
     /// The corrected inverse times a vector.
     /// @param first  positive definite
     Eigen::VectorXd times(const LinearMap &first, Eigen::VectorXd vector) const;
@@ -61,8 +58,7 @@ class LimitedMemory {
         Eigen::VectorXd step, change;
         double curvature;
     };
-    std::size_t most_steps_;
-    std::deque<Pair> pairs_;
+    std::deque<Pair> pairs_; // of the last 30 steps
 };
 
 /// The stiffness of a body at rest, and its factor on the components that are free. Load cases that constrain the same

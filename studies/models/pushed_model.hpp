@@ -31,10 +31,11 @@ std::optional<PushedModel> pushed_model(const core::Model &model);
 
 /// Law and discretisation of a model of hyperelastic elements.
 struct HyperelasticElements {
-    std::string_view name;
+    std::string_view name, summary;
     std::string_view law; ///< in fem_reference/hyperelastic/materials/
     hyperelastic::Discretisation discretisation;
     bool is_refined = false; ///< whether it also goes to finer meshes
+    core::Role at_rest = core::Role::candidate, in_motion = core::Role::candidate;
 };
 
 /// @return nothing for the name of another model

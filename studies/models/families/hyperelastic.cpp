@@ -99,65 +99,62 @@ core::Solution solve_finer(const core::Problem &problem, const std::string &law,
                                           : on_finer_meshes(problem);
 }
 
-using Solve = core::Solution (*)(const core::Problem &, const std::string &, const Discretisation &);
-
-/// Roles of a model at rest and in motion.
-struct Roles {
-    core::Role at_rest = core::Role::candidate;
-    core::Role in_motion = core::Role::candidate;
-};
-
 constexpr Discretisation linear_elements{.degree = 1}, quadratic_elements{.degree = 2},
     mixed_elements{.degree = 2, .formulation = fem_reference::Formulation::mixed};
 
 constexpr std::array<HyperelasticElements, 5> all_elements{
-    {{.name = "fem_p1_neo_hookean", .law = "neo_hookean", .discretisation = linear_elements},
-     {.name = "fem_p2_neo_hookean", .law = "neo_hookean", .discretisation = quadratic_elements},
-     {.name = "fem_p2p1_neo_hookean", .law = "neo_hookean", .discretisation = mixed_elements},
-     {.name = "fem_p2p1_neo_hookean_refined",
+    {{.name = "fem_p1_neo_hookean",
+      .summary = "neo-Hookean, linear tetrahedra (the baseline of large deformations)",
+      .law = "neo_hookean",
+      .discretisation = linear_elements},
+     {.name = "fem_p2_neo_hookean",
+      .summary = "neo-Hookean, quadratic tetrahedra",
+      .law = "neo_hookean",
+      .discretisation = quadratic_elements,
+      .in_motion = core::Role::reference},
+     {.name = "fem_p2p1_neo_hookean",
+      .summary = "neo-Hookean, quadratic tetrahedra with a linear pressure (Taylor and Hood)",
       .law = "neo_hookean",
       .discretisation = mixed_elements,
-      .is_refined = true},
-     {.name = "fem_p2p1_ogden", .law = "ogden", .discretisation = mixed_elements}}};
+      .at_rest = core::Role::reference},
+     {.name = "fem_p2p1_neo_hookean_refined",
+      .summary = "neo-Hookean, Taylor and Hood on meshes refined at the rims of places and below round tools (the "
+                 "reference of large deformations)",
+      .law = "neo_hookean",
+      .discretisation = mixed_elements,
+      .is_refined = true,
+      .at_rest = core::Role::refined_reference},
+     {.name = "fem_p2p1_ogden",
+      .summary = "Ogden's law with a fit to porcine liver, Taylor and Hood: how far the law itself matters",
+      .law = "ogden",
+      .discretisation = mixed_elements}}};
 
-core::Model elements(const std::string &name, const std::string &summary, const Roles &roles = {},
-                     Solve solve_one = solve) {
-    const auto made_of = *hyperelastic_elements(name);
-    const std::string law(made_of.law);
-    const auto discretisation = made_of.discretisation;
-    return {.name = name,
-            .summary = summary,
+core::Model model(const HyperelasticElements &elements) {
+    return {.name = std::string(elements.name),
+            .summary = std::string(elements.summary),
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
-            .prepare = core::solves_each(
-                [=](const core::Problem &problem) { return solve_one(problem, law, discretisation); }),
-            .at_rest = roles.at_rest,
-            .in_motion = roles.in_motion,
+            .prepare = core::solves_each([=, law = std::string(elements.law)](const core::Problem &problem) {
+                return elements.is_refined ? solve_finer(problem, law, elements.discretisation)
+                                           : solve(problem, law, elements.discretisation);
+            }),
+            .at_rest = elements.at_rest,
+            .in_motion = elements.in_motion,
             .judges = core::Regime::large,
             .only = core::Regime::large,
             .follows = core::EventSet::all(),
-            .is_collective = is_collective(discretisation)};
-}
-
-std::vector<core::Model> models(const ModelOptions & /*options*/) {
-    return {
-        elements("fem_p1_neo_hookean", "neo-Hookean, linear tetrahedra (the baseline of large deformations)"),
-        elements("fem_p2_neo_hookean", "neo-Hookean, quadratic tetrahedra", {.in_motion = core::Role::reference}),
-        elements("fem_p2p1_neo_hookean", "neo-Hookean, quadratic tetrahedra with a linear pressure (Taylor and Hood)",
-                 {.at_rest = core::Role::reference}),
-        elements("fem_p2p1_neo_hookean_refined",
-                 "neo-Hookean, Taylor and Hood on meshes refined at the rims of places and below round tools (the "
-                 "reference of large deformations)",
-                 {.at_rest = core::Role::refined_reference}, solve_finer),
-        elements("fem_p2p1_ogden",
-                 "Ogden's law with a fit to porcine liver, Taylor and Hood: how far the law itself matters"),
-    };
+            .is_collective = is_collective(elements.discretisation)};
 }
 
 } // namespace
 
 /// Hyperelastic finite elements on the same tetrahedra.
 ModelFamily hyperelastic() {
-    return {.name = {}, .models = models};
+    return {.name = {}, .models = [](const ModelOptions & /*options*/) {
+                std::vector<core::Model> models;
+                for (const auto &elements : all_elements)
+                    models.push_back(model(elements));
+                return models;
+            }};
 }
 
 } // namespace livermark::models::families

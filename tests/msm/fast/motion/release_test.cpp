@@ -156,6 +156,12 @@ TEST(PlanOfSteps, RefusesWhatIsStableAtNoStep) {
     }
 }
 
+/// Over the root mean square of the expected motion.
+double motion_error(const core::History &history, const std::vector<core::Vector3> &expected) {
+    const auto motion = msm::to_unknowns(expected);
+    return (msm::to_unknowns(history.displacement) - motion).norm() / motion.norm();
+}
+
 TEST(Release, MovesTheSameByAStabilisedMethodAsBySmallSteps) {
     const Rod rod(strong_damping());
     const auto found = rod.motion({});
@@ -163,14 +169,11 @@ TEST(Release, MovesTheSameByAStabilisedMethodAsBySmallSteps) {
     const auto expected = rod.motion(
         {.integrator = "runge_kutta_4", .time_step = 0.02 * found.time_step, .kernel = msm::StepKernel::scalar});
     ASSERT_EQ(found.displacement.size(), expected.displacement.size());
-    double difference = 0.0, size = 0.0, travelled = 0.0;
-    for (std::size_t i = 0; i < expected.displacement.size(); ++i) {
-        difference += (found.displacement[i] - expected.displacement[i]).squaredNorm();
-        size += expected.displacement[i].squaredNorm();
-        travelled = std::max(travelled, (expected.displacement[i] - expected.displacement[0]).norm());
-    }
+    double travelled = 0.0;
+    for (const auto &u : expected.displacement)
+        travelled = std::max(travelled, (u - expected.displacement[0]).norm());
     EXPECT_GT(travelled, 0.5 * expected.displacement[0].norm());
-    EXPECT_LT(std::sqrt(difference / size), 1e-3);
+    EXPECT_LT(motion_error(found, expected.displacement), 1e-3);
 }
 
 using core::Vector3;
@@ -209,7 +212,7 @@ TEST(DynamicRelaxation, ComesToTheEquilibriumThatNewtonFinds) {
 TEST(DynamicRelaxation, SaysSoWhenItIsNotAtRest) {
     const SwayingRod rod;
     const auto found = msm::relax(msm::find_integrator("runge_kutta_4"), rod.springs, rod.problem.body->mesh.points,
-                                  rod.conditions, {.tolerance = 1e-9, .max_steps = 50});
+                                  rod.conditions, 50);
     EXPECT_EQ(found.equilibrium.status, core::SolutionStatus::not_converged);
     EXPECT_NE(found.equilibrium.message.find("50 steps"), std::string::npos) << found.equilibrium.message;
 }
@@ -294,16 +297,6 @@ std::vector<Vector3> exact_motion(const PulledRod &rod, const msm::ElasticBody &
         motion.emplace_back(all.segment<3>(3 * static_cast<Eigen::Index>(release.probes.front().node)));
     }
     return motion;
-}
-
-/// Over the root mean square of the expected motion.
-double motion_error(const core::History &history, const std::vector<Vector3> &expected) {
-    double difference = 0.0, size = 0.0;
-    for (std::size_t k = 0; k < expected.size(); ++k) {
-        difference += (history.displacement[k] - expected[k]).squaredNorm();
-        size += expected[k].squaredNorm();
-    }
-    return std::sqrt(difference / size);
 }
 
 TEST(RelaxingRelease, RingsDownAsAStandardLinearSolidInEveryKernel) {
