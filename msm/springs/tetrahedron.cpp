@@ -12,15 +12,6 @@ namespace livermark::msm {
 
 namespace {
 
-/// Edges from corner 0 to the others.
-std::array<core::Vector3, 3> edges_from_first(const Eigen::VectorXd &x, const std::array<int, 4> &tetrahedron) {
-    const auto corner = [&](int a) -> core::Vector3 {
-        return x.segment<3>(3 * static_cast<Eigen::Index>(tetrahedron[a]));
-    };
-    const core::Vector3 origin = corner(0);
-    return {corner(1) - origin, corner(2) - origin, corner(3) - origin};
-}
-
 /// The matrix of a x .
 Eigen::Matrix3d cross_matrix(const core::Vector3 &a) {
     return (Eigen::Matrix3d() << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0).finished();
@@ -29,7 +20,7 @@ Eigen::Matrix3d cross_matrix(const core::Vector3 &a) {
 } // namespace
 
 Matrix12 volume_hessian(const Eigen::VectorXd &x, const std::array<int, 4> &tetrahedron) {
-    const auto edges = edges_from_first(x, tetrahedron);
+    const auto edges = spans_from_first(x, tetrahedron);
     Matrix12 hessian = Matrix12::Zero();
     // 6 dV/da = b x c, so that its derivative in b is -[c x] and in c [b x], and so on in a circle.
     for (int k = 0; k < 3; ++k) {

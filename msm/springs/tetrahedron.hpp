@@ -22,14 +22,18 @@ struct VolumeGradient {
     std::array<core::Vector3, 4> gradient; ///< dV/dx_a of the four corners [m^2]
 };
 
+/// Differences of a field, shape (3N), from corner 0 to the others.
+inline std::array<core::Vector3, 3> spans_from_first(const Eigen::VectorXd &field,
+                                                     const std::array<int, 4> &tetrahedron) {
+    const core::Vector3 origin = of_node(field, tetrahedron[0]);
+    return {of_node(field, tetrahedron[1]) - origin, of_node(field, tetrahedron[2]) - origin,
+            of_node(field, tetrahedron[3]) - origin};
+}
+
 /// @param x            positions, 3 i + component for node i [m]
 /// @param tetrahedron  node numbers
 inline VolumeGradient volume_gradient(const Eigen::VectorXd &x, const std::array<int, 4> &tetrahedron) {
-    const auto corner = [&](int a) -> core::Vector3 {
-        return x.segment<3>(3 * static_cast<Eigen::Index>(tetrahedron[a]));
-    };
-    const core::Vector3 origin = corner(0);
-    const core::Vector3 a = corner(1) - origin, b = corner(2) - origin, c = corner(3) - origin;
+    const auto [a, b, c] = spans_from_first(x, tetrahedron);
     const core::Vector3 first = b.cross(c) / 6.0, second = c.cross(a) / 6.0, third = a.cross(b) / 6.0;
     return {.volume = a.dot(first), .gradient = {-(first + second + third), first, second, third}};
 }
@@ -38,12 +42,8 @@ inline VolumeGradient volume_gradient(const Eigen::VectorXd &x, const std::array
 /// @param u  shape (3N) like x
 inline std::array<core::Vector3, 4> volume_gradient_change(const Eigen::VectorXd &x, const Eigen::VectorXd &u,
                                                            const std::array<int, 4> &tetrahedron) {
-    const auto corner = [&](const Eigen::VectorXd &field, int a) -> core::Vector3 {
-        return field.segment<3>(3 * static_cast<Eigen::Index>(tetrahedron[a])) -
-               field.segment<3>(3 * static_cast<Eigen::Index>(tetrahedron[0]));
-    };
-    const core::Vector3 a = corner(x, 1), b = corner(x, 2), c = corner(x, 3);
-    const core::Vector3 p = corner(u, 1), q = corner(u, 2), r = corner(u, 3);
+    const auto [a, b, c] = spans_from_first(x, tetrahedron);
+    const auto [p, q, r] = spans_from_first(u, tetrahedron);
     const core::Vector3 first = (q.cross(c) + b.cross(r)) / 6.0, second = (r.cross(a) + c.cross(p)) / 6.0,
                         third = (p.cross(b) + a.cross(q)) / 6.0;
     return {-(first + second + third), first, second, third};

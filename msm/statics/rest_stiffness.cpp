@@ -222,15 +222,21 @@ Eigen::VectorXd means(const Weights &weights, const Field &displacement) {
     return result;
 }
 
+NodalConditions conditions_at_rest(const core::Problem &problem, const std::vector<double> &node_mass) {
+    auto conditions = nodal_conditions(problem, node_mass);
+    for (auto &node : conditions.displacement)
+        for (double &value : node)
+            value = std::isnan(value) ? value : 0.0;
+    conditions.press_depth = 0.0;
+    return conditions;
+}
+
 } // namespace
 
 core::Compliance compliance(const ElasticBody &body, const core::Problem &problem,
                             std::span<const core::InteriorPlace> places) {
     const auto &mesh = problem.body->mesh;
-    auto held = nodal_conditions(problem, body.node_mass).displacement;
-    for (auto &node : held)
-        for (double &value : node)
-            value = std::isnan(value) ? value : 0.0;
+    const auto held = conditions_at_rest(problem, body.node_mass).displacement;
     const RestStiffness rest(body, mesh.points, held);
     if (!rest.is_definite())
         throw support::InputError(fmt::format("{}: load case '{}' leaves the body free to move, or its springs do not "
@@ -251,19 +257,8 @@ core::Compliance compliance(const ElasticBody &body, const core::Problem &proble
 
 namespace {
 
-using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-
 /// Tolerance of forces out of balance: places move by less than a micrometre for them.
 constexpr double push_tolerance = 1e-8;
-
-NodalConditions conditions_at_rest(const core::Problem &problem, const std::vector<double> &node_mass) {
-    auto conditions = nodal_conditions(problem, node_mass);
-    for (auto &node : conditions.displacement)
-        for (double &value : node)
-            value = std::isnan(value) ? value : 0.0;
-    conditions.press_depth = 0.0;
-    return conditions;
-}
 
 class PushedSprings : public core::PushedBody {
   public:

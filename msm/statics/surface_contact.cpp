@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/tool/round_load.hpp"
+#include "msm/springs/tetrahedron.hpp"
 
 namespace livermark::msm {
 
@@ -204,10 +205,7 @@ Eigen::SparseMatrix<double> SurfaceContact::hessian(const Field &positions, Tang
                 entries.emplace_back(3 * facet.nodes[static_cast<std::size_t>(r / 3)] + r % 3,
                                      3 * facet.nodes[static_cast<std::size_t>(c / 3)] + c % 3, entries_of_facet(r, c));
     }
-    const auto size = static_cast<Eigen::Index>(3 * num_nodes_);
-    Eigen::SparseMatrix<double> hessian(size, size);
-    hessian.setFromTriplets(entries.begin(), entries.end());
-    return hessian;
+    return square_matrix(entries, static_cast<Eigen::Index>(3 * num_nodes_));
 }
 
 void SurfaceContact::add_hessian_product(const Field &positions, const Eigen::VectorXd &u,

@@ -1,4 +1,5 @@
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
@@ -54,25 +55,31 @@ struct ConstrainedBlock {
     core::LoadCase load_case;
 };
 
+/// Equilibria under the loads of each point alone, where the path comes to, too.
+std::vector<msm::Equilibrium> expect_equilibria(const ConstrainedBlock &block, const msm::FollowedPath &path) {
+    EXPECT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
+    EXPECT_EQ(path.points.size(), 3U);
+    std::vector<msm::Equilibrium> equilibria;
+    for (std::size_t k = 0; k < path.points.size(); ++k) {
+        const core::Problem problem{block.body, core::scaled(block.load_case, block.load_case.path[k])};
+        const auto conditions = msm::nodal_conditions(problem, block.springs.node_mass);
+        const auto &alone =
+            equilibria.emplace_back(msm::find_equilibrium(block.springs, block.body->mesh.points, conditions));
+        const auto reaction = msm::constraint_forces(problem, conditions, alone.constraint_force, alone.press);
+        EXPECT_LT((path.points[k].reaction[0] - reaction[0]).norm(), 1e-7 * reaction[0].norm());
+        for (std::size_t i = 0; i < alone.displacement.size(); ++i)
+            EXPECT_LT((path.points[k].displacement[i].cast<double>() - alone.displacement[i]).norm(), 2e-8);
+    }
+    return equilibria;
+}
+
 TEST(LoadPath, ComesToTheSameEquilibriaAsTheLoadsAlone) {
     ConstrainedBlock block;
     tests::pull(block.load_case, block.body->mesh, "x_max", {150.0, 60.0, -90.0});
     block.load_case.acceleration = {0.0, 1.0, 0.0};
-    const auto path = block.follow();
-    ASSERT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
-    ASSERT_EQ(path.points.size(), 3U);
-    for (std::size_t k = 0; k < 3; ++k) {
-        const core::Problem problem{block.body, core::scaled(block.load_case, block.load_case.path[k])};
-        const auto conditions = msm::nodal_conditions(problem, block.springs.node_mass);
-        const auto alone = msm::find_equilibrium(block.springs, block.body->mesh.points, conditions);
-        const auto reaction = msm::constraint_forces(problem, conditions, alone.constraint_force);
-        EXPECT_LT((path.points[k].reaction[0] - reaction[0]).norm(), 1e-7 * reaction[0].norm());
-        double largest = 0.0;
-        for (std::size_t i = 0; i < alone.displacement.size(); ++i) {
-            largest = std::max(largest, alone.displacement[i].norm());
-            EXPECT_LT((path.points[k].displacement[i].cast<double>() - alone.displacement[i]).norm(), 2e-8);
-        }
-        EXPECT_GT(largest, 0.002); // far from small
+    for (const auto &alone : expect_equilibria(block, block.follow())) {
+        const auto largest = std::ranges::max(alone.displacement, {}, [](const auto &u) { return u.norm(); });
+        EXPECT_GT(largest.norm(), 0.002); // far from small
     }
 }
 
@@ -81,19 +88,13 @@ TEST(LoadPath, PressesAsDeepAsTheWholeAtEachPartOfIt) {
     const Vector3 direction = Vector3(1.0, 0.5, -2.0).normalized();
     tests::press(block.load_case, block.body->mesh, "x_max", direction, 0.03);
     const auto path = block.follow();
-    ASSERT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
-    ASSERT_EQ(path.points.size(), 3U);
+    const auto equilibria = expect_equilibria(block, path);
     double last = 0.0;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const core::Problem problem{block.body, core::scaled(block.load_case, block.load_case.path[k])};
-        const auto alone = msm::find_equilibrium(block.springs, block.body->mesh.points,
-                                                 msm::nodal_conditions(problem, block.springs.node_mass));
-        const auto &reaction = path.points[k].reaction[1];
-        EXPECT_NEAR(reaction.dot(direction), alone.press, 1e-7 * alone.press);
-        EXPECT_GT(alone.press, last);
-        last = alone.press;
-        for (std::size_t i = 0; i < alone.displacement.size(); ++i)
-            EXPECT_LT((path.points[k].displacement[i].cast<double>() - alone.displacement[i]).norm(), 2e-8);
+    for (std::size_t k = 0; k < equilibria.size(); ++k) {
+        const double press = equilibria[k].press;
+        EXPECT_NEAR(path.points[k].reaction[1].dot(direction), press, 1e-7 * press);
+        EXPECT_GT(press, last);
+        last = press;
     }
 }
 

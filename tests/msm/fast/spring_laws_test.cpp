@@ -17,7 +17,7 @@
 #include "msm/bounded_least_squares.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/statics/equilibrium.hpp"
-#include "tests/not_a_number.hpp"
+#include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -262,8 +262,6 @@ TEST(SpringCurveNeoHookean, IsANeoHookeanMaterialInAllDirectionsTogether) {
 
 using core::Vector3;
 
-using tests::nan;
-
 /// A block of cubic cells with springs to the 18 nearest neighbours, k = 0.4 E a. Each cell gives a quarter of a spring
 /// to each of its edges and half a spring to each diagonal of its faces, so that a cell alone already has the
 /// elasticity of the continuum: E_eff = E and Poisson's ratio 1/4 exactly, boundary cells included.
@@ -314,10 +312,7 @@ Lattice make_lattice() {
 TEST(SpringLattice, With18NeighboursIsIsotropicElasticityWithPoissonOneQuarter) {
     const auto lattice = make_lattice();
     const double stress = 3.0;
-    msm::NodalConditions conditions;
-    conditions.displacement.assign(lattice.points.size(), Vector3::Constant(nan));
-    conditions.constraint.assign(lattice.points.size(), {-1, -1, -1});
-    conditions.force.assign(lattice.points.size(), Vector3::Zero());
+    auto conditions = tests::free_conditions(lattice.points.size());
     for (std::size_t n = 0; n < lattice.points.size(); ++n)
         for (int c = 0; c < 3; ++c)
             if (lattice.points[n][c] == 0.0) {

@@ -289,23 +289,17 @@ TEST(KeptNumbers, PartNothingWhereNothingIsParted) {
     CutBox box;
     msm::KeptNumbers numbers(box.kept.mesh);
     box.removed = {0, 7, 100};
-    std::vector<int> parents;
-    for (const int t : box.numbers_of_left())
-        parents.push_back(t);
-    const auto cut = numbers.follow(tests::without(box.kept, box.removed).body.mesh, parents);
+    const auto cut = numbers.follow(tests::without(box.kept, box.removed).body.mesh, box.numbers_of_left());
     EXPECT_EQ(cut.removed, (std::vector<int>{0, 7, 100}));
     EXPECT_TRUE(cut.parting.tetrahedra.empty());
     EXPECT_TRUE(cut.parting.parent_node.empty());
 }
 
 msm::NodalConditions held_below(const core::Body &body, double x) {
-    msm::NodalConditions conditions;
-    for (const auto &point : body.mesh.points) {
-        conditions.displacement.emplace_back(
-            Vector3::Constant(point.x() < x ? 0.0 : std::numeric_limits<double>::quiet_NaN()));
-        conditions.force.emplace_back(Vector3::Zero());
-        conditions.constraint.push_back({-1, -1, -1});
-    }
+    auto conditions = tests::free_conditions(body.mesh.points.size());
+    for (std::size_t i = 0; i < body.mesh.points.size(); ++i)
+        if (body.mesh.points[i].x() < x)
+            conditions.displacement[i].setZero();
     return conditions;
 }
 

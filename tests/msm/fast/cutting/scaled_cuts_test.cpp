@@ -28,21 +28,10 @@ msm::ElasticBody coupled_around_nodes(const core::Body &body) {
 class ScaledCuts : public testing::Test {
   protected:
     ScaledCuts() {
-        body.mesh.region_names = {"soft", "hard"};
-        for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t) {
-            Vector3 middle = Vector3::Zero();
-            for (const int node : body.mesh.tetrahedra[t])
-                middle += 0.25 * body.mesh.points[node];
-            body.mesh.region[t] = middle.x() > 0.04 && middle.x() < 0.08 ? 1 : 0;
-        }
-        body.materials = {{1060.0, 5e3, 0.45}, {1060.0, 150e3, 0.45}};
         elastic = coupled_around_nodes(body);
-        for (const auto &point : body.mesh.points) {
-            conditions.displacement.emplace_back(
-                Vector3::Constant(point.x() < 0.001 ? 0.0 : std::numeric_limits<double>::quiet_NaN()));
-            conditions.force.emplace_back(Vector3::Zero());
-            conditions.constraint.push_back({-1, -1, -1});
-        }
+        for (std::size_t i = 0; i < body.mesh.points.size(); ++i)
+            if (body.mesh.points[i].x() < 0.001)
+                conditions.displacement[i].setZero();
         scaling = msm::scale_masses(body, elastic, conditions);
         now = body;
         parts = msm::CutParts::prepare(body, elastic, std::nullopt);
@@ -153,9 +142,9 @@ class ScaledCuts : public testing::Test {
 
     std::vector<int> through_lump() const { return tests::tetrahedra_near(body, {0.06, 0.02, 0.04}, 0.017); }
 
-    core::Body body{.name = "bar", .mesh = tests::box_mesh({0.12, 0.04, 0.04}, {6, 2, 2}), .materials = {}};
+    core::Body body = tests::lumpy_bar({6, 2, 2}, 30.0);
     msm::ElasticBody elastic{{}, {}};
-    msm::NodalConditions conditions;
+    msm::NodalConditions conditions = tests::free_conditions(body.mesh.points.size());
     msm::MassScaling scaling;
     std::optional<msm::CutParts> parts;
     core::Body now; ///< by the numbers that are kept

@@ -10,6 +10,7 @@
 #include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "tests/not_a_number.hpp"
+#include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -56,9 +57,7 @@ struct Lump {
     Lump() : body(*tests::make_body(tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2}), {1060.0, 5000.0, 0.25})) {
         springs = msm::spring_network(body, msm::all_spring_laws().front());
         const auto size = body.mesh.points.size();
-        conditions.displacement.assign(size, Vector3::Constant(nan));
-        conditions.constraint.assign(size, {-1, -1, -1});
-        conditions.force.assign(size, Vector3::Zero());
+        conditions = tests::free_conditions(size);
         std::mt19937 generator(7);
         std::uniform_real_distribution<double> part(-1.0, 1.0);
         start.displacement.resize(static_cast<Eigen::Index>(3 * size));
@@ -70,9 +69,7 @@ struct Lump {
     }
 
     double energy(const msm::EquationOfMotion &equation, const msm::State &state) const {
-        auto moved = msm::to_field(state.displacement);
-        for (std::size_t i = 0; i < moved.size(); ++i)
-            moved[i] += body.mesh.points[i];
+        const auto moved = msm::moved(body.mesh.points, msm::to_field(state.displacement));
         return msm::elastic_energy(springs, moved) + msm::kinetic_energy(equation, state);
     }
 
@@ -221,9 +218,7 @@ TEST(ElasticMotion, IsTheGradientOfTheEnergyPerMass) {
     const auto equation = msm::elastic_motion(lump.springs, lump.body.mesh.points, lump.conditions, {0.7, 0.0});
     Eigen::VectorXd a(lump.start.displacement.size());
     equation.acceleration(lump.start.displacement, lump.start.velocity, a);
-    auto moved = msm::to_field(lump.start.displacement);
-    for (std::size_t i = 0; i < moved.size(); ++i)
-        moved[i] += lump.body.mesh.points[i];
+    const auto moved = msm::moved(lump.body.mesh.points, msm::to_field(lump.start.displacement));
     const auto gradient = msm::elastic_gradient(lump.springs, moved);
     const Eigen::VectorXd expected =
         (msm::to_unknowns(lump.conditions.force) - msm::to_unknowns(gradient)).cwiseQuotient(equation.mass) -

@@ -22,35 +22,20 @@ namespace {
 
 using core::Vector3;
 
-constexpr double hardness = 30.0;
-
 /// A soft bar with a hard lump in its middle, of neo-Hookean springs around nodes.
 struct Bar {
-    core::Body body;
+    core::Body body = tests::lumpy_bar({6, 3, 3}, 30.0);
     msm::ElasticBody springs{{}, {}};
-    msm::NodalConditions conditions; ///< free everywhere, no loads
+    msm::NodalConditions conditions = tests::free_conditions(body.mesh.points.size());
 
     /// @param averages_volumes  see msm::CoupledSprings
     explicit Bar(bool is_held = false, bool averages_volumes = false) {
-        auto mesh = tests::box_mesh({0.12, 0.04, 0.04}, {6, 3, 3});
-        mesh.region_names = {"soft", "hard"};
-        for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-            Vector3 centre = Vector3::Zero();
-            for (const int node : mesh.tetrahedra[t])
-                centre += mesh.points[node] / 4.0;
-            mesh.region[t] = centre.x() > 0.04 && centre.x() < 0.08 ? 1 : 0;
-        }
-        body = {.name = "bar", .mesh = mesh, .materials = {{1060.0, 5e3, 0.45}, {1060.0, hardness * 5e3, 0.45}}};
         auto chosen = msm::find_coupled_springs("nodal_neo_hookean");
         chosen.averages_volumes = averages_volumes;
         springs = msm::coupled_springs_with_volume(body, chosen);
-        const auto size = mesh.points.size();
-        conditions.displacement.assign(size, Vector3::Constant(std::nan("")));
-        conditions.constraint.assign(size, {-1, -1, -1});
-        conditions.force.assign(size, Vector3::Zero());
         if (is_held)
-            for (std::size_t i = 0; i < size; ++i)
-                if (mesh.points[i].x() == 0.0)
+            for (std::size_t i = 0; i < body.mesh.points.size(); ++i)
+                if (body.mesh.points[i].x() == 0.0)
                     conditions.displacement[i].setZero();
     }
 
