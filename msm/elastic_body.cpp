@@ -9,10 +9,10 @@
 namespace livermark::msm {
 
 double ElasticTerm::add_force_and_energy(const Eigen::VectorXd &x, Eigen::VectorXd &force) const {
-    const double of_x = energy(x);
-    if (std::isfinite(of_x))
+    const double value = energy(x);
+    if (std::isfinite(value))
         add_force(x, x, 0.0, force);
-    return of_x;
+    return value;
 }
 
 void ElasticTerm::add_hessian_product(const Eigen::VectorXd &x, const Eigen::VectorXd &u,
@@ -57,11 +57,11 @@ Eigen::SparseMatrix<double> elastic_hessian(const ElasticBody &body, const std::
     const auto x = to_unknowns(positions);
     Eigen::SparseMatrix<double> hessian(x.size(), x.size());
     for (const auto &term : body.terms) {
-        auto of_term = term->hessian(x, tangent);
+        auto added = term->hessian(x, tangent);
         if (hessian.nonZeros() == 0)
-            hessian.swap(of_term); // a sum would be another copy, and these are large
-        else if (of_term.nonZeros() > 0)
-            hessian += of_term;
+            hessian.swap(added); // a sum would be another copy, and these are large
+        else if (added.nonZeros() > 0)
+            hessian += added;
     }
     return hessian;
 }
@@ -97,6 +97,14 @@ std::vector<core::Vector3> to_field(const Eigen::VectorXd &unknowns) {
     for (std::size_t i = 0; i < field.size(); ++i)
         field[i] = of_node(unknowns, static_cast<int>(i));
     return field;
+}
+
+std::vector<core::Vector3> moved(const std::vector<core::Vector3> &positions,
+                                 const std::vector<core::Vector3> &displacement) {
+    auto result = positions;
+    for (std::size_t i = 0; i < result.size(); ++i)
+        result[i] += displacement[i];
+    return result;
 }
 
 bool describe_volumes(const std::vector<int> &centre, const std::vector<std::array<int, 4>> &corner_volume,

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -67,9 +68,9 @@ struct ElasticBody {
 
     std::vector<double> node_mass;                         ///< (N) [kg]
     std::vector<std::shared_ptr<const ElasticTerm>> terms; ///< the energy is their sum
-    /// A term whose second derivative at rest is near that of the sum but has far fewer entries, for factors in place
-    /// of it; null where the terms' own has few.
-    std::shared_ptr<const ElasticTerm> preconditioner;
+    /// Stiffness at rest that is near that of the terms but has far fewer entries, for factors in place of it, where a
+    /// part of the stresses that relax is left: shape (3N, 3N) [N/m]. Null where the terms' own has few.
+    std::function<Eigen::SparseMatrix<double>(double part)> preconditioner;
 };
 
 /// Elastic energy.
@@ -114,9 +115,16 @@ class StiffnessProduct {
     Eigen::VectorXd at_rest_; // (3N) what rounding leaves there [N]
 };
 
+/// A vector for each node, shape (N).
+using Field = std::vector<core::Vector3>;
+
 /// A nodal field as 3N components, and back.
 Eigen::VectorXd to_unknowns(const std::vector<core::Vector3> &field);
 std::vector<core::Vector3> to_field(const Eigen::VectorXd &unknowns);
+
+/// Positions of nodes that are displaced, shape (N) [m].
+std::vector<core::Vector3> moved(const std::vector<core::Vector3> &positions,
+                                 const std::vector<core::Vector3> &displacement);
 
 /// The part of a node.
 inline auto of_node(const Eigen::VectorXd &field, int node) {

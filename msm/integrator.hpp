@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -75,12 +76,39 @@ struct Integrator {
     Integrator (*with_forces_per_step)(int number) = nullptr;
 };
 
-/// Every integrator of integrators/, in alphabetical order: the explicit ones. See msm/implicit_integrators.hpp for
-/// all.
+/// Every integrator of integrators/, in alphabetical order: the explicit ones.
 std::span<const Integrator> all_integrators();
 
 /// @param known  where to look
 /// @throws support::InputError if there is none of that name
 const Integrator &find_integrator(const std::string &name, std::span<const Integrator> known = all_integrators());
+
+/// Every integrator of implicit_integrators/, in alphabetical order: those that solve systems of equations in each
+/// step. They stand apart because their factors are CHOLMOD's, which the explicit ones do without.
+std::span<const Integrator> all_implicit_integrators();
+
+/// The explicit and the implicit ones together, in alphabetical order.
+const std::vector<Integrator> &known_integrators();
+
+/// Kernels for the forces of steps in time. All give the same motion, to the digits that they have.
+enum class StepKernel {
+    scalar,      ///< the slow, obvious one, which knows every body and integrator
+    simd_double, ///< vector units, double precision
+    simd_float   ///< vector units, forces in single precision; see FastSteps
+};
+
+/// The word for a kernel in options and result files.
+const char *to_string(StepKernel kernel);
+
+/// Choices of a user about steps in time.
+struct TimeStepping {
+    /// A name of all_integrators(); by default runge_kutta_4 or runge_kutta_chebyshev, whichever needs fewer forces.
+    std::optional<std::string> integrator{};
+    /// Longest step [s], > 0; by default a safe part of the critical one. Where it is asked for, a step has the usual
+    /// number of forces.
+    std::optional<double> time_step{};
+    bool force = false; ///< take it even if it is too long
+    StepKernel kernel = StepKernel::simd_float;
+};
 
 } // namespace livermark::msm

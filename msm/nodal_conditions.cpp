@@ -49,8 +49,8 @@ std::vector<core::Vector3> constraint_forces(const core::Problem &problem, const
                                              const std::vector<core::Vector3> &force, double press,
                                              const core::Vector3 &touch) {
     auto total = core::press_resultants(problem.load_case, problem.body->mesh);
-    for (auto &of_place : total)
-        of_place *= press;
+    for (auto &resultant : total)
+        resultant *= press;
     for (std::size_t i = 0; i < force.size(); ++i)
         for (std::size_t c = 0; c < 3; ++c)
             if (const int owner = conditions.constraint[i][c]; owner >= 0)

@@ -25,12 +25,12 @@ struct SpringLaw {
     /// Stiffness that a tetrahedron adds to its six edges, in the order of core::tetrahedron_edges [N/m], where the
     /// stiffness of an edge is the sum of this over the tetrahedra around it; null for laws that look at the whole
     /// body.
-    std::array<double, 6> (*of_tetrahedron)(const core::Body &body, std::size_t tetrahedron) = nullptr;
+    std::array<double, 6> (*edge_stiffness)(const core::Body &body, std::size_t tetrahedron) = nullptr;
 };
 
 /// A law that is such a sum, its stiffness included.
 SpringLaw law_of_tetrahedra(std::string summary, std::string source,
-                            std::array<double, 6> (*of_tetrahedron)(const core::Body &body, std::size_t tetrahedron));
+                            std::array<double, 6> (*edge_stiffness)(const core::Body &body, std::size_t tetrahedron));
 
 /// Every law of spring_laws/, in alphabetical order.
 std::span<const SpringLaw> all_spring_laws();

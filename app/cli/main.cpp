@@ -25,7 +25,7 @@
 #include "core/support/processes/child_process.hpp"
 #include "core/support/processes/mpi_session.hpp"
 #include "core/support/processes/own_process.hpp"
-#include "msm/implicit_integrators.hpp"
+#include "msm/integrator.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/study.hpp"
 

@@ -10,7 +10,7 @@
 #include "app/live/springs.hpp"
 #include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
-#include "msm/cutting/part_of_body.hpp"
+#include "msm/cutting/cut_parts.hpp"
 
 namespace livermark::live {
 

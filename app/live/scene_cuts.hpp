@@ -6,7 +6,7 @@
 
 #include "app/live/parameters.hpp"
 #include "app/live/scene.hpp"
-#include "msm/cutting/part_of_body.hpp"
+#include "msm/cutting/cut_parts.hpp"
 
 /// Springs of what cuts have left, fitted as those of a body of its own: their frequencies, and what follows from them.
 namespace livermark::live {

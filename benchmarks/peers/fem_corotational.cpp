@@ -8,7 +8,7 @@
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/springs/tetrahedron.hpp"
+#include "tests/oracles/linear_elements.hpp"
 
 namespace livermark::benchmarks::peers {
 
@@ -114,7 +114,7 @@ Run make(const Scene &scene, double time_step) {
 double critical_step(const Scene &scene) {
     const auto &body = *scene.problem.body;
     const double highest = msm::largest_angular_frequency(
-        msm::ElasticBody(scene.springs.node_mass, {msm::linear_elements(body)}), body.mesh.points, scene.conditions);
+        msm::ElasticBody(scene.springs.node_mass, {tests::linear_elements(body)}), body.mesh.points, scene.conditions);
     return msm::critical_time_step(msm::find_integrator("symplectic_euler"), {}, highest, highest);
 }
 

@@ -2,16 +2,18 @@
 
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <cstddef>
 #include <map>
 #include <numeric>
 #include <utility>
 
+#include "msm/dynamics/time_step.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/springs/tetrahedron.hpp"
 
 namespace livermark::msm {
 
-/// What some tetrahedra have numbers of, each ascending and once.
+/// Numbers that some tetrahedra have, ascending and once.
 template <std::size_t n>
 std::vector<int> CutParts::once(const std::vector<std::array<int, n>> &numbers, std::span<const int> tetrahedra) {
     std::vector<int> found;
@@ -44,18 +46,18 @@ std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticB
     result.node_mass_ = elastic.node_mass;
     result.source_ = std::move(springs);
     result.tetrahedra_ = mesh.tetrahedra;
-    result.of_node_ = NumberLists(mesh.tetrahedra, mesh.points.size());
+    result.node_lists_ = NumberLists(mesh.tetrahedra, mesh.points.size());
     const auto volumes = core::tetrahedron_volumes(mesh);
     for (std::size_t t = 0; t < volumes.size(); ++t)
         result.mass_share_.push_back(body.materials[mesh.region[t]].density * volumes[t] / 4.0);
     if (!result.parts_.edges.empty()) {
         result.edges_ = core::edge_table(mesh.tetrahedra);
-        result.of_spring_ = NumberLists(result.edges_.tetrahedron_edge, result.edges_.edges.size());
+        result.spring_lists_ = NumberLists(result.edges_.tetrahedron_edge, result.edges_.edges.size());
         result.spring_order_.resize(result.edges_.edges.size());
         std::iota(result.spring_order_.begin(), result.spring_order_.end(), 0);
-        if (result.source_ && result.source_->law.of_tetrahedron)
+        if (result.source_ && result.source_->law.edge_stiffness)
             for (std::size_t t = 0; t < volumes.size(); ++t)
-                result.of_edges_.push_back(result.source_->law.of_tetrahedron(result.source_->body, t));
+                result.edge_stiffness_.push_back(result.source_->law.edge_stiffness(result.source_->body, t));
     }
     const auto &parts = result.parts_;
     const auto x = to_unknowns(mesh.points);
@@ -63,12 +65,12 @@ std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticB
     for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
         result.volume_[static_cast<Eigen::Index>(t)] = volume_gradient(x, mesh.tetrahedra[t]).volume;
     if (!parts.centre.empty()) {
-        result.of_volume_ = NumberLists(parts.corner_volume, parts.centre.size());
+        result.volume_lists_ = NumberLists(parts.corner_volume, parts.centre.size());
         for (int c = 0; c < static_cast<int>(parts.centre.size()); ++c)
             result.volume_modulus_.push_back(
-                modulus_beside_springs(body.materials[mesh.region[result.of_volume_.of(c).front()]]));
+                modulus_beside_springs(body.materials[mesh.region[result.volume_lists_.of(c).front()]]));
     }
-    for (auto *lists : {&result.of_node_, &result.of_spring_, &result.of_volume_})
+    for (auto *lists : {&result.node_lists_, &result.spring_lists_, &result.volume_lists_})
         lists->leave_room();
     for (auto *edges : {&result.edges_.edges, &result.parts_.edges})
         edges->reserve(with_room(edges->size()));
@@ -81,15 +83,15 @@ std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticB
 
 void CutParts::set_spring(int spring) {
     double stiffness = 0.0;
-    for (const int t : of_spring_.of(spring))
+    for (const int t : spring_lists_.of(spring))
         if (parts_.is_there(t)) {
             const auto &edges = edges_.tetrahedron_edge[t];
-            stiffness += of_edges_[t][std::ranges::find(edges, spring) - edges.begin()];
+            stiffness += edge_stiffness_[t][std::ranges::find(edges, spring) - edges.begin()];
         }
     parts_.stiffness[spring] = source_->factor * stiffness;
 }
 
-/// Of the body without what is gone; nodes keep their numbers.
+/// Stiffness of the body without what is gone; nodes keep their numbers.
 std::vector<int> CutParts::ask_law_again() {
     auto body = source_->body;
     auto &mesh = body.mesh;
@@ -122,7 +124,7 @@ std::vector<int> CutParts::ask_law_again() {
 
 void CutParts::set_mass(int node) {
     node_mass_[node] = 0.0;
-    for (const int t : of_node_.of(node))
+    for (const int t : node_lists_.of(node))
         if (parts_.is_there(t))
             node_mass_[node] += mass_share_[t];
 }
@@ -133,7 +135,7 @@ void CutParts::set_volumes(std::span<const int> volumes) {
     Eigen::Index row_of_share = 0;
     for (const int volume : volumes) {
         share.startVec(row_of_share);
-        for (const int t : of_volume_.of(volume))
+        for (const int t : volume_lists_.of(volume))
             if (parts_.is_there(t))
                 share.insertBack(row_of_share, t) = 0.25;
         ++row_of_share;
@@ -159,7 +161,7 @@ const CutChanges &CutParts::remove(std::span<const int> tetrahedra) {
     changes_.edge_parts = once(parts_.edge_part, changes_.tetrahedra);
     for (const int node : changes_.nodes)
         set_mass(node);
-    if (!of_edges_.empty())
+    if (!edge_stiffness_.empty())
         for (const int s : changes_.springs)
             set_spring(s);
     else if (source_)
@@ -200,7 +202,7 @@ void CutParts::part_nodes(const Parting &parting) {
     parted_.parent_node = parting.parent_node;
     auto &nodes = parted_.nodes;
     nodes = parting.parent_node;
-    NewLists of_new;
+    NewLists added;
     const auto num_nodes = static_cast<int>(node_mass_.size());
     for (std::size_t k = 0; k < parting.parent_node.size(); ++k)
         nodes.push_back(num_nodes + static_cast<int>(k));
@@ -212,14 +214,14 @@ void CutParts::part_nodes(const Parting &parting) {
             parts_.tetrahedra[t] = parting.nodes[i];
         for (const int node : parting.nodes[i])
             if (node >= num_nodes)
-                of_new.add(node, t);
+                added.add(node, t);
     }
     node_mass_.resize(node_mass_.size() + parting.parent_node.size(), 0.0);
-    of_node_.resize(node_mass_.size());
-    of_new.put_into(of_node_);
+    node_lists_.resize(node_mass_.size());
+    added.put_into(node_lists_);
     for (const int node : nodes) {
         if (node < num_nodes)
-            leave_owners(node, tetrahedra_, of_node_);
+            leave_owners(node, tetrahedra_, node_lists_);
         set_mass(node);
     }
     if (source_)
@@ -235,7 +237,7 @@ void CutParts::part_springs(const Parting &parting) {
     if (parts_.edges.empty())
         return;
     Successors<std::array<int, 2>> successors(num_before);
-    NewLists of_new;
+    NewLists added;
     for (const int t : parting.tetrahedra)
         for (std::size_t e = 0; e < 6; ++e) {
             const auto &[a, b] = core::tetrahedron_edges[e];
@@ -254,18 +256,18 @@ void CutParts::part_springs(const Parting &parting) {
                 parted_.springs.push_back(number);
             }
             spring = number;
-            of_new.add(number, t);
+            added.add(number, t);
         }
     sort_and_leave_one(parted_.springs);
-    of_spring_.resize(edges_.edges.size());
-    of_new.put_into(of_spring_);
+    spring_lists_.resize(edges_.edges.size());
+    added.put_into(spring_lists_);
     for (const int s : parted_.springs) {
         if (s < parted_.first_new_spring)
-            leave_owners(s, edges_.tetrahedron_edge, of_spring_);
-        if (std::ranges::none_of(of_spring_.of(s), [&](int t) { return parts_.is_there(t); }))
+            leave_owners(s, edges_.tetrahedron_edge, spring_lists_);
+        if (std::ranges::none_of(spring_lists_.of(s), [&](int t) { return parts_.is_there(t); }))
             parted_.gone_springs.push_back(s);
     }
-    if (!of_edges_.empty())
+    if (!edge_stiffness_.empty())
         for (const int s : parted_.springs)
             set_spring(s);
     else if (source_) {
@@ -293,7 +295,7 @@ void CutParts::part_volumes(const Parting &parting) {
     changed = once(parts_.corner_volume, parting.tetrahedra);
     const auto num_before = static_cast<int>(parts_.centre.size());
     Successors<int> successors(parts_.centre.size());
-    NewLists of_new;
+    NewLists added;
     std::vector<int> lost;
     for (const int t : parting.tetrahedra)
         for (std::size_t k = 0; k < 4; ++k) {
@@ -313,15 +315,15 @@ void CutParts::part_volumes(const Parting &parting) {
             }
             lost.push_back(before);
             volume = number;
-            of_new.add(number, t);
+            added.add(number, t);
         }
-    of_volume_.resize(parts_.centre.size());
-    of_new.put_into(of_volume_);
+    volume_lists_.resize(parts_.centre.size());
+    added.put_into(volume_lists_);
     sort_and_leave_one(changed);
     sort_and_leave_one(lost);
     for (const int c : lost)
         if (c < num_before)
-            leave_owners(c, parts_.corner_volume, of_volume_);
+            leave_owners(c, parts_.corner_volume, volume_lists_);
     if (!parts_.volume_stiffness.empty())
         set_volumes(lost);
 }
@@ -360,6 +362,124 @@ const PartingChanges &CutParts::part(const Parting &parting) {
     is_seen_.resize(
         std::max({node_mass_.size(), parts_.edges.size(), parts_.centre.size(), parts_.edge_modulus.size()}), 0);
     return parted_;
+}
+
+PartOfBody part_of_body(const core::Body &body, const std::vector<char> &is_in, const NodalConditions &conditions) {
+    const auto &mesh = body.mesh;
+    PartOfBody part{.body = {.name = body.name, .mesh = {}, .materials = body.materials}, .node = {}, .conditions = {}};
+    auto &mesh_of_part = part.body.mesh;
+    mesh_of_part.region_names = mesh.region_names;
+    std::vector<int> number(mesh.points.size(), -1);
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+        if (is_in[t] == 0)
+            continue;
+        for (const int node : mesh_of_part.tetrahedra.emplace_back(mesh.tetrahedra[t]))
+            number[node] = 0;
+        mesh_of_part.region.push_back(mesh.region[t]);
+    }
+    for (std::size_t i = 0; i < number.size(); ++i)
+        if (number[i] == 0) {
+            number[i] = mesh_of_part.num_nodes();
+            part.node.push_back(static_cast<int>(i));
+            mesh_of_part.points.push_back(mesh.points[i]);
+            part.conditions.displacement.push_back(conditions.displacement[i]);
+            part.conditions.force.emplace_back(core::Vector3::Zero());
+            part.conditions.constraint.push_back({-1, -1, -1});
+        }
+    for (auto &tetrahedron : mesh_of_part.tetrahedra)
+        for (int &node : tetrahedron)
+            node = number[node];
+    return part;
+}
+
+namespace {
+
+/// Rings of tetrahedra with nodes that move, and rings around these that their springs and means have to know.
+constexpr int moving_rings = 2, known_rings = 3;
+
+/// Marks the nodes of the tetrahedra that are left at marked nodes as well.
+void add_ring(const core::TetraMesh &mesh, const std::vector<char> &is_removed, std::vector<char> &marked) {
+    const auto before = marked;
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+        const auto &[a, b, c, d] = mesh.tetrahedra[t];
+        if (is_removed[t] == 0 && (before[a] != 0 || before[b] != 0 || before[c] != 0 || before[d] != 0))
+            for (const int node : mesh.tetrahedra[t])
+                marked[node] = 1;
+    }
+}
+
+} // namespace
+
+double frequency_around(const core::Body &body, const std::vector<char> &is_removed, std::span<const int> nodes,
+                        const std::function<ElasticBody(const core::Body &)> &make, const NodalConditions &conditions,
+                        double tolerance) {
+    const auto &mesh = body.mesh;
+    std::vector<char> moves(mesh.points.size(), 0);
+    for (const int node : nodes)
+        moves[node] = 1;
+    for (int ring = 0; ring < moving_rings; ++ring)
+        add_ring(mesh, is_removed, moves);
+    auto is_known = moves;
+    for (int ring = 1; ring < known_rings; ++ring)
+        add_ring(mesh, is_removed, is_known);
+    std::vector<char> is_in(mesh.tetrahedra.size(), 0);
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+        const auto &[a, b, c, d] = mesh.tetrahedra[t];
+        is_in[t] = is_removed[t] == 0 && (is_known[a] != 0 || is_known[b] != 0 || is_known[c] != 0 || is_known[d] != 0);
+    }
+    auto part = part_of_body(body, is_in, conditions);
+    if (part.node.empty())
+        return 0.0;
+    for (std::size_t i = 0; i < part.node.size(); ++i)
+        if (moves[part.node[i]] == 0)
+            part.conditions.displacement[i].setZero();
+    return largest_angular_frequency(make(part.body), part.body.mesh.points, part.conditions, {}, tolerance);
+}
+
+KeptNumbers::KeptNumbers(const core::TetraMesh &mesh)
+    : tetrahedra_(mesh.tetrahedra), node_(mesh.points.size()), tetrahedron_(mesh.tetrahedra.size()),
+      num_nodes_(mesh.num_nodes()) {
+    std::iota(node_.begin(), node_.end(), 0);
+    std::iota(tetrahedron_.begin(), tetrahedron_.end(), 0);
+}
+
+FacetCut KeptNumbers::follow(const core::TetraMesh &after, const std::vector<int> &parent_tetrahedron) {
+    FacetCut cut;
+    std::vector<int> left, parent(after.points.size(), -1);
+    std::size_t next = 0;
+    for (std::size_t t = 0; t < tetrahedron_.size(); ++t) {
+        if (next == parent_tetrahedron.size() || parent_tetrahedron[next] != static_cast<int>(t)) {
+            cut.removed.push_back(tetrahedron_[t]);
+            continue;
+        }
+        left.push_back(tetrahedron_[t]);
+        for (std::size_t k = 0; k < 4; ++k)
+            parent[after.tetrahedra[next][k]] = tetrahedra_[tetrahedron_[t]][k];
+        ++next;
+    }
+    std::vector<char> is_taken(static_cast<std::size_t>(num_nodes_), 0);
+    node_.resize(after.points.size());
+    for (std::size_t i = 0; i < node_.size(); ++i) {
+        if (is_taken[parent[i]] == 0) {
+            is_taken[parent[i]] = 1;
+            node_[i] = parent[i];
+            continue;
+        }
+        node_[i] = num_nodes_++;
+        cut.parting.parent_node.push_back(parent[i]);
+    }
+    tetrahedron_ = std::move(left);
+    for (std::size_t t = 0; t < tetrahedron_.size(); ++t) {
+        std::array<int, 4> nodes{};
+        for (std::size_t k = 0; k < 4; ++k)
+            nodes[k] = node_[after.tetrahedra[t][k]];
+        if (nodes == tetrahedra_[tetrahedron_[t]])
+            continue;
+        tetrahedra_[tetrahedron_[t]] = nodes;
+        cut.parting.tetrahedra.push_back(tetrahedron_[t]);
+        cut.parting.nodes.push_back(nodes);
+    }
+    return cut;
 }
 
 } // namespace livermark::msm

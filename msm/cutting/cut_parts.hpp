@@ -4,14 +4,17 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "msm/elastic_body.hpp"
+#include "msm/nodal_conditions.hpp"
 #include "msm/spring_law.hpp"
 
 namespace livermark::msm {
@@ -32,8 +35,8 @@ class NumberLists {
     template <std::size_t n> NumberLists(const std::vector<std::array<int, n>> &numbers, std::size_t count) {
         start_.assign(count, 0);
         size_.assign(count, 0);
-        for (const auto &of_thing : numbers)
-            for (const int number : of_thing)
+        for (const auto &those : numbers)
+            for (const int number : those)
                 ++size_[number];
         for (std::size_t i = 1; i < count; ++i)
             start_[i] = start_[i - 1] + size_[i - 1];
@@ -187,14 +190,68 @@ class CutParts {
     core::EdgeTable edges_;
     std::vector<std::array<int, 4>> tetrahedra_;
     std::vector<int> spring_order_; // (S) in lexicographic order of edges; kept for laws that look at the whole body
-    NumberLists of_node_, of_spring_, of_volume_; // tetrahedra of each, ascending
-    std::vector<double> mass_share_;              // (M) of each corner [kg]
-    std::vector<std::array<double, 6>> of_edges_; // (M) what each adds to its springs [N/m]
-    Eigen::VectorXd volume_;                      // (M) as VolumePenalty has it [m^3]
-    std::vector<double> volume_modulus_;          // (C) [Pa]
-    std::vector<char> is_seen_;                   // room for marks, 0 but in once()
+    NumberLists node_lists_, spring_lists_, volume_lists_; // tetrahedra of each, ascending
+    std::vector<double> mass_share_;                       // (M) of each corner [kg]
+    std::vector<std::array<double, 6>> edge_stiffness_;    // (M) what each adds to its springs [N/m]
+    Eigen::VectorXd volume_;                               // (M) as VolumePenalty has it [m^3]
+    std::vector<double> volume_modulus_;                   // (C) [Pa]
+    std::vector<char> is_seen_;                            // room for marks, 0 but in once()
     CutChanges changes_;
     PartingChanges parted_;
+};
+
+/// Some tetrahedra of a body as a body of their own. It has no boundary triangles.
+struct PartOfBody {
+    core::Body body;
+    std::vector<int> node;      ///< of each node of the part: its number in the whole body, ascending
+    NodalConditions conditions; ///< of these; no loads
+};
+
+/// @param is_in       shape (M) which tetrahedra
+/// @param conditions  of the whole body
+PartOfBody part_of_body(const core::Body &body, const std::vector<char> &is_in, const NodalConditions &conditions);
+
+/// The highest frequency of what is around a wound, with all else constrained: of the tetrahedra that are left within
+/// some rings of tetrahedra around its nodes, set up as a small body of their own. What is constrained more has no
+/// higher frequency (Cauchy's interlacing), so that of the whole body is no lower. A mode at the wound does not reach
+/// far, and elsewhere nothing has changed: the larger of this and of the frequency before the cut is that of the whole
+/// cut body, where the mode before is not at the wound itself.
+/// @param body        before the cut, at rest
+/// @param is_removed  shape (M) what is gone
+/// @param nodes       that have lost tetrahedra
+/// @param make        the springs of a body
+/// @param conditions  of the nodes of the body
+/// @param tolerance   of Lanczos's method, relative
+/// @return [rad/s]; zero if nothing there can move
+double frequency_around(const core::Body &body, const std::vector<char> &is_removed, std::span<const int> nodes,
+                        const std::function<ElasticBody(const core::Body &)> &make, const NodalConditions &conditions,
+                        double tolerance);
+
+/// Numbers after a cut along facets, in a body whose nodes and tetrahedra keep their numbers.
+struct FacetCut {
+    std::vector<int> removed; ///< tetrahedra, ascending
+    Parting parting;          ///< of those that are left; nothing if no node is parted
+};
+
+/// The numbers that CutParts and FastSteps keep, from those of the bodies that meshes::cut() makes one after the other.
+class KeptNumbers {
+  public:
+    /// @param mesh  before any cut
+    explicit KeptNumbers(const core::TetraMesh &mesh);
+
+    /// Goes on to what a cut has left of the body. Of the nodes in the place of a node, the first keeps its number.
+    /// @param after              after the cut
+    /// @param parent_tetrahedron shape (M') that each tetrahedron was in the body before the cut, ascending; corners
+    ///                           keep their order
+    FacetCut follow(const core::TetraMesh &after, const std::vector<int> &parent_tetrahedron);
+
+    const std::vector<int> &nodes() const { return node_; } ///< (N') number of each node of the body now
+    int num_nodes() const { return num_nodes_; }            ///< of all, gone ones included
+
+  private:
+    std::vector<std::array<int, 4>> tetrahedra_; // (M) by their nodes' numbers
+    std::vector<int> node_, tetrahedron_;        // (N'), (M') of the body now: numbers
+    int num_nodes_;
 };
 
 } // namespace livermark::msm

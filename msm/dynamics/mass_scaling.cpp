@@ -12,15 +12,15 @@ namespace livermark::msm {
 
 namespace {
 
-/// Of squared speeds of sound: steps get shorter by the root of it.
+/// Least ratio of squared speeds of sound: steps get shorter by the root of it.
 constexpr double least_contrast = 2.0;
 /// As few nodes do not deform.
 constexpr std::size_t least_nodes = 4;
-/// Of omega_rest: deformations above it would take a part of the step away when they are left alone.
+/// Part of omega_rest: deformations above it would take a part of the step away when they are left alone.
 constexpr double slow_part = 0.9;
-/// Of squared frequencies, where a factor is found from them: what a step comes to is looked at afterwards.
-constexpr double of_factors = 1e-4;
-/// Of the length of a field: with no more besides what is in others it is a sum of them.
+/// Tolerance of squared frequencies, where a factor is found from them: what a step comes to is looked at afterwards.
+constexpr double factor_tolerance = 1e-4;
+/// Part of the length of a field: with no more besides what is in others it is a sum of them.
 constexpr double smallest_field = 1e-6;
 
 double squared_speed(const core::Material &material) {
@@ -30,9 +30,9 @@ double squared_speed(const core::Material &material) {
 /// (R) whether a region is stiffer than the largest one.
 std::vector<bool> stiff_regions(const core::Body &body) {
     std::vector<double> volume(body.materials.size(), 0.0);
-    const auto of_tetrahedron = core::tetrahedron_volumes(body.mesh);
-    for (std::size_t t = 0; t < of_tetrahedron.size(); ++t)
-        volume[body.mesh.region[t]] += of_tetrahedron[t];
+    const auto volumes = core::tetrahedron_volumes(body.mesh);
+    for (std::size_t t = 0; t < volumes.size(); ++t)
+        volume[body.mesh.region[t]] += volumes[t];
     const auto largest = std::ranges::max_element(volume) - volume.begin();
     std::vector<bool> are_stiff;
     for (const auto &material : body.materials)
@@ -48,7 +48,7 @@ NodalConditions with_these_free(NodalConditions conditions, const std::vector<bo
     return conditions;
 }
 
-/// Where nodes are, as far as rigid motions need it.
+/// Places of nodes, as far as rigid motions need them.
 struct Frame {
     Eigen::Vector3d centre;
     Eigen::Matrix3d inverse_inertia;
@@ -104,15 +104,15 @@ Eigen::Matrix3Xd turning(const Frame &frame, const ScaledRegion &part, const Eig
 }
 
 Eigen::Matrix3Xd gathered(const ScaledRegion &part, const Eigen::VectorXd &field) {
-    Eigen::Matrix3Xd of_part(3, static_cast<Eigen::Index>(part.nodes.size()));
-    for (Eigen::Index i = 0; i < of_part.cols(); ++i)
-        of_part.col(i) = of_node(field, part.nodes[i]);
-    return of_part;
+    Eigen::Matrix3Xd part_values(3, static_cast<Eigen::Index>(part.nodes.size()));
+    for (Eigen::Index i = 0; i < part_values.cols(); ++i)
+        part_values.col(i) = of_node(field, part.nodes[i]);
+    return part_values;
 }
 
-void scatter(const ScaledRegion &part, const Eigen::Matrix3Xd &of_part, Eigen::VectorXd &field) {
-    for (Eigen::Index i = 0; i < of_part.cols(); ++i)
-        of_node(field, part.nodes[i]) = of_part.col(i);
+void scatter(const ScaledRegion &part, const Eigen::Matrix3Xd &part_values, Eigen::VectorXd &field) {
+    for (Eigen::Index i = 0; i < part_values.cols(); ++i)
+        of_node(field, part.nodes[i]) = part_values.col(i);
 }
 
 auto as_vector(const Eigen::Matrix3Xd &field) {
@@ -172,7 +172,7 @@ Eigen::MatrixXd polynomial_fields(const ScaledRegion &part, const Eigen::VectorX
     return orthonormal(fields);
 }
 
-/// Those of them that are slow, by Ritz's method with the rest of the body at rest.
+/// Slow fields among them, by Ritz's method with the rest of the body at rest.
 Eigen::MatrixXd slow_fields(const ScaledRegion &part, const StiffnessProduct &stiffness, Eigen::Index num_unknowns,
                             double highest) {
     const Eigen::VectorXd root_mass = as_vector(part.mass.cwiseSqrt().transpose().replicate(3, 1));
@@ -222,7 +222,7 @@ std::vector<std::vector<int>> stiff_parts(const core::Body &body) {
         if (is_member[i])
             nodes_of_root[root(static_cast<int>(i))].push_back(static_cast<int>(i));
     std::vector<std::vector<int>> parts;
-    for (auto &[of_root, nodes] : nodes_of_root)
+    for (auto &[root_number, nodes] : nodes_of_root)
         parts.push_back(std::move(nodes));
     std::ranges::sort(parts);
     return parts;
@@ -267,22 +267,23 @@ MassScaling scale_masses(const core::Body &body, const ElasticBody &springs, con
     for (const auto &part : scaling.parts)
         for (const int node : part.nodes)
             is_rest[node] = false;
-    const double of_rest =
+    const double rest_frequency =
         scaling.parts.empty()
             ? 0.0
-            : largest_angular_frequency(springs, points, with_these_free(conditions, is_rest), {}, of_factors);
-    if (!(of_rest > 0.0))
+            : largest_angular_frequency(springs, points, with_these_free(conditions, is_rest), {}, factor_tolerance);
+    if (!(rest_frequency > 0.0))
         return {}; // no tissue to be as slow as
     const StiffnessProduct stiffness(springs, points);
     for (auto &part : scaling.parts) {
         std::vector<bool> is_free(points.size(), false);
         for (const int node : part.nodes)
             is_free[node] = true;
-        const double of_part =
-            largest_angular_frequency(springs, points, with_these_free(conditions, is_free), {}, of_factors);
+        const double frequency =
+            largest_angular_frequency(springs, points, with_these_free(conditions, is_free), {}, factor_tolerance);
         // The last digits of frequencies are those of a C library; those of a float are the same everywhere.
-        part.factor = double{static_cast<float>(of_part * of_part / (of_rest * of_rest))};
-        part.slow = slow_fields(part, stiffness, 3 * static_cast<Eigen::Index>(points.size()), slow_part * of_rest);
+        part.factor = double{static_cast<float>(frequency * frequency / (rest_frequency * rest_frequency))};
+        part.slow =
+            slow_fields(part, stiffness, 3 * static_cast<Eigen::Index>(points.size()), slow_part * rest_frequency);
     }
     std::erase_if(scaling.parts, [](const ScaledRegion &part) { return !(part.factor > 1.0); });
     return scaling;
@@ -294,27 +295,27 @@ void scale_deformation(const ScaledRegion &part, const Eigen::Matrix3Xd &x, doub
 
 void scale_deformation(const MassScaling &scaling, double power, const Eigen::VectorXd &x, Eigen::VectorXd &field) {
     for (const auto &part : scaling.parts) {
-        auto of_part = gathered(part, field);
-        scale_deformation(part, gathered(part, x), std::pow(part.factor, power), of_part);
-        scatter(part, of_part, field);
+        auto part_values = gathered(part, field);
+        scale_deformation(part, gathered(part, x), std::pow(part.factor, power), part_values);
+        scatter(part, part_values, field);
     }
 }
 
 void scale_acceleration(const ScaledRegion &part, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &v,
                         Eigen::Matrix3Xd &acceleration) {
     const auto frame = frame_of(part.mass, x);
-    const auto of_turning = turning(frame, part, x, v);
-    acceleration -= of_turning;
+    const auto turned = turning(frame, part, x, v);
+    acceleration -= turned;
     scale_in(frame, part, x, 1.0 / part.factor, acceleration);
-    acceleration += of_turning;
+    acceleration += turned;
 }
 
 void scale_acceleration(const MassScaling &scaling, const Eigen::VectorXd &x, const Eigen::VectorXd &v,
                         Eigen::VectorXd &acceleration) {
     for (const auto &part : scaling.parts) {
-        auto of_part = gathered(part, acceleration);
-        scale_acceleration(part, gathered(part, x), gathered(part, v), of_part);
-        scatter(part, of_part, acceleration);
+        auto part_values = gathered(part, acceleration);
+        scale_acceleration(part, gathered(part, x), gathered(part, v), part_values);
+        scatter(part, part_values, acceleration);
     }
 }
 

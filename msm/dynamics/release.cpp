@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -10,13 +9,25 @@
 #include <utility>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/implicit_integrators.hpp"
+#include "msm/integrator.hpp"
 #include "msm/viscoelastic/relaxing_stepper.hpp"
 
 namespace livermark::msm {
+
+const std::vector<Integrator> &known_integrators() {
+    static const auto all = [] {
+        const auto explicit_ones = all_integrators(), implicit_ones = all_implicit_integrators();
+        std::vector<Integrator> both(explicit_ones.begin(), explicit_ones.end());
+        both.insert(both.end(), implicit_ones.begin(), implicit_ones.end());
+        std::ranges::sort(both, {}, &Integrator::name);
+        return both;
+    }();
+    return all;
+}
 
 namespace {
 
@@ -27,7 +38,7 @@ constexpr double largest_energy = 10.0;
 
 /// The more accurate first: it is taken where both need as many forces.
 constexpr std::array default_integrators{"runge_kutta_4", "runge_kutta_chebyshev"};
-/// Of a stabilised method, whose stable steps may be as long as the interval between two records.
+/// Least number of steps of a stabilised method, whose stable steps may be as long as the interval between two records.
 constexpr int min_stabilised_steps = 3;
 /// Forces in a step that are tried: with fewer steps get too short, with more a step is as long as the interval.
 constexpr std::array forces_in_a_step{5, 6, 7, 8, 9, 10, 11, 12};
@@ -65,7 +76,7 @@ int forces_per_record(const StepPlan &plan) {
     return plan.steps_per_record * plan.integrator.forces_per_step;
 }
 
-/// Of a method whose stable steps get longer with the forces in them, that of the number which is to need the fewest
+/// The variant of a method whose stable steps get longer with the forces in them that is to need the fewest forces
 /// between two records.
 /// @param plan  of another number
 Integrator with_best_number(const StepPlan &plan, const TimeStepping &choice, double interval) {
@@ -100,10 +111,10 @@ std::optional<RelaxingBody> at_end_of(const core::Problem &problem, const Elasti
     const auto &[relaxation, times, factors, last_cycle] = *problem.load_case.slow_history;
     RelaxingBody relaxing(body, relaxation);
     for (std::size_t k = 1; k < path.size(); ++k) {
-        auto moved = problem.body->mesh.points;
-        for (std::size_t i = 0; i < moved.size(); ++i)
-            moved[i] += path[k].displacement[i].cast<double>();
-        relaxing.go_on(to_unknowns(moved), times[k] - times[k - 1]);
+        auto positions = problem.body->mesh.points;
+        for (std::size_t i = 0; i < positions.size(); ++i)
+            positions[i] += path[k].displacement[i].cast<double>();
+        relaxing.go_on(to_unknowns(positions), times[k] - times[k - 1]);
     }
     return relaxing;
 }
@@ -117,16 +128,16 @@ StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStep
         names = {*choice.integrator};
     std::optional<StepPlan> best, refused;
     for (const auto &name : names) {
-        StepPlan plan{.integrator = find_known_integrator(name), .kernel = choice.kernel};
+        StepPlan plan{.integrator = find_integrator(name, known_integrators()), .kernel = choice.kernel};
         const auto find_critical_time_step = [&] {
             plan.critical_time_step =
                 critical_time_step(plan.integrator, release.damping, lowest_damped_part * highest, highest);
         };
         find_critical_time_step();
         if (plan.integrator.with_forces_per_step && !choice.time_step && plan.critical_time_step > 0.0) {
-            auto best = with_best_number(plan, choice, release.output_interval);
-            if (best.forces_per_step != plan.integrator.forces_per_step) {
-                plan.integrator = std::move(best);
+            auto other = with_best_number(plan, choice, release.output_interval);
+            if (other.forces_per_step != plan.integrator.forces_per_step) {
+                plan.integrator = std::move(other);
                 find_critical_time_step();
             }
         }
@@ -145,11 +156,9 @@ StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStep
 }
 
 core::History release(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
-                      const std::vector<core::Vector3> &displacement, const StepPlan &plan,
-                      std::span<const core::PathPoint> path) {
-    using Clock = std::chrono::steady_clock;
+                      const Field &displacement, const StepPlan &plan, std::span<const core::PathPoint> path) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    const auto start = Clock::now();
+    const auto start = core::Clock::now();
     const auto &points = problem.body->mesh.points;
     const auto &wanted = problem.load_case.release.value();
     const auto equation = elastic_motion(body, points, conditions, wanted.damping);
@@ -177,19 +186,18 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
             history.displacement.emplace_back(
                 is_lost ? core::Vector3::Constant(nan)
                         : core::Vector3(state.displacement.segment<3>(3 * static_cast<Eigen::Index>(probe.node))));
-        auto moved = to_field(state.displacement);
+        const auto now = to_field(state.displacement);
         if (wanted.is_frame(interval))
-            for (const auto &displacement_of_node : moved)
+            for (const auto &node : now)
                 history.frames.emplace_back(is_lost ? Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN())
-                                                    : Eigen::Vector3f(displacement_of_node.cast<float>()));
-        for (std::size_t i = 0; i < moved.size(); ++i)
-            moved[i] += points[i];
+                                                    : Eigen::Vector3f(node.cast<float>()));
+        const auto positions = moved(points, now);
         history.kinetic_energy.push_back(is_lost ? nan : kinetic_energy(equation, state));
         if (is_lost || !relaxing) {
-            history.strain_energy.push_back(is_lost ? nan : elastic_energy(body, moved));
+            history.strain_energy.push_back(is_lost ? nan : elastic_energy(body, positions));
             return;
         }
-        const auto x = to_unknowns(moved);
+        const auto x = to_unknowns(positions);
         if (interval > 0)
             relaxing->go_on(x, wanted.output_interval);
         history.strain_energy.push_back(relaxing->stored_energy(x));
@@ -197,7 +205,8 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
     record(0);
     const auto load = to_unknowns(conditions.force);
     const double energy = history.strain_energy[0] + std::abs(load.dot(state.displacement));
-    const auto ready = Clock::now();
+    history.setup_seconds = core::seconds_since(start);
+    const auto ready = core::Clock::now();
     for (int interval = 1; interval <= wanted.num_steps; ++interval) {
         if (std::isnan(history.diverged_at)) {
             const auto before = state;
@@ -211,9 +220,63 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
             history.diverged_at = interval * wanted.output_interval;
         record(interval);
     }
-    history.setup_seconds = std::chrono::duration<double>(ready - start).count();
-    history.solve_seconds = std::chrono::duration<double>(Clock::now() - ready).count();
+    history.solve_seconds = core::seconds_since(ready);
     return history;
+}
+
+namespace {
+
+constexpr int steps_between_checks = 25;
+constexpr double relaxation_tolerance = 1e-9;
+
+} // namespace
+
+Relaxation relax(const Integrator &integrator, const ElasticBody &body, const Field &positions,
+                 const NodalConditions &conditions, int max_steps) {
+    const auto load = to_unknowns(conditions.force);
+    State state{to_unknowns(conditions.displacement), Eigen::VectorXd::Zero(load.size())};
+    const Eigen::VectorXd is_free = state.displacement.array().isNaN().cast<double>();
+    state.displacement = is_free.array().select(0.0, state.displacement);
+
+    Relaxation result;
+    auto &equilibrium = result.equilibrium;
+    const double highest = largest_angular_frequency(body, positions, conditions);
+    // Damping of the slowest modes by the mass hardly moves what the fastest can bear.
+    result.time_step = default_safety_factor * critical_time_step(integrator, {}, 1e-3 * highest, highest);
+    double omega = 0.0;
+    equilibrium.status = core::SolutionStatus::not_converged;
+    Eigen::VectorXd elastic, unbalanced; // forces (3N), the gradient of the energy and that less the load [N]
+    while (equilibrium.num_iterations < max_steps) {
+        const auto equation = elastic_motion(body, positions, conditions, {2.0 * omega, 0.0});
+        const auto step = integrator.prepare(equation, result.time_step);
+        for (int s = 0; s < steps_between_checks; ++s)
+            step(state);
+        equilibrium.num_iterations += steps_between_checks;
+
+        elastic = to_unknowns(elastic_gradient(body, moved(positions, to_field(state.displacement))));
+        unbalanced = elastic - load;
+        const double residual = unbalanced.cwiseProduct(is_free).norm();
+        const double all = std::sqrt(unbalanced.squaredNorm() + load.squaredNorm());
+        if (!std::isfinite(residual)) {
+            equilibrium.status = core::SolutionStatus::diverged;
+            equilibrium.message = fmt::format("the motion was lost after {} steps of {:.3g} s",
+                                              equilibrium.num_iterations, result.time_step);
+            break;
+        }
+        if (residual <= relaxation_tolerance * all) {
+            equilibrium.status = core::SolutionStatus::ok;
+            break;
+        }
+        const double stiffness = state.displacement.dot(elastic);
+        const double mass = state.displacement.dot(equation.mass.cwiseProduct(state.displacement));
+        omega = mass > 0.0 ? std::sqrt(std::max(stiffness / mass, 0.0)) : 0.0;
+    }
+    if (equilibrium.status == core::SolutionStatus::not_converged)
+        equilibrium.message = fmt::format("the body is not at rest after {} steps of {:.3g} s",
+                                          equilibrium.num_iterations, result.time_step);
+    equilibrium.displacement = to_field(state.displacement);
+    equilibrium.constraint_force = to_field(unbalanced.cwiseProduct(Eigen::VectorXd::Ones(is_free.size()) - is_free));
+    return result;
 }
 
 } // namespace livermark::msm

@@ -4,10 +4,10 @@
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
-#include "msm/dynamics/time_stepping.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
 #include "msm/nodal_conditions.hpp"
+#include "msm/statics/equilibrium.hpp"
 
 namespace livermark::msm {
 
@@ -37,7 +37,23 @@ StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStep
 ///   Its strain energy is RelaxingBody::stored_energy(), with branches that follow the records
 /// @return if the motion leaves all bounds, diverged_at says when, and the records from then on are NaN
 core::History release(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
-                      const std::vector<core::Vector3> &displacement, const StepPlan &plan,
-                      std::span<const core::PathPoint> path = {});
+                      const Field &displacement, const StepPlan &plan, std::span<const core::PathPoint> path = {});
+
+/// Cost of a relaxation.
+struct Relaxation {
+    Equilibrium equilibrium; ///< without the linear solution; num_iterations are steps
+    double time_step = 0.0;  ///< [s]
+};
+
+/// Place where a body comes to rest, found by letting it move under damping (dynamic relaxation): steps of a safe part
+/// of the critical length, and damping by the mass, alpha = 2 omega, critical for the mode that the motion is in, with
+/// omega^2 = u^T F(u) / u^T M u of the elastic forces F, looked at again after every few steps.
+/// (P. Underwood 1983, Dynamic relaxation, in: Computational Methods for Transient Analysis)
+/// @param integrator  explicit
+/// @param body, positions, conditions  as for find_equilibrium()
+/// @return with forces out of balance of 1e-9 of all forces at work, in their norms; status not_converged after
+/// max_steps, diverged where the motion is lost
+Relaxation relax(const Integrator &integrator, const ElasticBody &body, const Field &positions,
+                 const NodalConditions &conditions, int max_steps = 100000);
 
 } // namespace livermark::msm

@@ -1,7 +1,6 @@
 #include "msm/dynamics/stepper.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -9,6 +8,7 @@
 #include <random>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
@@ -16,29 +16,22 @@
 
 namespace livermark::msm {
 
-namespace {
-
-using Unknowns = Eigen::VectorXd;
-
-} // namespace
-
-EquationOfMotion elastic_motion(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                const NodalConditions &conditions, const core::RayleighDamping &damping,
-                                const MassScaling &scaling) {
+EquationOfMotion elastic_motion(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                                const core::RayleighDamping &damping, const MassScaling &scaling) {
     EquationOfMotion equation;
-    std::vector<core::Vector3> mass(positions.size()), is_free(positions.size());
+    Field mass(positions.size()), is_free(positions.size());
     for (std::size_t i = 0; i < positions.size(); ++i) {
         mass[i].setConstant(body.node_mass[i]);
         for (int c = 0; c < 3; ++c)
             is_free[i][c] = std::isnan(conditions.displacement[i][c]) ? 1.0 : 0.0;
     }
     equation.mass = to_unknowns(mass);
-    const Unknowns free = to_unknowns(is_free);
-    const Unknowns free_per_mass = free.cwiseQuotient(equation.mass);
+    const Eigen::VectorXd free = to_unknowns(is_free);
+    const Eigen::VectorXd free_per_mass = free.cwiseQuotient(equation.mass);
 
     equation.acceleration = [body, free_per_mass, free, rest = to_unknowns(positions),
-                             load = to_unknowns(conditions.force), damping, scaling,
-                             x = Unknowns()](const Unknowns &u, const Unknowns &v, Unknowns &a) mutable {
+                             load = to_unknowns(conditions.force), damping, scaling, x = Eigen::VectorXd()](
+                                const Eigen::VectorXd &u, const Eigen::VectorXd &v, Eigen::VectorXd &a) mutable {
         x = rest + u;
         a = load;
         for (const auto &term : body.terms)
@@ -48,15 +41,15 @@ EquationOfMotion elastic_motion(const ElasticBody &body, const std::vector<core:
         a -= damping.alpha * v.cwiseProduct(free); // in proportion to the mass that is scaled
     };
     equation.effective_mass = [body, rest = to_unknowns(positions), mass = equation.mass, free,
-                               damping](const Unknowns &u, double d, double k) {
-        const Unknowns x = rest + u;
+                               damping](const Eigen::VectorXd &u, double d, double k) {
+        const Eigen::VectorXd x = rest + u;
         Eigen::SparseMatrix<double> matrix(x.size(), x.size());
         // What compression makes negative would make the matrix indefinite; the solution does not depend on it.
         for (const auto &term : body.terms)
             matrix +=
                 k * term->hessian(x, Tangent::semi_definite) + d * damping.beta * term->hessian(x, Tangent::material);
         matrix = free.asDiagonal() * matrix * free.asDiagonal();
-        matrix.diagonal() += mass.cwiseProduct(Unknowns::Ones(mass.size()) + d * damping.alpha * free);
+        matrix.diagonal() += mass.cwiseProduct(Eigen::VectorXd::Ones(mass.size()) + d * damping.alpha * free);
         return matrix;
     };
     return equation;
@@ -78,9 +71,9 @@ const char *to_string(StepKernel kernel) {
     return "";
 }
 
-Stepper make_stepper(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                     const NodalConditions &conditions, const core::RayleighDamping &damping,
-                     const Integrator &integrator, double time_step, StepKernel wanted) {
+Stepper make_stepper(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                     const core::RayleighDamping &damping, const Integrator &integrator, double time_step,
+                     StepKernel wanted) {
     if (wanted != StepKernel::scalar) {
         const auto precision =
             wanted == StepKernel::simd_float ? ForcePrecision::single_precision : ForcePrecision::double_precision;
@@ -103,8 +96,8 @@ Stepper make_stepper(const ElasticBody &body, const std::vector<core::Vector3> &
 
 namespace {
 
-/// Of the push, relative to the size of the mesh: far inside the linear range even when it has grown, and far above the
-/// rounding of the positions.
+/// Size of the push, relative to that of the mesh: far inside the linear range even when it has grown, and far above
+/// the rounding of the positions.
 constexpr double push = 1e-9;
 constexpr double widest_bracket = 1e4;
 constexpr double first_bracket = 2.0;
@@ -112,7 +105,7 @@ constexpr double first_bracket = 2.0;
 /// A displacement of every free component, between -scale and scale.
 Eigen::VectorXd random_displacement(const NodalConditions &conditions, double scale) {
     std::mt19937 generator(2007); // its sequence is laid down in the standard, that of distributions is not
-    std::vector<core::Vector3> displacement(conditions.displacement.size(), core::Vector3::Zero());
+    Field displacement(conditions.displacement.size(), core::Vector3::Zero());
     for (std::size_t i = 0; i < displacement.size(); ++i)
         for (int c = 0; c < 3; ++c) {
             const double part = 2.0 * generator() / std::mt19937::max() - 1.0;
@@ -124,9 +117,9 @@ Eigen::VectorXd random_displacement(const NodalConditions &conditions, double sc
 
 } // namespace
 
-double observed_time_step(const Integrator &integrator, const ElasticBody &body,
-                          const std::vector<core::Vector3> &positions, const NodalConditions &conditions,
-                          const core::RayleighDamping &damping, double guess, const ObservationOptions &options) {
+double observed_time_step(const Integrator &integrator, const ElasticBody &body, const Field &positions,
+                          const NodalConditions &conditions, const core::RayleighDamping &damping, double guess,
+                          const ObservationOptions &options) {
     NodalConditions unloaded = conditions;
     unloaded.force.assign(positions.size(), core::Vector3::Zero());
     auto equation = elastic_motion(body, positions, unloaded, damping, options.scaling);
@@ -189,9 +182,8 @@ double critical(double highest) {
 
 } // namespace
 
-core::ExplicitSteps explicit_steps(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                   const NodalConditions &conditions, double highest) {
-    using Clock = std::chrono::steady_clock;
+core::ExplicitSteps explicit_steps(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                                   double highest) {
     const auto &integrator = find_integrator(integrator_name);
     core::ExplicitSteps steps;
     if (!(highest > 0.0))
@@ -201,9 +193,9 @@ core::ExplicitSteps explicit_steps(const ElasticBody &body, const std::vector<co
     const auto measure = [&](const std::function<void()> &take_step) {
         take_step(); // brings everything into the caches
         for (int s = 0; s < num_timed_steps; ++s) {
-            const auto start = Clock::now();
+            const auto start = core::Clock::now();
             take_step();
-            const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+            const double seconds = core::seconds_since(start);
             steps.seconds_per_step = s == 0 ? seconds : std::min(steps.seconds_per_step, seconds);
         }
     };

@@ -4,7 +4,6 @@
 #include "core/rayleigh_damping.hpp"
 #include "core/solution.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
-#include "msm/dynamics/time_stepping.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
 #include "msm/nodal_conditions.hpp"
@@ -22,9 +21,8 @@ namespace livermark::msm {
 /// @param conditions  loads, and which components are constrained
 /// @param scaling     of masses in the accelerations; effective_mass, for implicit integrators, has none of it
 /// @return of 3N unknowns
-EquationOfMotion elastic_motion(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                const NodalConditions &conditions, const core::RayleighDamping &damping,
-                                const MassScaling &scaling = {});
+EquationOfMotion elastic_motion(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                                const core::RayleighDamping &damping, const MassScaling &scaling = {});
 
 /// 1/2 v^T M v [J]
 double kinetic_energy(const EquationOfMotion &equation, const State &state);
@@ -39,9 +37,9 @@ struct Stepper {
 /// @param positions   shape (N) [m], where the body is at rest
 /// @param conditions  loads, and which components are constrained
 /// @param time_step   h [s], > 0
-Stepper make_stepper(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                     const NodalConditions &conditions, const core::RayleighDamping &damping,
-                     const Integrator &integrator, double time_step, StepKernel wanted);
+Stepper make_stepper(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                     const core::RayleighDamping &damping, const Integrator &integrator, double time_step,
+                     StepKernel wanted);
 
 struct ObservationOptions {
     /// Length of one run, in evaluations of the acceleration, so that every integrator may work equally long. A step
@@ -64,9 +62,9 @@ struct ObservationOptions {
 /// @param guess       where to look first [s], > 0; the solution does not depend on it
 /// @return the largest step that was tried and stable [s]; infinity if every step up to 1e4 times the guess is, 0 if
 ///         none down to 1e-4 times the guess is
-double observed_time_step(const Integrator &integrator, const ElasticBody &body,
-                          const std::vector<core::Vector3> &positions, const NodalConditions &conditions,
-                          const core::RayleighDamping &damping, double guess, const ObservationOptions &options = {});
+double observed_time_step(const Integrator &integrator, const ElasticBody &body, const Field &positions,
+                          const NodalConditions &conditions, const core::RayleighDamping &damping, double guess,
+                          const ObservationOptions &options = {});
 
 /// Explicit time steps of a body: the critical step 2 / omega_max of symplectic Euler without damping, and
 /// the time of such a step on the fastest kernel that knows the body, the shortest of a few dozen that are
@@ -74,8 +72,8 @@ double observed_time_step(const Integrator &integrator, const ElasticBody &body,
 /// @param positions   shape (N) [m], where the body is at rest
 /// @param conditions  loads, and which components are constrained
 /// @param highest     largest_angular_frequency() with these constrained [rad/s]
-core::ExplicitSteps explicit_steps(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                   const NodalConditions &conditions, double highest);
+core::ExplicitSteps explicit_steps(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                                   double highest);
 
 /// Steps of the same body where other components are constrained, which changes how long steps are but not how long
 /// they take.

@@ -13,7 +13,7 @@
 
 namespace livermark::msm {
 
-FreeComponents::FreeComponents(const std::vector<core::Vector3> &prescribed) {
+FreeComponents::FreeComponents(const Field &prescribed) {
     number_.reserve(3 * prescribed.size());
     for (const auto &node : prescribed)
         for (int component = 0; component < 3; ++component)
@@ -28,7 +28,7 @@ std::vector<bool> FreeComponents::are_free() const {
     return free;
 }
 
-Eigen::VectorXd FreeComponents::gather(const std::vector<core::Vector3> &field) const {
+Eigen::VectorXd FreeComponents::gather(const Field &field) const {
     Eigen::VectorXd values(size_);
     for (std::size_t c = 0; c < number_.size(); ++c)
         if (number_[c] >= 0)
@@ -36,7 +36,7 @@ Eigen::VectorXd FreeComponents::gather(const std::vector<core::Vector3> &field) 
     return values;
 }
 
-void FreeComponents::add(std::vector<core::Vector3> &field, const Eigen::VectorXd &values, double scale) const {
+void FreeComponents::add(Field &field, const Eigen::VectorXd &values, double scale) const {
     for (std::size_t c = 0; c < number_.size(); ++c)
         if (number_[c] >= 0)
             field[c / 3][static_cast<Eigen::Index>(c % 3)] += scale * values[number_[c]];
@@ -59,7 +59,7 @@ Eigen::SparseMatrix<double> FreeComponents::restrict(const Eigen::SparseMatrix<d
 }
 
 Eigen::VectorXd inverse_root_mass(const std::vector<double> &node_mass, const FreeComponents &free) {
-    std::vector<core::Vector3> root;
+    Field root;
     root.reserve(node_mass.size());
     for (const double mass : node_mass)
         root.emplace_back(core::Vector3::Constant(1.0 / std::sqrt(mass)));
@@ -68,11 +68,10 @@ Eigen::VectorXd inverse_root_mass(const std::vector<double> &node_mass, const Fr
 
 namespace {
 
-using Field = std::vector<core::Vector3>;
 /// omega, and M^1/2 phi of the free components, of length 1.
 using Pair = std::pair<double, Eigen::VectorXd>;
 
-/// Of the largest omega^2: its residual bounds the error of an eigenvalue.
+/// Tolerance of the largest omega^2: its residual bounds the error of an eigenvalue.
 constexpr double largest_tolerance = 1e-9;
 constexpr int most_restarts = 1000;
 constexpr Eigen::Index num_vectors_for_largest = 40;
@@ -166,18 +165,18 @@ double largest_angular_frequency(const ElasticBody &body, const Field &positions
 }
 
 double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
-                                 const HighestMode &of_less) {
+                                 const HighestMode &less) {
     const FreeComponents free(conditions.displacement);
-    const auto is_free = free.are_free(), was_free = of_less.free.are_free();
+    const auto is_free = free.are_free(), was_free = less.free.are_free();
     const bool constrains_more = std::ranges::equal(is_free, was_free, [](bool is, bool was) { return was || !is; });
-    const Eigen::VectorXd trial = free.gather(to_field(of_less.shape));
+    const Eigen::VectorXd trial = free.gather(to_field(less.shape));
     Eigen::VectorXd image(free.size());
     if (constrains_more && trial.squaredNorm() > 0.0) {
         ScaledStiffness(body, positions, free, {}).perform_op(trial.data(), image.data());
-        const double above = of_less.angular_frequency * of_less.angular_frequency;
+        const double above = less.angular_frequency * less.angular_frequency;
         const double below = trial.dot(image) / trial.squaredNorm();
         if (above - below <= largest_tolerance * above)
-            return of_less.angular_frequency;
+            return less.angular_frequency;
     }
     return largest_angular_frequency(body, positions, conditions);
 }

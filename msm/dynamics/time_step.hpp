@@ -15,7 +15,7 @@ namespace livermark::msm {
 /// Which of the 3N displacement components are unknown, and their numbers among the unknowns.
 class FreeComponents {
   public:
-    explicit FreeComponents(const std::vector<core::Vector3> &prescribed);
+    explicit FreeComponents(const Field &prescribed);
     bool operator==(const FreeComponents &) const = default;
 
     Eigen::Index size() const { return size_; }
@@ -26,9 +26,9 @@ class FreeComponents {
     std::vector<bool> are_free() const;
 
     /// The free components of a nodal field.
-    Eigen::VectorXd gather(const std::vector<core::Vector3> &field) const;
+    Eigen::VectorXd gather(const Field &field) const;
     /// Adds scale * values to the free components of a nodal field.
-    void add(std::vector<core::Vector3> &field, const Eigen::VectorXd &values, double scale) const;
+    void add(Field &field, const Eigen::VectorXd &values, double scale) const;
     /// Rows and columns of the free components.
     Eigen::SparseMatrix<double> restrict(const Eigen::SparseMatrix<double> &matrix) const;
 
@@ -57,9 +57,8 @@ Eigen::VectorXd inverse_root_mass(const std::vector<double> &node_mass, const Fr
 /// @param tolerance   of omega^2, as a part of it
 /// @return [rad/s]; zero if nothing can move
 /// @throws std::runtime_error if the iteration does not converge
-double largest_angular_frequency(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                 const NodalConditions &conditions, const MassScaling &scaling = {},
-                                 double tolerance = 1e-9);
+double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                                 const MassScaling &scaling = {}, double tolerance = 1e-9);
 
 /// The mode of the largest omega.
 struct HighestMode {
@@ -69,16 +68,15 @@ struct HighestMode {
 };
 
 /// @throws std::runtime_error if the iteration does not converge
-HighestMode highest_mode(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                         const NodalConditions &conditions);
+HighestMode highest_mode(const ElasticBody &body, const Field &positions, const NodalConditions &conditions);
 
 /// The largest omega by the highest mode of the same body where it is constrained less, for bodies that are constrained
 /// here and there one after the other. What holds more has no frequency above it (Cauchy's interlacing), and none of
 /// its largest is below the Rayleigh quotient of any trial vector: a mode that hardly reaches what is constrained
 /// beside leaves nothing between both, which a single product shows. Otherwise Lanczos's method looks for another one.
-/// @param of_less  of the same body; Lanczos's method is taken as well where that holds something else
-double largest_angular_frequency(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                 const NodalConditions &conditions, const HighestMode &of_less);
+/// @param less  of the same body; Lanczos's method is taken as well where that holds something else
+double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                                 const HighestMode &less);
 
 /// A bound on the largest omega from above for the price of one pass over the terms: Gershgorin's, with the 3 x 3 block
 /// of each node in place of a row,
@@ -90,12 +88,11 @@ double largest_angular_frequency(const ElasticBody &body, const std::vector<core
 /// @param positions   shape (N) [m]
 /// @param conditions  of the nodes
 /// @return [rad/s]; zero if nothing can move
-double gershgorin_angular_frequency(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                    const NodalConditions &conditions);
+double gershgorin_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions);
 
 /// The same bound node by node, (lambda_max(B_ii) / m_i)^1/2: which nodes ask for short steps.
 /// @return shape (N) [rad/s]; zero where nothing can move
-std::vector<double> nodal_frequency_bounds(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+std::vector<double> nodal_frequency_bounds(const ElasticBody &body, const Field &positions,
                                            const NodalConditions &conditions);
 
 /// Whether an oscillation u'' + 2 zeta omega u' + omega^2 u = 0 stays within bounds: whether both eigenvalues of the 2

@@ -81,9 +81,7 @@ Integrator implicit_euler() {
             .summary =
                 "implicit Euler with a factor that is kept: stable at every step, damps what it does not resolve",
             .source = "Baraff, Witkin 1998, Large steps in cloth simulation, SIGGRAPH 98",
-            .order = 1,
             .is_explicit = false,
-            .is_symplectic = false,
             .forces_per_step = 0,
             .prepare = prepare};
 }

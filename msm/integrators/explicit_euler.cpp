@@ -20,9 +20,6 @@ Integrator explicit_euler() {
     return {.name = {},
             .summary = "explicit Euler; without damping unstable at every step",
             .source = "Euler 1768, Institutionum calculi integralis I, 650",
-            .order = 1,
-            .is_explicit = true,
-            .is_symplectic = false,
             .prepare = prepare};
 }
 

@@ -26,8 +26,6 @@ Integrator heun() {
             .summary = "Heun's method of order 2; without damping unstable at every step",
             .source = "Heun 1900, Z. Math. Phys. 45",
             .order = 2,
-            .is_explicit = true,
-            .is_symplectic = false,
             .forces_per_step = 2,
             .prepare = prepare};
 }

@@ -34,8 +34,6 @@ Integrator runge_kutta_4() {
             .summary = "the classical Runge-Kutta method of order 4",
             .source = "Kutta 1901, Z. Math. Phys. 46",
             .order = 4,
-            .is_explicit = true,
-            .is_symplectic = false,
             .forces_per_step = 4,
             .prepare = prepare};
 }

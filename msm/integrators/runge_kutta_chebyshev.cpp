@@ -30,27 +30,25 @@ Step prepare(const EquationOfMotion &equation, double h, const std::vector<Cheby
     };
 }
 
-Integrator of_stages(int num_stages) {
+Integrator with_stages(int num_stages) {
     return {.name = "runge_kutta_chebyshev",
             .summary = "stabilised Runge-Kutta-Chebyshev method of order 2: long steps where stiffness damps, none "
                        "without damping",
             .source = "Sommeijer, Shampine, Verwer 1998, J. Comput. Appl. Math. 88",
             .order = 2,
-            .is_explicit = true,
-            .is_symplectic = false,
             .is_stabilised = true,
             .forces_per_step = num_stages,
             .prepare =
                 [stages = chebyshev_stages(num_stages)](const EquationOfMotion &equation, double h) {
                     return msm::integrators::prepare(equation, h, stages);
                 },
-            .with_forces_per_step = of_stages};
+            .with_forces_per_step = with_stages};
 }
 
 } // namespace
 
 Integrator runge_kutta_chebyshev() {
-    return of_stages(usual_num_stages);
+    return with_stages(usual_num_stages);
 }
 
 } // namespace livermark::msm::integrators

@@ -20,8 +20,6 @@ Integrator symplectic_euler() {
     return {.name = {},
             .summary = "symplectic (semi-implicit) Euler: one force per step, energy bounded",
             .source = "Hairer, Lubich, Wanner 2006, Geometric Numerical Integration, I.1.2",
-            .order = 1,
-            .is_explicit = true,
             .is_symplectic = true,
             .prepare = prepare};
 }

@@ -26,7 +26,6 @@ Integrator velocity_verlet() {
             .summary = "velocity Verlet, order 2, energy bounded",
             .source = "Swope, Andersen, Berens, Wilson 1982, J. Chem. Phys. 76(1)",
             .order = 2,
-            .is_explicit = true,
             .is_symplectic = true,
             .forces_per_step = 2,
             .prepare = prepare};

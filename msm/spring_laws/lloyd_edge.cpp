@@ -8,7 +8,7 @@ namespace {
 
 /// k_ij = sum over t at edge ij of (2 sqrt 2 / 25) l_ij E_t   (Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5))
 /// with l_ij the length of the edge itself.
-std::array<double, 6> of_tetrahedron(const core::Body &body, std::size_t t) {
+std::array<double, 6> edge_stiffness(const core::Body &body, std::size_t t) {
     constexpr double factor = 2.0 * std::numbers::sqrt2 / 25.0;
     const auto &mesh = body.mesh;
     const double young_modulus = body.materials[mesh.region[t]].young_modulus;
@@ -25,7 +25,7 @@ std::array<double, 6> of_tetrahedron(const core::Body &body, std::size_t t) {
 
 SpringLaw lloyd_edge() {
     return law_of_tetrahedra("Lloyd's formula with the actual length of each edge",
-                             "Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5)", of_tetrahedron);
+                             "Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5)", edge_stiffness);
 }
 
 } // namespace livermark::msm::spring_laws

@@ -14,7 +14,7 @@ using core::Vector3;
 using Tensor = Eigen::Matrix3d;
 using Components = Eigen::Matrix<double, 15, 1>; // of a symmetric fourth-order tensor
 
-// What the fit minimises at every node i, for a material of shear modulus mu = E / 2.5 and lambda = mu:
+// The fit minimises at every node i, for a material of shear modulus mu = E / 2.5 and lambda = mu:
 //
 // (a) |sum of k_ij l_ij (n.eps n) n + sum over t of V_t sigma_t grad N_i|^2 over six affine strains eps: the force of
 //     the springs is that of linear finite elements. n is the direction away from i.
@@ -139,7 +139,7 @@ Part part_of(const core::TetraMesh &mesh, const core::EdgeTable &table, int regi
     return part;
 }
 
-/// What the rows of each node are to add up to: forces, then tensor.
+/// Targets of the rows of each node: forces, then tensor.
 void set_targets(Eigen::VectorXd &target, const Part &part, double weight_of_forces) {
     const Components tensor = weight_of_tensors * isotropic_tensor();
     for (std::size_t i = 0; i < part.volume.size(); ++i) {
@@ -153,7 +153,7 @@ void set_targets(Eigen::VectorXd &target, const Part &part, double weight_of_for
     }
 }
 
-/// What one spring of Van Gelder's stiffness adds to the rows of its ends.
+/// Entries that one spring of Van Gelder's stiffness adds to the rows of its ends.
 void add_spring(std::vector<Eigen::Triplet<double>> &entries, int column, const Part &part, std::size_t s,
                 const std::array<int, 2> &ends, const Vector3 &span, const std::array<Tensor, 6> &strains,
                 double weight_of_forces) {

@@ -1,22 +1,90 @@
 #include "msm/springs/coupled_springs.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <span>
 #include <utility>
 
 #include "core/support/input_error.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "msm/springs/strain_measures.hpp"
 #include "msm/springs/tetrahedron.hpp"
 #include "msm/springs/volume_penalty.hpp"
 
 namespace livermark::msm {
 
 namespace {
+
+/// The parts of a body over which coupled springs take means of strains, of all kinds behind each other: around nodes,
+/// around edges, and tetrahedra. Kinds without weight are left out. Where two materials meet stress jumps, so each has
+/// parts of its own.
+struct MeanParts {
+    /// A part with some of a tetrahedron.
+    struct Member {
+        int part;
+        double share;   ///< share of the tetrahedron that belongs to the part, times the weight of its kind
+        double in_mean; ///< weight of the tetrahedron in the mean: its volume in the part over that of the part
+    };
+
+    std::vector<double> volume;  ///< (C) at rest, times the weight of their kind [m^3]
+    std::vector<double> modulus; ///< (C) shear modulus [Pa]
+    std::vector<Member> members; ///< of each tetrahedron behind each other
+    std::vector<int> start;      ///< (M + 1) where these begin
+
+    int num_parts() const { return static_cast<int>(volume.size()); }
+};
+
+MeanParts mean_parts(const core::Body &body, const StrainDomains &domains) {
+    /// Parts around places that tetrahedra share: nodes, edges, or nothing.
+    struct Kind {
+        double weight;
+        std::size_t num_places; ///< of a tetrahedron, each with an equal share of it
+        std::vector<int> part;  ///< at each place of each tetrahedron
+    };
+    const auto &mesh = body.mesh;
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    MeanParts parts;
+    std::vector<Kind> kinds;
+    std::vector<double> whole; // (C) volume of each part
+    const auto add_kind = [&](double weight, std::size_t num_places, const auto &places_of) {
+        if (weight == 0.0)
+            return;
+        auto &kind = kinds.emplace_back(Kind{weight, num_places, {}});
+        std::map<std::pair<int, int>, int> number; // of each place and region
+        for (std::size_t t = 0; t < volumes.size(); ++t)
+            for (const int place : places_of(t)) {
+                const int region = mesh.region[t];
+                const auto [at, is_new] = number.try_emplace({place, region}, static_cast<int>(whole.size()));
+                if (is_new) {
+                    whole.push_back(0.0);
+                    parts.modulus.push_back(body.materials[region].shear_modulus());
+                }
+                whole[at->second] += volumes[t] / static_cast<double>(num_places);
+                kind.part.push_back(at->second);
+            }
+        for (std::size_t c = parts.volume.size(); c < whole.size(); ++c)
+            parts.volume.push_back(weight * whole[c]);
+    };
+    add_kind(domains.nodes, 4, [&](std::size_t t) { return mesh.tetrahedra[t]; });
+    const auto edges = domains.edges > 0.0 ? core::edge_table(mesh.tetrahedra) : core::EdgeTable{};
+    add_kind(domains.edges, 6, [&](std::size_t t) { return edges.tetrahedron_edge[t]; });
+    add_kind(domains.tetrahedra, 1, [](std::size_t t) { return std::array{static_cast<int>(t)}; });
+    parts.start.push_back(0);
+    for (std::size_t t = 0; t < volumes.size(); ++t) {
+        for (const auto &[weight, num_places, part] : kinds)
+            for (std::size_t k = t * num_places; k < (t + 1) * num_places; ++k) {
+                const auto shares = static_cast<double>(num_places);
+                parts.members.push_back(
+                    {.part = part[k], .share = weight / shares, .in_mean = volumes[t] / (shares * whole[part[k]])});
+            }
+        parts.start.push_back(static_cast<int>(parts.members.size()));
+    }
+    return parts;
+}
 
 template <class Measure> class CoupledTerm : public RelaxingTerm, public FixableTerm {
     using Value = typename Measure::Value;
@@ -105,7 +173,7 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         return term;
     }
 
-    /// What small displacements add to the stresses, and what the stresses that are there do when edges turn.
+    /// Forces of the stresses that small displacements add, and of those that are there when edges turn.
     void add_hessian_product(const Eigen::VectorXd &x, const Eigen::VectorXd &u,
                              Eigen::VectorXd &product) const override {
         const auto mean = means(values(x));
@@ -146,7 +214,7 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         for (int t = 0; t < static_cast<int>(nodes_.size()); ++t) {
             typename Measure::Stiffness material = Measure::Stiffness::Zero();
             for (const auto &member : members(t))
-                material += member.of_tetrahedron * stiffness(member.part, mean[member.part], Tangent::material);
+                material += member.share * stiffness(member.part, mean[member.part], Tangent::material);
             const auto slope = tetrahedra_[t].slope(x);
             const Matrix12 block = volume_[t] * slope.transpose() * material * slope;
             for (int a = 0; a < 4; ++a)
@@ -178,9 +246,9 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
 
     /// @param stress  of each part
     void add_gathered_force(const Eigen::VectorXd &x, const Values &stress, Eigen::VectorXd &force) const {
-        const auto of_tetrahedron = gathered(stress);
+        const auto borne = gathered(stress);
         for (std::size_t t = 0; t < nodes_.size(); ++t)
-            tetrahedra_[t].add_force(x, of_tetrahedron[t], force);
+            tetrahedra_[t].add_force(x, borne[t], force);
     }
 
     bool describe_nodes(StepParts &parts) const {
@@ -206,9 +274,9 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         const auto &domains = springs_.domains;
         for (std::size_t t = 0; t < nodes_.size(); ++t) {
             const auto around = members(t);
-            auto &of_edges = parts.edge_part.emplace_back();
+            auto &edge_part = parts.edge_part.emplace_back();
             for (std::size_t e = 0; e < 6; ++e) {
-                of_edges[e] = around[e].part;
+                edge_part[e] = around[e].part;
                 if (around[e].part == static_cast<int>(parts.edge_modulus.size()))
                     parts.edge_modulus.push_back(domains.edges * parts_.modulus[around[e].part]);
             }
@@ -250,7 +318,7 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         return mean;
     }
 
-    /// Of each part, and what its dashpots add [Pa].
+    /// Stress of each part, and what its dashpots add [Pa].
     Values stresses(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta) const {
         const bool is_fixed = !fixed_stress_.empty();
         auto stress = is_fixed ? fixed_stress_ : means(values(x));
@@ -269,12 +337,12 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         return stress;
     }
 
-    /// What each tetrahedron bears of the stresses of its parts, times its volume [J].
+    /// Stress that each tetrahedron bears of its parts, times its volume [J].
     Values gathered(const Values &stress) const {
         Values result(nodes_.size(), Value::Zero());
         for (std::size_t t = 0; t < result.size(); ++t)
             for (const auto &member : members(t))
-                result[t] += volume_[t] * member.of_tetrahedron * stress[member.part];
+                result[t] += volume_[t] * member.share * stress[member.part];
         return result;
     }
 
@@ -295,16 +363,11 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         return slopes;
     }
 
-    /// What the stresses of all add when edges turn.
+    /// Stiffness that the stresses of all add when edges turn.
     Eigen::SparseMatrix<double> turning_hessian(const Eigen::VectorXd &x, Tangent tangent) const {
         const auto stress = gathered(stresses(x, x, 0.0));
-        std::vector<Eigen::Triplet<double>> entries;
-        entries.reserve(144 * nodes_.size());
-        for (std::size_t t = 0; t < nodes_.size(); ++t)
-            add_block(entries, nodes_[t], tetrahedra_[t].curvature(x, stress[t], tangent));
-        Eigen::SparseMatrix<double> hessian(x.size(), x.size());
-        hessian.setFromTriplets(entries.begin(), entries.end());
-        return hessian;
+        return sum_of_blocks(nodes_, x.size(),
+                             [&](std::size_t t) { return tetrahedra_[t].curvature(x, stress[t], tangent); });
     }
 
     CoupledSprings springs_;
@@ -357,9 +420,9 @@ bool are_in_kernels(const CoupledSprings &springs) {
 
 CoupledSprings with_part_inside(CoupledSprings springs, double part) {
     auto &[nodes, edges, tetrahedra] = springs.domains;
-    const double of_others = (1.0 - part) / (nodes + edges);
-    nodes *= of_others;
-    edges *= of_others;
+    const double others = (1.0 - part) / (nodes + edges);
+    nodes *= others;
+    edges *= others;
     tetrahedra = part;
     return springs;
 }
@@ -396,7 +459,7 @@ ElasticBody coupled_springs_with_volume(const core::Body &body, const CoupledSpr
     if (springs.energy.is_finite)
         terms.push_back(inversion_guard(body));
     ElasticBody elastic(lumped_masses(body), std::move(terms));
-    elastic.preconditioner = elements_of_softer_volume(body);
+    elastic.preconditioner = [body](double part) { return stiffness_of_softer_volume(body, part); };
     return elastic;
 }
 

@@ -13,7 +13,7 @@
 namespace livermark::msm {
 
 SpringLaw law_of_tetrahedra(std::string summary, std::string source,
-                            std::array<double, 6> (*of_tetrahedron)(const core::Body &, std::size_t)) {
+                            std::array<double, 6> (*edge_stiffness)(const core::Body &, std::size_t)) {
     return {.name = {},
             .summary = std::move(summary),
             .source = std::move(source),
@@ -21,13 +21,13 @@ SpringLaw law_of_tetrahedra(std::string summary, std::string source,
                 [=](const core::Body &body, const core::EdgeTable &table) {
                     std::vector<double> stiffness(table.edges.size(), 0.0);
                     for (std::size_t t = 0; t < table.tetrahedron_edge.size(); ++t) {
-                        const auto added = of_tetrahedron(body, t);
+                        const auto added = edge_stiffness(body, t);
                         for (std::size_t e = 0; e < 6; ++e)
                             stiffness[table.tetrahedron_edge[t][e]] += added[e];
                     }
                     return stiffness;
                 },
-            .of_tetrahedron = of_tetrahedron};
+            .edge_stiffness = edge_stiffness};
 }
 
 namespace {
@@ -127,9 +127,7 @@ class Springs : public RelaxingTerm {
             add(i, j, block, -1.0);
             add(j, i, block, -1.0);
         }
-        Eigen::SparseMatrix<double> hessian(x.size(), x.size());
-        hessian.setFromTriplets(entries.begin(), entries.end());
-        return hessian;
+        return square_matrix(entries, x.size());
     }
 
     /// (n . (u_i - u_j))^2 <= 2 (n . u_i)^2 + 2 (n . u_j)^2
@@ -155,7 +153,7 @@ class Springs : public RelaxingTerm {
     }
 
   private:
-    /// What is stiff along the spring: never less than nothing, but for the exact derivative.
+    /// Stiffness along the spring: never less than nothing, but for the exact derivative.
     double axial(double stretch, Tangent tangent) const {
         const double slope = part_ * curve_.slope(stretch);
         return tangent == Tangent::exact ? slope : std::max(slope, 0.0);
@@ -185,10 +183,6 @@ core::SpringNetwork spring_network(const core::Body &body, const SpringLaw &law)
         springs.rest_length.push_back((body.mesh.points[j] - body.mesh.points[i]).norm());
     springs.edges = std::move(table.edges);
     return springs;
-}
-
-std::shared_ptr<const ElasticTerm> spring_term(const core::SpringNetwork &springs) {
-    return spring_term(springs, hooke);
 }
 
 std::shared_ptr<const ElasticTerm> spring_term(const core::SpringNetwork &springs, const ForceCurve &curve) {
@@ -240,8 +234,8 @@ namespace {
 
 /// Part of its volume below which a tetrahedron is pushed back.
 constexpr double smallest_part = 0.5;
-/// How much stiffer than the material: enough to hold a box pressed by 0.4 of its Young's modulus. Without the guard it
-/// gives way below 0.2.
+/// Stiffness over that of the material: enough to hold a box pressed by 0.4 of its Young's modulus. Without the guard
+/// it gives way below 0.2.
 constexpr double stiffening = 4.0;
 
 double modulus(const core::Material &material) {
@@ -281,15 +275,7 @@ class InversionGuard : public ElasticTerm {
     }
 
     Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
-        std::vector<Eigen::Triplet<double>> entries;
-        entries.reserve(144 * tetrahedra_.size());
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
-            const auto block = tetrahedron_hessian(x, t, tangent);
-            add_block(entries, tetrahedra_[t], block);
-        }
-        Eigen::SparseMatrix<double> hessian(x.size(), x.size());
-        hessian.setFromTriplets(entries.begin(), entries.end());
-        return hessian;
+        return sum_of_blocks(tetrahedra_, x.size(), [&](std::size_t t) { return tetrahedron_hessian(x, t, tangent); });
     }
 
     void add_block_bound(const Eigen::VectorXd & /*x*/, std::vector<Eigen::Matrix3d> & /*blocks*/) const override {}
@@ -302,15 +288,15 @@ class InversionGuard : public ElasticTerm {
     }
 
   private:
-    Eigen::Matrix<double, 12, 12> tetrahedron_hessian(const Eigen::VectorXd &x, std::size_t t, Tangent tangent) const {
+    Matrix12 tetrahedron_hessian(const Eigen::VectorXd &x, std::size_t t, Tangent tangent) const {
         const auto [volume, gradient] = volume_gradient(x, tetrahedra_[t]);
         const double deficit = least_volume_[t] - volume;
         if (tangent == Tangent::material || deficit <= 0.0)
-            return Eigen::Matrix<double, 12, 12>::Zero();
+            return Matrix12::Zero();
         Eigen::Matrix<double, 12, 1> slope;
         for (int a = 0; a < 4; ++a)
             slope.segment<3>(3 * a) = gradient[a];
-        Eigen::Matrix<double, 12, 12> hessian = slope * slope.transpose();
+        Matrix12 hessian = slope * slope.transpose();
         if (tangent == Tangent::exact)
             hessian -= deficit * volume_hessian(x, tetrahedra_[t]);
         return modulus_per_volume_[t] * hessian;

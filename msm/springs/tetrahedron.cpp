@@ -1,22 +1,16 @@
 #include "msm/springs/tetrahedron.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "msm/elastic_body.hpp"
+#include "core/semi_definite_part.hpp"
+#include "msm/spring_energy.hpp"
 
 namespace livermark::msm {
 
 namespace {
-
-/// Edges from corner 0 to the others.
-std::array<core::Vector3, 3> edges_from_first(const Eigen::VectorXd &x, const std::array<int, 4> &tetrahedron) {
-    const auto corner = [&](int a) -> core::Vector3 {
-        return x.segment<3>(3 * static_cast<Eigen::Index>(tetrahedron[a]));
-    };
-    const core::Vector3 origin = corner(0);
-    return {corner(1) - origin, corner(2) - origin, corner(3) - origin};
-}
 
 /// The matrix of a x .
 Eigen::Matrix3d cross_matrix(const core::Vector3 &a) {
@@ -25,9 +19,9 @@ Eigen::Matrix3d cross_matrix(const core::Vector3 &a) {
 
 } // namespace
 
-Eigen::Matrix<double, 12, 12> volume_hessian(const Eigen::VectorXd &x, const std::array<int, 4> &tetrahedron) {
-    const auto edges = edges_from_first(x, tetrahedron);
-    Eigen::Matrix<double, 12, 12> hessian = Eigen::Matrix<double, 12, 12>::Zero();
+Matrix12 volume_hessian(const Eigen::VectorXd &x, const std::array<int, 4> &tetrahedron) {
+    const auto edges = spans_from_first(x, tetrahedron);
+    Matrix12 hessian = Matrix12::Zero();
     // 6 dV/da = b x c, so that its derivative in b is -[c x] and in c [b x], and so on in a circle.
     for (int k = 0; k < 3; ++k) {
         const int next = (k + 1) % 3, last = (k + 2) % 3;
@@ -46,11 +40,17 @@ Eigen::Matrix<double, 12, 12> volume_hessian(const Eigen::VectorXd &x, const std
 }
 
 void add_block(std::vector<Eigen::Triplet<double>> &entries, const std::array<int, 4> &tetrahedron,
-               const Eigen::Matrix<double, 12, 12> &block) {
+               const Matrix12 &block) {
     for (int row = 0; row < 12; ++row)
         for (int column = 0; column < 12; ++column)
             entries.emplace_back(3 * tetrahedron[row / 3] + row % 3, 3 * tetrahedron[column / 3] + column % 3,
                                  block(row, column));
+}
+
+Eigen::SparseMatrix<double> square_matrix(const std::vector<Eigen::Triplet<double>> &entries, Eigen::Index size) {
+    Eigen::SparseMatrix<double> matrix(size, size);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    return matrix;
 }
 
 EdgeVectors edge_spans(const std::array<int, 4> &nodes, const Eigen::VectorXd &field) {
@@ -95,14 +95,14 @@ void add_tensions(const std::array<int, 4> &nodes, const EdgeVectors &pulls, con
     }
 }
 
-Eigen::Matrix<double, 12, 12> hessian_of_edges(const std::array<Eigen::Matrix3d, 6> &of_span) {
-    Eigen::Matrix<double, 12, 12> hessian = Eigen::Matrix<double, 12, 12>::Zero();
+Matrix12 hessian_of_edges(const std::array<Eigen::Matrix3d, 6> &second) {
+    Matrix12 hessian = Matrix12::Zero();
     for (int e = 0; e < 6; ++e) {
         const auto [i, j] = core::tetrahedron_edges[e];
-        hessian.block<3, 3>(3 * i, 3 * i) += of_span[e];
-        hessian.block<3, 3>(3 * j, 3 * j) += of_span[e];
-        hessian.block<3, 3>(3 * i, 3 * j) -= of_span[e];
-        hessian.block<3, 3>(3 * j, 3 * i) -= of_span[e];
+        hessian.block<3, 3>(3 * i, 3 * i) += second[e];
+        hessian.block<3, 3>(3 * j, 3 * j) += second[e];
+        hessian.block<3, 3>(3 * i, 3 * j) -= second[e];
+        hessian.block<3, 3>(3 * j, 3 * i) -= second[e];
     }
     return hessian;
 }
@@ -141,190 +141,241 @@ Matrix6 isotropic_stiffness(double lame_lambda, double shear_modulus) {
     return result;
 }
 
-namespace {
-
-using Matrix12 = Eigen::Matrix<double, 12, 12>;
-
-struct CoupledTetrahedron {
-    std::array<int, 4> nodes;
-    double lame_lambda, shear_modulus; ///< [Pa]
-    double volume;                     ///< [m^3]
-    Vector6 rest_square;               ///< l0^2 of each edge [m^2]
-    Matrix6 strain;                    ///< of stretches [1/m^2]
-    Matrix6 coupling;                  ///< k_ef [N/m^3]
-};
-
-/// k_ef = 4 V strain^T stiffness strain
-Matrix6 coupling_by(const CoupledTetrahedron &tetrahedron, const Matrix6 &stiffness) {
-    return 4.0 * tetrahedron.volume * tetrahedron.strain.transpose() * stiffness * tetrahedron.strain;
-}
-
-/// Of the deviatoric part of a stress.
-Matrix6 shape_stiffness(double shear_modulus) {
-    return isotropic_stiffness(-2.0 / 3.0 * shear_modulus, shear_modulus);
-}
-
-CoupledTetrahedron make_tetrahedron(const Eigen::VectorXd &rest, const std::array<int, 4> &nodes,
-                                    const core::Material &material) {
-    CoupledTetrahedron made{.nodes = nodes,
-                            .lame_lambda = material.lame_lambda(),
-                            .shear_modulus = material.shear_modulus(),
-                            .volume = volume_gradient(rest, nodes).volume,
-                            .rest_square = squared_lengths(edge_spans(nodes, rest)),
-                            .strain = strain_of_stretches(rest, nodes),
-                            .coupling = {}};
-    made.coupling = coupling_by(made, isotropic_stiffness(made.lame_lambda, made.shear_modulus));
-    return made;
-}
-
-class LinearElements : public RelaxingTerm {
-  public:
-    explicit LinearElements(const core::Body &body) {
-        const auto rest = to_unknowns(body.mesh.points);
-        tetrahedra_.reserve(body.mesh.tetrahedra.size());
-        for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t)
-            tetrahedra_.push_back(make_tetrahedron(rest, body.mesh.tetrahedra[t], body.materials[body.mesh.region[t]]));
-    }
-
-    double energy(const Eigen::VectorXd &x) const override {
-        double energy = 0.0;
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
-            const auto &tetrahedron = tetrahedra_[t];
-            const Vector6 q = stretch(tetrahedron, edge_spans(tetrahedron.nodes, x));
-            energy += 0.125 * q.dot(tetrahedron.coupling * q);
-            if (added_.size() > 0)
-                energy += 0.5 * q.dot(added_tension(t));
-        }
-        return energy;
-    }
-
-    void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
-                   Eigen::VectorXd &force) const override {
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
-            const auto &tetrahedron = tetrahedra_[t];
-            const auto spans = edge_spans(tetrahedron.nodes, x);
-            Vector6 q = stretch(tetrahedron, spans);
-            if (beta != 0.0)
-                q += beta * stretch_rates(spans, edge_spans(tetrahedron.nodes, v));
-            Vector6 tension = 0.5 * tetrahedron.coupling * q;
-            if (added_.size() > 0)
-                tension += added_tension(t);
-            add_tensions(tetrahedron.nodes, spans, tension, force);
-        }
-    }
-
-    Eigen::VectorXd relaxing_stress(const Eigen::VectorXd &x) const override {
-        Eigen::VectorXd stress(6 * static_cast<Eigen::Index>(tetrahedra_.size()));
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
-            const auto &tetrahedron = tetrahedra_[t];
-            const Vector6 q = stretch(tetrahedron, edge_spans(tetrahedron.nodes, x));
-            stress.segment<6>(6 * static_cast<Eigen::Index>(t)) =
-                shape_stiffness(part_ * tetrahedron.shear_modulus) * (tetrahedron.strain * q);
-        }
-        return stress;
-    }
-
-    void add_force_of(const Eigen::VectorXd &x, const Eigen::VectorXd &stress, Eigen::VectorXd &force) const override {
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
-            add_tensions(tetrahedra_[t].nodes, edge_spans(tetrahedra_[t].nodes, x), tension_of(stress, t), force);
-    }
-
-    Eigen::VectorXd relaxing_compliance() const override {
-        Eigen::VectorXd compliance = Eigen::VectorXd::Zero(6 * static_cast<Eigen::Index>(tetrahedra_.size()));
-        for (std::size_t t = 0; part_ > 0.0 && t < tetrahedra_.size(); ++t)
-            compliance.segment<6>(6 * static_cast<Eigen::Index>(t))
-                .setConstant(tetrahedra_[t].volume / (2.0 * part_ * tetrahedra_[t].shear_modulus));
-        return compliance;
-    }
-
-    std::shared_ptr<const RelaxingTerm> relaxed(double part, const Eigen::VectorXd &added) const override {
-        auto term = std::make_shared<LinearElements>(*this);
-        term->part_ = part * part_;
-        term->added_ = added;
-        for (auto &tetrahedron : term->tetrahedra_) {
-            const double mu = tetrahedron.shear_modulus;
-            tetrahedron.coupling = coupling_by(tetrahedron, isotropic_stiffness(tetrahedron.lame_lambda, mu) -
-                                                                (1.0 - term->part_) * shape_stiffness(mu));
-        }
-        return term;
-    }
-
-    Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
-        std::vector<Eigen::Triplet<double>> entries;
-        entries.reserve(144 * tetrahedra_.size());
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
-            add_block(entries, tetrahedra_[t].nodes, tetrahedron_hessian(t, x, tangent));
-        Eigen::SparseMatrix<double> hessian(x.size(), x.size());
-        hessian.setFromTriplets(entries.begin(), entries.end());
-        return hessian;
-    }
-
-    /// With K = sum of K_t over tetrahedra and K_t positive semi-definite, u^T K_t u <= 4 sum of u_a^T (K_t)_aa u_a.
-    void add_block_bound(const Eigen::VectorXd &x, std::vector<Eigen::Matrix3d> &blocks) const override {
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
-            const Matrix12 block = tetrahedron_hessian(t, x, Tangent::material);
-            for (int a = 0; a < 4; ++a)
-                blocks[tetrahedra_[t].nodes[a]] += 4.0 * block.block<3, 3>(3 * a, 3 * a);
-        }
-    }
-
-    bool describe(StepParts & /*parts*/) const override { return false; }
-
-  private:
-    static Vector6 stretch(const CoupledTetrahedron &tetrahedron, const EdgeVectors &spans) {
-        return squared_lengths(spans) - tetrahedron.rest_square;
-    }
-
-    /// 2 dU/dq [N/m] of second Piola-Kirchhoff stresses
-    Vector6 tension_of(const Eigen::VectorXd &stress, std::size_t t) const {
-        return 2.0 * tetrahedra_[t].volume * tetrahedra_[t].strain.transpose() *
-               stress.segment<6>(6 * static_cast<Eigen::Index>(t));
-    }
-
-    Vector6 added_tension(std::size_t t) const { return tension_of(added_, t); }
-
-    Matrix12 tetrahedron_hessian(std::size_t t, const Eigen::VectorXd &x, Tangent tangent) const {
-        const auto &tetrahedron = tetrahedra_[t];
-        const auto spans = edge_spans(tetrahedron.nodes, x);
-        const auto slope = stretch_slopes(spans);
-        Matrix12 hessian = 0.25 * slope * tetrahedron.coupling * slope.transpose();
-        if (tangent == Tangent::material)
-            return hessian;
-        Vector6 tension = 0.5 * tetrahedron.coupling * stretch(tetrahedron, spans);
-        if (added_.size() > 0)
-            tension += added_tension(t);
-        if (tangent == Tangent::semi_definite)
-            tension = tension.cwiseMax(0.0);
-        std::array<Eigen::Matrix3d, 6> of_span;
-        for (int e = 0; e < 6; ++e)
-            of_span[e] = tension[e] * Eigen::Matrix3d::Identity();
-        return hessian + hessian_of_edges(of_span);
-    }
-
-    std::vector<CoupledTetrahedron> tetrahedra_;
-    double part_ = 1.0;     // see RelaxingTerm::relaxed()
-    Eigen::VectorXd added_; // (6 M) [Pa], or empty
-};
-
-} // namespace
-
-std::shared_ptr<const ElasticTerm> linear_elements(const core::Body &body) {
-    return std::make_shared<LinearElements>(body);
-}
-
-std::shared_ptr<const ElasticTerm> elements_of_softer_volume(const core::Body &body) {
+Eigen::SparseMatrix<double> stiffness_of_softer_volume(const core::Body &body, double part) {
     // At Poisson's ratio 0.45, lambda = 9 mu, nodal_springs take 49 and 53 steps with 2.5 mu, 62 and 67 with 12 mu; at
     // 0.49, 49 mu, they do not come to an end within 120 with 2.5 mu, and take 100 and 104 with 12 mu.
     constexpr double usual = 2.5, nearly_incompressible = 12.0, limit = 10.0;
-    auto softer = body;
-    for (auto &material : softer.materials) {
+    const auto rest = to_unknowns(body.mesh.points);
+    return sum_of_blocks(body.mesh.tetrahedra, rest.size(), [&](std::size_t t) -> Matrix12 {
+        auto material = body.materials[body.mesh.region[t]];
         const double mu = material.shear_modulus();
         const double ratio = material.lame_lambda() > limit * mu ? nearly_incompressible : usual;
         const double lambda = std::min(material.lame_lambda(), ratio * mu);
         material.poisson_ratio = 0.5 * lambda / (lambda + mu);
         material.young_modulus = 2.0 * mu * (1.0 + material.poisson_ratio);
+        const auto &nodes = body.mesh.tetrahedra[t];
+        const double volume = volume_gradient(rest, nodes).volume, softer = material.shear_modulus();
+        const Matrix6 strain = strain_of_stretches(rest, nodes);
+        const Matrix6 stiffness = isotropic_stiffness(material.lame_lambda(), softer) -
+                                  (1.0 - part) * isotropic_stiffness(-2.0 / 3.0 * softer, softer);
+        const Matrix6 coupling = 4.0 * volume * strain.transpose() * stiffness * strain;
+        const auto slope = stretch_slopes(edge_spans(nodes, rest));
+        return 0.25 * slope * coupling * slope.transpose();
+    });
+}
+
+double MeanLaw::energy(const Eigen::Matrix3d &strain) const {
+    double energy = spring_energy.energy(mu, strain) + added.dot(components(strain));
+    if (part != 1.0)
+        energy -= (1.0 - part) * spring_energy.isochoric_energy(mu, strain);
+    return energy;
+}
+
+Eigen::Matrix3d MeanLaw::stress(const Eigen::Matrix3d &strain) const {
+    Eigen::Matrix3d stress = spring_energy.stress(mu, strain) + tensor(added);
+    if (part != 1.0)
+        stress -= (1.0 - part) * spring_energy.isochoric_stress(mu, strain);
+    return stress;
+}
+
+Matrix6 MeanLaw::stiffness(const Eigen::Matrix3d &strain) const {
+    Matrix6 stiffness = spring_energy.stiffness(mu, strain);
+    if (part != 1.0)
+        stiffness -= (1.0 - part) * spring_energy.isochoric_stiffness(mu, strain);
+    return stiffness;
+}
+
+Matrix6 MeanLaw::stiffness_at_rest() const {
+    return isotropic_stiffness(mu + 2.0 / 3.0 * (1.0 - part) * mu, part * mu);
+}
+
+StrainOfMean::Stiffness StrainOfMean::stiffness(const MeanLaw &law, const Value &strain, Tangent tangent) {
+    if (tangent == Tangent::material)
+        return law.stiffness_at_rest();
+    const Matrix6 exact = law.stiffness(tensor(strain));
+    return tangent == Tangent::exact ? exact : core::semi_definite_part(exact);
+}
+
+SquaredLengths::SquaredLengths(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest)
+    : StrainOfEdges(nodes, rest), rest_square_(squared_lengths(edge_spans(nodes, rest))) {}
+
+Vector6 SquaredLengths::of(const Eigen::VectorXd &x) const {
+    return strain_of_stretch_ * (squared_lengths(edge_spans(nodes_, x)) - rest_square_);
+}
+
+Vector6 SquaredLengths::rate(const Eigen::VectorXd &x, const Eigen::VectorXd &u) const {
+    return strain_of_stretch_ * stretch_rates(edge_spans(nodes_, x), edge_spans(nodes_, u));
+}
+
+Eigen::Matrix<double, 6, 12> SquaredLengths::slope(const Eigen::VectorXd &x) const {
+    return strain_of_stretch_ * stretch_slopes(edge_spans(nodes_, x)).transpose();
+}
+
+void SquaredLengths::add_force(const Eigen::VectorXd &x, const Value &stress, Eigen::VectorXd &force) const {
+    add_tensions(nodes_, edge_spans(nodes_, x), tensions(stress), force);
+}
+
+void SquaredLengths::add_turning(const Eigen::VectorXd & /*x*/, const Eigen::VectorXd &u, const Value &stress,
+                                 Eigen::VectorXd &force) const {
+    add_tensions(nodes_, edge_spans(nodes_, u), tensions(stress), force);
+}
+
+Matrix12 SquaredLengths::curvature(const Eigen::VectorXd & /*x*/, const Value &stress, Tangent tangent) const {
+    if (tangent == Tangent::material)
+        return Matrix12::Zero();
+    const Vector6 tension = tensions(stress);
+    std::array<Eigen::Matrix3d, 6> second;
+    for (int e = 0; e < 6; ++e)
+        second[e] = (tangent == Tangent::exact ? tension[e] : std::max(tension[e], 0.0)) * Eigen::Matrix3d::Identity();
+    return hessian_of_edges(second);
+}
+
+Elongations::Elongations(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest)
+    : StrainOfEdges(nodes, rest), rest_length_(squared_lengths(edge_spans(nodes, rest)).cwiseSqrt()) {}
+
+Elongations::Edges Elongations::edges(const Eigen::VectorXd &x) const {
+    Edges result{.length = {}, .pull = edge_spans(nodes_, x)};
+    result.length = squared_lengths(result.pull).cwiseSqrt();
+    for (int e = 0; e < 6; ++e)
+        result.pull[e] *= rest_length_[e] / result.length[e];
+    return result;
+}
+
+Vector6 Elongations::of(const Eigen::VectorXd &x) const {
+    return strain_of_stretch_ * (2.0 * rest_length_.cwiseProduct(edges(x).length - rest_length_));
+}
+
+Vector6 Elongations::rate(const Eigen::VectorXd &x, const Eigen::VectorXd &u) const {
+    return strain_of_stretch_ * stretch_rates(edges(x).pull, edge_spans(nodes_, u));
+}
+
+Eigen::Matrix<double, 6, 12> Elongations::slope(const Eigen::VectorXd &x) const {
+    return strain_of_stretch_ * stretch_slopes(edges(x).pull).transpose();
+}
+
+void Elongations::add_force(const Eigen::VectorXd &x, const Value &stress, Eigen::VectorXd &force) const {
+    add_tensions(nodes_, edges(x).pull, tensions(stress), force);
+}
+
+void Elongations::add_turning(const Eigen::VectorXd &x, const Eigen::VectorXd &u, const Value &stress,
+                              Eigen::VectorXd &force) const {
+    const auto [length, pull] = edges(x);
+    auto turn = edge_spans(nodes_, u);
+    for (int e = 0; e < 6; ++e) {
+        const core::Vector3 direction = pull[e].normalized();
+        turn[e] = rest_length_[e] / length[e] * (turn[e] - direction.dot(turn[e]) * direction);
     }
-    return linear_elements(softer);
+    add_tensions(nodes_, turn, tensions(stress), force);
+}
+
+Matrix12 Elongations::curvature(const Eigen::VectorXd &x, const Value &stress, Tangent tangent) const {
+    if (tangent == Tangent::material)
+        return Matrix12::Zero();
+    const auto [length, pull] = edges(x);
+    const Vector6 tension = tensions(stress);
+    std::array<Eigen::Matrix3d, 6> second;
+    for (int e = 0; e < 6; ++e) {
+        const core::Vector3 direction = pull[e].normalized();
+        second[e] = (tangent == Tangent::exact ? tension[e] : std::max(tension[e], 0.0)) * rest_length_[e] / length[e] *
+                    (Eigen::Matrix3d::Identity() - direction * direction.transpose());
+    }
+    return hessian_of_edges(second);
+}
+
+namespace {
+
+using Gradient = Gradients::Value;
+using Eigen::Matrix3d;
+
+Matrix3d matrix(const Gradient &of) {
+    return Matrix3d::Map(of.data());
+}
+
+Gradient columns(const Matrix3d &of) {
+    return Gradient::Map(of.data());
+}
+
+/// E = (H + H^T + H^T H) / 2 of H = F - I
+Matrix3d green_strain(const Matrix3d &h) {
+    return 0.5 * (h + h.transpose() + h.transpose() * h);
+}
+
+} // namespace
+
+Gradients::Gradients(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest) : nodes_(nodes) {
+    const auto [volume, gradient] = volume_gradient(rest, nodes);
+    for (int a = 0; a < 4; ++a) {
+        rest_[a] = of_node(rest, nodes[a]);
+        gradient_[a] = gradient[a] / volume;
+    }
+}
+
+Gradient Gradients::of(const Eigen::VectorXd &x) const {
+    Matrix3d h = Matrix3d::Zero();
+    const core::Vector3 origin = of_node(x, nodes_[0]) - rest_[0];
+    for (int a = 1; a < 4; ++a)
+        h += (of_node(x, nodes_[a]) - rest_[a] - origin) * gradient_[a].transpose();
+    return columns(h);
+}
+
+Gradient Gradients::rate(const Eigen::VectorXd & /*x*/, const Eigen::VectorXd &u) const {
+    Matrix3d h = Matrix3d::Zero();
+    for (int a = 0; a < 4; ++a)
+        h += of_node(u, nodes_[a]) * gradient_[a].transpose();
+    return columns(h);
+}
+
+Eigen::Matrix<double, 9, 12> Gradients::slope(const Eigen::VectorXd & /*x*/) const {
+    Eigen::Matrix<double, 9, 12> slopes = Eigen::Matrix<double, 9, 12>::Zero();
+    for (int a = 0; a < 4; ++a)
+        for (int c = 0; c < 3; ++c)
+            slopes.block<3, 3>(3 * c, 3 * a) = gradient_[a][c] * Matrix3d::Identity();
+    return slopes;
+}
+
+void Gradients::add_force(const Eigen::VectorXd & /*x*/, const Value &stress, Eigen::VectorXd &force) const {
+    const Matrix3d p = matrix(stress);
+    for (int a = 0; a < 4; ++a)
+        of_node(force, nodes_[a]) -= p * gradient_[a];
+}
+
+double Gradients::energy(const MeanLaw &law, const Value &mean) {
+    const Matrix3d h = matrix(mean);
+    if (!((Matrix3d::Identity() + h).determinant() > 0.0))
+        return std::numeric_limits<double>::infinity();
+    return law.energy(green_strain(h));
+}
+
+/// P = F S
+Gradient Gradients::stress(const MeanLaw &law, const Value &mean) {
+    const Matrix3d h = matrix(mean);
+    return columns((Matrix3d::Identity() + h) * law.stress(green_strain(h)));
+}
+
+Matrix3d Gradients::strain(const Value &mean) {
+    return green_strain(matrix(mean));
+}
+
+Gradient Gradients::push(const Value &mean, const Vector6 &stress) {
+    return columns((Matrix3d::Identity() + matrix(mean)) * tensor(stress));
+}
+
+/// dP = F (D : sym(F^T dF)) + dF S
+Gradients::Stiffness Gradients::stiffness(const MeanLaw &law, const Value &mean, Tangent tangent) {
+    const Matrix3d h = matrix(mean), f = Matrix3d::Identity() + h, strain = green_strain(h);
+    Eigen::Matrix<double, 6, 9> strain_slope;
+    for (int k = 0; k < 9; ++k) {
+        const Matrix3d product = f.transpose() * matrix(Gradient::Unit(k));
+        strain_slope.col(k) = components(0.5 * (product + product.transpose()));
+    }
+    const Matrix6 moduli = tangent == Tangent::material ? law.stiffness_at_rest() : law.stiffness(strain);
+    Stiffness result = strain_slope.transpose() * moduli * strain_slope;
+    if (tangent == Tangent::material)
+        return result;
+    const Matrix3d stress = law.stress(strain);
+    for (int k = 0; k < 9; ++k)
+        result.col(k) += columns(matrix(Gradient::Unit(k)) * stress);
+    return tangent == Tangent::exact ? result : core::semi_definite_part(result);
 }
 
 } // namespace livermark::msm

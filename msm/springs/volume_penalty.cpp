@@ -111,17 +111,17 @@ class VolumePenalty : public ElasticTerm {
     void add_block_bound(const Eigen::VectorXd &x, std::vector<Eigen::Matrix3d> &blocks) const override {
         const SparseRows gradient = resisted_change_gradients(x);
         for (Eigen::Index c = 0; c < gradient.outerSize(); ++c) {
-            std::vector<std::pair<Eigen::Index, core::Vector3>> of_corner;
+            std::vector<std::pair<Eigen::Index, core::Vector3>> corners;
             double sum = 0.0;
             for (SparseRows::InnerIterator entry(gradient, c); entry; ++entry) {
                 if (entry.col() % 3 == 0)
-                    of_corner.emplace_back(entry.col() / 3, core::Vector3::Zero());
-                of_corner.back().second[entry.col() % 3] = entry.value();
+                    corners.emplace_back(entry.col() / 3, core::Vector3::Zero());
+                corners.back().second[entry.col() % 3] = entry.value();
             }
-            for (const auto &[node, g] : of_corner)
+            for (const auto &[node, g] : corners)
                 sum += g.norm();
             const double factor = std::max(modulus_[c], 0.0) * rest_volume_[c] * sum;
-            for (const auto &[node, g] : of_corner)
+            for (const auto &[node, g] : corners)
                 if (g.norm() > 0.0)
                     blocks[node] += factor / g.norm() * g * g.transpose();
         }
@@ -195,29 +195,29 @@ class VolumePenalty : public ElasticTerm {
         return volume;
     }
 
-    /// Of changes of control volumes [m^3], relative ones or the means of these.
+    /// Means of changes of control volumes [m^3], relative ones or the means of these.
     Eigen::VectorXd mean_change(const Eigen::VectorXd &change) const {
         const Eigen::VectorXd relative = change.cwiseQuotient(rest_volume_);
         return mean_.size() > 0 ? Eigen::VectorXd(mean_ * relative) : relative;
     }
 
-    /// What the energy is made of: e_c = V_c / V0_c - 1, or the means of these.
+    /// Changes that the energy is made of: e_c = V_c / V0_c - 1, or the means of these.
     Eigen::VectorXd resisted_change(const Eigen::VectorXd &tetrahedron_volume) const {
         return mean_change(share_ * tetrahedron_volume - rest_volume_);
     }
 
     /// g g' of each, the derivative of g^2 / 2
     Eigen::VectorXd slopes(const Eigen::VectorXd &change) const {
-        return change.unaryExpr([this](double of_one) {
-            const auto [value, slope, curvature] = measure_(of_one);
+        return change.unaryExpr([this](double one) {
+            const auto [value, slope, curvature] = measure_(one);
             return value * slope;
         });
     }
 
     /// The second derivative of g^2 / 2
     Eigen::VectorXd curvatures(const Eigen::VectorXd &change) const {
-        return change.unaryExpr([this](double of_one) {
-            const auto [value, slope, curvature] = measure_(of_one);
+        return change.unaryExpr([this](double one) {
+            const auto [value, slope, curvature] = measure_(one);
             return slope * slope + value * curvature;
         });
     }
@@ -228,7 +228,7 @@ class VolumePenalty : public ElasticTerm {
         return mean_.size() > 0 ? SparseRows(mean_ * gradient) : gradient;
     }
 
-    /// Of each control volume, dU/dV_c [Pa].
+    /// Pressure in each control volume, dU/dV_c [Pa].
     /// @param push  shape (C) slopes()
     Eigen::VectorXd pressure(const Eigen::VectorXd &push) const {
         if (mean_.size() == 0)
@@ -261,9 +261,7 @@ class VolumePenalty : public ElasticTerm {
             const auto block = volume_hessian(x, tetrahedra_[t]);
             add_block(entries, tetrahedra_[t], tetrahedron_pressure[static_cast<Eigen::Index>(t)] * block);
         }
-        Eigen::SparseMatrix<double> matrix(x.size(), x.size());
-        matrix.setFromTriplets(entries.begin(), entries.end());
-        return matrix;
+        return square_matrix(entries, x.size());
     }
 
     std::vector<std::array<int, 4>> tetrahedra_;

@@ -48,8 +48,6 @@ class PressedLoad {
     Eigen::VectorXd unit_;
 };
 
-using Field = std::vector<core::Vector3>;
-
 /// Steps after which one factor has to have brought the residual down tenfold, or another is made. A hundred steps cost
 /// about as much as a factor.
 constexpr int steps_between_looks = 10;
@@ -62,12 +60,6 @@ constexpr int most_products = 200;
 
 /// Part of what compression makes negative in the second derivative that is left out first where all of it is too much.
 constexpr double smallest_part_left_out = 1.0 / 16.0;
-
-Field sum(const Field &a, const Field &b) {
-    Field result(a.size());
-    std::ranges::transform(a, b, result.begin(), [](const auto &x, const auto &y) -> core::Vector3 { return x + y; });
-    return result;
-}
 
 /// The way down in the potential U(x) - f . u of one body, loads and constraints. Where a place presses, f . u stays as
 /// it is, and the load is a multiple of f.
@@ -83,7 +75,7 @@ class Descent {
     /// Whether there is an energy where it is.
     bool is_possible() const { return std::isfinite(potential_); }
 
-    /// What holds each node where it is, beyond the loads: zero on free components in equilibrium.
+    /// Force that holds each node where it is, beyond the loads: zero on free components in equilibrium.
     const Field &unbalanced() const { return unbalanced_; }
 
     /// Norm of the free part of the unbalanced force, relative to all forces at work.
@@ -136,7 +128,7 @@ class Descent {
     /// way out along a direction that bends downwards is taken in steps that grow by a few percent each.
     /// @return whether there was a step downhill
     bool follow_tangent() {
-        const Field x = sum(positions_, state_.displacement);
+        const Field x = moved(positions_, state_.displacement);
         const auto exact = free_.restrict(hessian(x, Tangent::exact));
         Eigen::SparseMatrix<double> compression;
         while (true) {
@@ -145,7 +137,7 @@ class Descent {
             const bool is_definite = factorise(
                 part_left_out_ > 0.0 ? Eigen::SparseMatrix<double>(exact + part_left_out_ * compression) : exact);
             ++state_.num_factors;
-            LimitedMemory memory(most_remembered);
+            LimitedMemory memory;
             if (is_definite && follow([&](const auto &vector) { return factor_.solve(vector); }, memory, false) > 0) {
                 part_left_out_ = part_left_out_ > smallest_part_left_out ? 0.5 * part_left_out_ : 0.0;
                 return true;
@@ -161,7 +153,7 @@ class Descent {
     /// meet a direction that bends downwards (Steihaug 1983).
     /// @return whether it was a step downhill
     bool follow_products() {
-        const Field x = sum(positions_, state_.displacement);
+        const Field x = moved(positions_, state_.displacement);
         const Eigen::VectorXd positions = to_unknowns(x);
         const Eigen::VectorXd gradient = free_.gather(unbalanced_);
         const double tolerance = std::min(0.1, std::sqrt(relative_residual()));
@@ -175,7 +167,7 @@ class Descent {
         return true;
     }
 
-    /// What the places that press exert together [N].
+    /// Force of the places that press, together [N].
     double press() const { return pressed_.is_there() ? amount_ : 0.0; }
 
   private:
@@ -218,7 +210,7 @@ class Descent {
 
     /// Potential, and the gradient of all but the loads, at a displacement.
     EnergyAndGradient at(const Field &displacement) const {
-        const Field x = sum(positions_, displacement);
+        const Field x = moved(positions_, displacement);
         auto there = elastic_energy_and_gradient(body_, x);
         if (!std::isfinite(there.energy))
             return there;
@@ -251,7 +243,7 @@ class Descent {
     /// of that is at most sqrt(2 U sum k) dx. A ball that touches rounds more than that where it is large.
     double rounding_of_energy() const {
         const double contact_rounding =
-            options_.contact ? options_.contact->rounding_of_energy(sum(positions_, state_.displacement)) : 0.0;
+            options_.contact ? options_.contact->rounding_of_energy(moved(positions_, state_.displacement)) : 0.0;
         if (!options_.bears_rounding)
             return contact_rounding;
         const double rounding = std::numeric_limits<double>::epsilon() * core::extent(positions_);
@@ -330,7 +322,7 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
         result.status = core::SolutionStatus::not_converged;
         result.message = std::move(why);
     };
-    LimitedMemory own(most_remembered);
+    LimitedMemory own;
     auto &memory = options.memory && rest.is_approximate() ? *options.memory : own;
     if (start.empty())
         start = result.linear_displacement = linear_solution(rest, conditions, &memory);
@@ -364,7 +356,7 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
     result.constraint_force = constraint_part(descent.unbalanced(), conditions);
     result.press = descent.press();
     if (options.contact)
-        result.touch = options.contact->force(sum(positions, result.displacement));
+        result.touch = options.contact->force(moved(positions, result.displacement));
     return result;
 }
 

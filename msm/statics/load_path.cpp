@@ -9,16 +9,12 @@ namespace livermark::msm {
 
 namespace {
 
-using Displacements = std::vector<core::Vector3>;
-
-constexpr EquilibriumOptions path_options{.max_iterations = 300};
-
-/// How little the surface may move, over its displacement, when pressures are turned with it once more.
+/// Largest motion of the surface, over its displacement, when pressures are turned with it once more.
 constexpr double turning_tolerance = 1e-7;
 constexpr int most_turns = 30;
 
 /// |u - v| / |u|
-double relative_difference(const Displacements &u, const Displacements &v) {
+double relative_difference(const Field &u, const Field &v) {
     double difference = 0.0, size = 0.0;
     for (std::size_t i = 0; i < u.size(); ++i) {
         difference += (u[i] - v[i]).squaredNorm();
@@ -28,7 +24,7 @@ double relative_difference(const Displacements &u, const Displacements &v) {
 }
 
 /// To the last bit.
-void put_to_place(Displacements &displacement, const NodalConditions &conditions) {
+void put_to_place(Field &displacement, const NodalConditions &conditions) {
     for (std::size_t i = 0; i < displacement.size(); ++i)
         for (int c = 0; c < 3; ++c)
             if (!std::isnan(conditions.displacement[i][c]))
@@ -53,15 +49,12 @@ NodalConditions EquilibriumSearch::conditions_at(double fraction) const {
     return conditions;
 }
 
-Displacements EquilibriumSearch::positions(const Displacements &displacement) const {
-    auto result = problem_.body->mesh.points;
-    for (std::size_t i = 0; i < result.size(); ++i)
-        result[i] += displacement[i];
-    return result;
+Field EquilibriumSearch::positions(const Field &displacement) const {
+    return moved(problem_.body->mesh.points, displacement);
 }
 
-Equilibrium EquilibriumSearch::find(const ElasticBody &body, const RestStiffness &rest, double fraction,
-                                    Displacements start, const Touch &touch) {
+Equilibrium EquilibriumSearch::find(const ElasticBody &body, const RestStiffness &rest, double fraction, Field start,
+                                    const Touch &touch) {
     const auto as_at_rest = conditions_at(fraction);
     put_to_place(start, as_at_rest);
     if (!has_followers_ || touch.contact)
@@ -85,14 +78,14 @@ Equilibrium EquilibriumSearch::find(const ElasticBody &body, const RestStiffness
     return found;
 }
 
-std::vector<core::Vector3> EquilibriumSearch::reaction(const Equilibrium &found, double fraction) const {
+Field EquilibriumSearch::reaction(const Equilibrium &found, double fraction) const {
     return constraint_forces(at(fraction), conditions_at(fraction), found.constraint_force, found.press, found.touch);
 }
 
 Equilibrium EquilibriumSearch::find(const ElasticBody &body, const RestStiffness &rest,
-                                    const NodalConditions &conditions, Displacements start,
-                                    const SurfacePressure *pressure, const Touch &touch) {
-    auto options = path_options;
+                                    const NodalConditions &conditions, Field start, const SurfacePressure *pressure,
+                                    const Touch &touch) {
+    EquilibriumOptions options;
     options.bears_rounding = bears_rounding_;
     options.pressure = pressure;
     options.tolerance = touch.tolerance;
@@ -107,17 +100,15 @@ Equilibrium EquilibriumSearch::find(const ElasticBody &body, const RestStiffness
 
 namespace {
 
-using Field = std::vector<core::Vector3>;
-
 /// Halvings of a step between two points of the path before it gives up.
 constexpr int most_halvings = 4;
 
-/// How little forces on nodes may change, over all of them, when what touches a body is taken from an equilibrium.
+/// Largest change of forces on nodes, over all of them, when what touches a body is taken from an equilibrium.
 constexpr double contact_tolerance = 1e-6;
 constexpr int most_updates = 100;
-/// Of the equilibria that follow one another: at first, and as a part of the change before.
+/// Tolerances of the equilibria that follow one another: at first, and as a part of the change before.
 constexpr double first_tolerance = 1e-5, part_of_change = 1e-2;
-/// Where the change falls by less than this, bounds of friction follow pressures by half as much, down to a part.
+/// Fall of the change below which bounds of friction follow pressures by half as much, down to a part.
 constexpr double least_fall = 0.9, least_part = 1.0 / 8.0;
 
 Field difference(const Field &a, const Field &b) {
@@ -164,7 +155,7 @@ class Follower {
         return point;
     }
 
-    /// What the last equilibrium was, with the work of all.
+    /// The last equilibrium, with the work of all.
     Equilibrium end() {
         last_.num_iterations = search_.num_iterations();
         last_.num_factors = search_.num_factors();
@@ -186,7 +177,7 @@ class Follower {
 
     /// Under the ball where it is at this part of its way. Where none is found, what touches is as it was.
     Equilibrium touched_at(double fraction) {
-        constexpr double usual = EquilibriumSearch::usual_tolerance;
+        constexpr double usual = path_tolerance;
         const auto before = contact_;
         contact_.move_ball(fraction);
         auto start = predicted(fraction);

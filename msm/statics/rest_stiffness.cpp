@@ -1,15 +1,22 @@
 #include "msm/statics/rest_stiffness.hpp"
 
+#include <Spectra/SymEigsShiftSolver.h>
+
+#include <Eigen/CholmodSupport>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <limits>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/stopwatch.hpp"
+#include "core/support/factors/blas_memory.hpp"
 #include "core/support/input_error.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/statics/equilibrium.hpp"
 
@@ -59,29 +66,24 @@ void LimitedMemory::learn(Eigen::VectorXd step, Eigen::VectorXd change) {
     const double curvature = step.dot(change);
     if (curvature <= 0.0)
         return;
-    if (pairs_.size() == most_steps_)
+    constexpr std::size_t most_remembered = 30;
+    if (pairs_.size() == most_remembered)
         pairs_.pop_front();
     pairs_.push_back({std::move(step), std::move(change), curvature});
 }
 
 namespace {
 
-/// Of the residual of the linear answer, where it is found step by step.
+/// Tolerance of the residual of the linear answer, where it is found step by step.
 constexpr double linear_tolerance = 1e-10;
 constexpr int most_conjugate_gradients = 300;
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 /// About what is on the diagonal of the stiffness, without the stiffness. The bounds of tetrahedra are four times it.
-Eigen::VectorXd bound_of_diagonal(const ElasticBody &body, const std::vector<core::Vector3> &positions) {
+Eigen::VectorXd bound_of_diagonal(const ElasticBody &body, const Field &positions) {
     std::vector<Eigen::Matrix3d> blocks(positions.size(), Eigen::Matrix3d::Zero());
     for (const auto &term : body.terms)
         term->add_block_bound(to_unknowns(positions), blocks);
-    std::vector<core::Vector3> diagonal;
+    Field diagonal;
     for (const auto &block : blocks)
         diagonal.emplace_back(0.25 * block.diagonal());
     return to_unknowns(diagonal);
@@ -89,10 +91,8 @@ Eigen::VectorXd bound_of_diagonal(const ElasticBody &body, const std::vector<cor
 
 } // namespace
 
-RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions)
-    : extent_(core::extent(positions)) {
-    auto stiffness = body.preconditioner ? body.preconditioner->hessian(to_unknowns(positions), Tangent::material)
-                                         : elastic_hessian(body, positions, Tangent::exact);
+RestStiffness::RestStiffness(const ElasticBody &body, const Field &positions) : extent_(core::extent(positions)) {
+    auto stiffness = body.preconditioner ? body.preconditioner(1.0) : elastic_hessian(body, positions, Tangent::exact);
     stiffness_.swap(stiffness); // Eigen does not move sparse matrices
     if (!body.preconditioner)
         diagonal_ = stiffness_.diagonal();
@@ -102,15 +102,13 @@ RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Ve
     }
 }
 
-RestStiffness RestStiffness::of_many(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                     std::vector<core::Vector3> common) {
+RestStiffness RestStiffness::shared(const ElasticBody &body, const Field &positions, Field common) {
     RestStiffness rest(body, positions);
     rest.common_ = std::move(common);
     return rest;
 }
 
-RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                             const std::vector<core::Vector3> &prescribed)
+RestStiffness::RestStiffness(const ElasticBody &body, const Field &positions, const Field &prescribed)
     : RestStiffness(body, positions) {
     constrain(prescribed);
 }
@@ -120,16 +118,16 @@ bool RestStiffness::factorise(const FreeComponents &rows) {
     if (rows_ == rows)
         return rows_are_definite_;
     rows_.reset(); // what follows may throw
-    const auto start = Clock::now();
+    const auto start = core::Clock::now();
     const auto restricted = rows.restrict(stiffness_);
     factor_.order(restricted);
     rows_are_definite_ = factor_.factorise(restricted);
     rows_ = rows;
-    factor_seconds_ = seconds_since(start);
+    factor_seconds_ = core::seconds_since(start);
     return rows_are_definite_;
 }
 
-void RestStiffness::constrain(const std::vector<core::Vector3> &prescribed) {
+void RestStiffness::constrain(const Field &prescribed) {
     if (constrains(prescribed))
         return;
     free_ = FreeComponents(prescribed);
@@ -147,10 +145,10 @@ void RestStiffness::constrain(const std::vector<core::Vector3> &prescribed) {
         constrained.reset();
         is_definite_ = factorise(free_);
     }
-    const auto start = Clock::now();
+    const auto start = core::Clock::now();
     if (is_definite_)
         factor_.constrain(std::move(constrained).value_or(std::vector<int>{}));
-    constrain_seconds_ = seconds_since(start);
+    constrain_seconds_ = core::seconds_since(start);
 }
 
 Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force) const {
@@ -158,24 +156,23 @@ Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force) const
 }
 
 Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force, support::SparseCholesky::Solve solve) const {
-    Eigen::VectorXd of_rows = Eigen::VectorXd::Zero(rows_->size());
+    Eigen::VectorXd factored = Eigen::VectorXd::Zero(rows_->size());
     for (Eigen::Index c = 0; c < stiffness_.rows(); ++c)
         if (free_.is_free(c))
-            of_rows[rows_->number(c)] = force[free_.number(c)];
-    of_rows = (factor_.*solve)(of_rows);
+            factored[rows_->number(c)] = force[free_.number(c)];
+    factored = (factor_.*solve)(factored);
     Eigen::VectorXd solution(force.size());
     for (Eigen::Index c = 0; c < stiffness_.rows(); ++c)
         if (free_.is_free(c))
-            solution[free_.number(c)] = of_rows[rows_->number(c)];
+            solution[free_.number(c)] = factored[rows_->number(c)];
     return solution;
 }
 
-bool RestStiffness::constrains(const std::vector<core::Vector3> &prescribed) const {
+bool RestStiffness::constrains(const Field &prescribed) const {
     return rows_ && free_ == FreeComponents(prescribed);
 }
 
-std::vector<core::Vector3> RestStiffness::solve(const std::vector<core::Vector3> &prescribed,
-                                                const std::vector<core::Vector3> &force, LimitedMemory *memory) const {
+Field RestStiffness::solve(const Field &prescribed, const Field &force, LimitedMemory *memory) const {
     auto displacement = prescribed;
     for (auto &node : displacement)
         node = node.array().isNaN().select(core::Vector3::Zero(), node);
@@ -193,7 +190,7 @@ Eigen::VectorXd RestStiffness::product(const Eigen::VectorXd &displacement) cons
 }
 
 Eigen::VectorXd RestStiffness::by_conjugate_gradients(const Eigen::VectorXd &load, LimitedMemory *memory) const {
-    const std::vector<core::Vector3> nothing(static_cast<std::size_t>(stiffness_.rows() / 3), core::Vector3::Zero());
+    const Field nothing(static_cast<std::size_t>(stiffness_.rows() / 3), core::Vector3::Zero());
     const auto matrix = [&](const Eigen::VectorXd &displacement) {
         auto field = nothing;
         free_.add(field, displacement, 1.0);
@@ -208,13 +205,38 @@ Eigen::VectorXd RestStiffness::by_conjugate_gradients(const Eigen::VectorXd &loa
         });
 }
 
+namespace {
+
+using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+/// (3 K) mean displacements of places.
+/// @param weights  shape (K, N)
+Eigen::VectorXd means(const Weights &weights, const Field &displacement) {
+    Eigen::VectorXd result(3 * weights.rows());
+    for (Eigen::Index place = 0; place < weights.rows(); ++place) {
+        core::Vector3 mean = core::Vector3::Zero();
+        for (Weights::InnerIterator entry(weights, place); entry; ++entry)
+            mean += entry.value() * displacement[entry.col()];
+        result.segment<3>(3 * place) = mean;
+    }
+    return result;
+}
+
+NodalConditions conditions_at_rest(const core::Problem &problem, const std::vector<double> &node_mass) {
+    auto conditions = nodal_conditions(problem, node_mass);
+    for (auto &node : conditions.displacement)
+        for (double &value : node)
+            value = std::isnan(value) ? value : 0.0;
+    conditions.press_depth = 0.0;
+    return conditions;
+}
+
+} // namespace
+
 core::Compliance compliance(const ElasticBody &body, const core::Problem &problem,
                             std::span<const core::InteriorPlace> places) {
     const auto &mesh = problem.body->mesh;
-    auto held = nodal_conditions(problem, body.node_mass).displacement;
-    for (auto &of_node : held)
-        for (double &value : of_node)
-            value = std::isnan(value) ? value : 0.0;
+    const auto held = conditions_at_rest(problem, body.node_mass).displacement;
     const RestStiffness rest(body, mesh.points, held);
     if (!rest.is_definite())
         throw support::InputError(fmt::format("{}: load case '{}' leaves the body free to move, or its springs do not "
@@ -225,36 +247,18 @@ core::Compliance compliance(const ElasticBody &body, const core::Problem &proble
     found.degrees_of_freedom = 3 * static_cast<std::int64_t>(mesh.points.size());
     found.matrix.resize(3 * weights.rows(), 3 * weights.rows());
     for (Eigen::Index column = 0; column < found.matrix.cols(); ++column) {
-        std::vector<core::Vector3> force(mesh.points.size(), core::Vector3::Zero());
-        for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(weights, column / 3); entry; ++entry)
+        Field force(mesh.points.size(), core::Vector3::Zero());
+        for (Weights::InnerIterator entry(weights, column / 3); entry; ++entry)
             force[entry.col()][column % 3] = entry.value();
-        const auto displacement = rest.solve(held, force);
-        for (Eigen::Index place = 0; place < weights.rows(); ++place) {
-            core::Vector3 mean = core::Vector3::Zero();
-            for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(weights, place); entry; ++entry)
-                mean += entry.value() * displacement[entry.col()];
-            found.matrix.col(column).segment<3>(3 * place) = mean;
-        }
+        found.matrix.col(column) = means(weights, rest.solve(held, force));
     }
     return found;
 }
 
 namespace {
 
-using Field = std::vector<core::Vector3>;
-using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-
-/// Of forces out of balance: places move by less than a micrometre for them.
+/// Tolerance of forces out of balance: places move by less than a micrometre for them.
 constexpr double push_tolerance = 1e-8;
-
-NodalConditions conditions_at_rest(const core::Problem &problem, const std::vector<double> &node_mass) {
-    auto conditions = nodal_conditions(problem, node_mass);
-    for (auto &of_node : conditions.displacement)
-        for (double &value : of_node)
-            value = std::isnan(value) ? value : 0.0;
-    conditions.press_depth = 0.0;
-    return conditions;
-}
 
 class PushedSprings : public core::PushedBody {
   public:
@@ -294,17 +298,7 @@ class PushedSprings : public core::PushedBody {
     }
 
     core::PushedPlaces found() const {
-        Field positions(points_.size());
-        std::ranges::transform(points_, displacement_, positions.begin(),
-                               [](const auto &x, const auto &u) -> core::Vector3 { return x + u; });
-        core::PushedPlaces places{Eigen::VectorXd(3 * weights_.rows()), elastic_energy(body_, positions)};
-        for (Eigen::Index place = 0; place < weights_.rows(); ++place) {
-            core::Vector3 mean = core::Vector3::Zero();
-            for (Weights::InnerIterator entry(weights_, place); entry; ++entry)
-                mean += entry.value() * displacement_[entry.col()];
-            places.displacement.segment<3>(3 * place) = mean;
-        }
-        return places;
+        return {means(weights_, displacement_), elastic_energy(body_, moved(points_, displacement_))};
     }
 
     ElasticBody body_;
@@ -313,7 +307,7 @@ class PushedSprings : public core::PushedBody {
     Weights weights_; ///< (K, N)
     NodalConditions conditions_;
     RestStiffness rest_;
-    LimitedMemory memory_{most_remembered};
+    LimitedMemory memory_;
     Field displacement_;    ///< (N) [m]
     Eigen::VectorXd force_; ///< (3 K) that it is in equilibrium under [N]
 };
@@ -323,6 +317,118 @@ class PushedSprings : public core::PushedBody {
 std::unique_ptr<core::PushedBody> pushed_springs(ElasticBody body, const core::Problem &problem,
                                                  std::span<const core::InteriorPlace> places) {
     return std::make_unique<PushedSprings>(std::move(body), problem, places);
+}
+
+namespace {
+
+/// Lanczos's method finds the copies of a repeated frequency one after the other, by rounding; a few more than are
+/// asked for keep the last copy of the last one from being left out.
+constexpr int num_spare = 5;
+/// Tolerance of 1 / omega^2.
+constexpr double relative_tolerance = 1e-13;
+constexpr int most_restarts_of_spectrum = 1000;
+/// Below this ratio of the smallest to the largest pivot nothing but rounding is left of the smallest one: springs free
+/// to move gave 2.4e-13 or less, a rod a hundred times longer than wide and constrained at one end 6e-7.
+constexpr double singular_pivot_ratio = 1e-11;
+
+/// M^-1/2 K M^-1/2 as a Cholesky factor, and its inverse with scaled masses as Spectra asks for it.
+class InverseStiffness : private Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>> {
+  public:
+    using Scalar = double;
+    explicit InverseStiffness(const Eigen::SparseMatrix<double> &matrix) {
+        support::keep_openmp_in_this_thread();
+        cholmod().print = 0;
+        {
+            const auto lock = support::only_ordering();
+            analyzePattern(matrix);
+        }
+        const auto lock = support::only_in_blas();
+        factorize(matrix);
+    }
+
+    bool is_regular() {
+        return info() == Eigen::Success && cholmod_rcond(m_cholmodFactor, &cholmod()) > singular_pivot_ratio;
+    }
+    Eigen::Index rows() const { return CholmodSupernodalLLT::rows(); }
+    Eigen::Index cols() const { return CholmodSupernodalLLT::cols(); }
+    void set_shift(double) {} // it is zero, and the factor is there
+    /// M'^1/2 K^-1 M'^1/2 with M' the scaled mass, of which M^-1/2 M'^1/2 is known to `scaled`.
+    void perform_op(const double *x, double *y) const {
+        const Eigen::VectorXd weighted = scaled(Eigen::VectorXd::Map(x, rows()));
+        Eigen::VectorXd solution;
+        {
+            const auto lock = support::only_in_blas();
+            solution = solve(weighted);
+        }
+        Eigen::VectorXd::Map(y, rows()) = scaled(solution);
+    }
+
+    std::function<Eigen::VectorXd(const Eigen::VectorXd &)> scaled = [](const Eigen::VectorXd &x) { return x; };
+};
+
+/// M^1/2 times what scale_deformation() makes of M^-1/2 x.
+Eigen::VectorXd scaled_deformation(const Eigen::VectorXd &x, double power, const MassScaling &scaling,
+                                   const ElasticBody &body, const Field &positions, const FreeComponents &free) {
+    const auto scale = inverse_root_mass(body.node_mass, free);
+    Field field(positions.size(), core::Vector3::Zero());
+    free.add(field, scale.cwiseProduct(x), 1.0);
+    auto unknowns = to_unknowns(field);
+    scale_deformation(scaling, power, to_unknowns(positions), unknowns);
+    return free.gather(to_field(unknowns)).cwiseQuotient(scale);
+}
+
+/// Adds a mode to others: phi = M^-1/2 times an eigenvector of norm 1, and of the two signs always the same.
+void add_shape(Field &shapes, Eigen::VectorXd values, const FreeComponents &free, std::size_t num_nodes) {
+    Eigen::Index largest = 0;
+    values.cwiseAbs().maxCoeff(&largest);
+    Field shape(num_nodes, core::Vector3::Zero());
+    free.add(shape, values, std::copysign(1.0, values[largest]));
+    shapes.insert(shapes.end(), shape.begin(), shape.end());
+}
+
+} // namespace
+
+core::Modes lowest_modes(const ElasticBody &body, const Field &positions, const NodalConditions &conditions, int count,
+                         const MassScaling &scaling) {
+    const auto start = core::Clock::now();
+    const FreeComponents free(conditions.displacement);
+    if (count < 1 || count >= free.size())
+        throw support::InputError(
+            fmt::format("a body with {} free unknowns does not have the {} modes that are asked for; "
+                        "ask for at least one and for fewer than that",
+                        free.size(), count));
+    const auto scale = inverse_root_mass(body.node_mass, free);
+    InverseStiffness inverse_stiffness(
+        scale.asDiagonal() * free.restrict(elastic_hessian(body, positions, Tangent::exact)) * scale.asDiagonal());
+    if (!inverse_stiffness.is_regular())
+        throw support::InputError("the constraints leave the body, or a part of it, free to move, so there are modes "
+                                  "of zero frequency; constrain all six rigid body motions");
+    const auto scaled = [&](const Eigen::VectorXd &x, double power) {
+        return scaling.parts.empty() ? x : scaled_deformation(x, power, scaling, body, positions, free);
+    };
+    inverse_stiffness.scaled = [&](const Eigen::VectorXd &x) { return scaled(x, 0.5); };
+    const auto num_wanted = std::min<Eigen::Index>(count + num_spare, free.size() - 1);
+    const auto num_vectors = std::min(2 * num_wanted + 10, free.size());
+    Spectra::SymEigsShiftSolver<InverseStiffness> lanczos(inverse_stiffness, num_wanted, num_vectors, 0.0);
+    lanczos.init();
+    lanczos.compute(Spectra::SortRule::LargestMagn, most_restarts_of_spectrum, relative_tolerance,
+                    Spectra::SortRule::SmallestAlge);
+    if (lanczos.info() != Spectra::CompInfo::Successful)
+        throw std::runtime_error(
+            fmt::format("the modes did not converge in {} restarts of Lanczos's method", most_restarts_of_spectrum));
+
+    core::Modes modes;
+    const Eigen::VectorXd squares = lanczos.eigenvalues();
+    const Eigen::MatrixXd vectors = lanczos.eigenvectors();
+    modes.shape.reserve(static_cast<std::size_t>(count) * positions.size());
+    for (int mode = 0; mode < count; ++mode) {
+        modes.angular_frequency.push_back(std::sqrt(squares[mode]));
+        add_shape(modes.shape, scale.cwiseProduct(scaled(vectors.col(mode).normalized(), -0.5)), free,
+                  positions.size());
+    }
+    modes.degrees_of_freedom = static_cast<std::int64_t>(3 * positions.size());
+    modes.seconds = core::seconds_since(start);
+    return modes;
 }
 
 } // namespace livermark::msm

@@ -15,8 +15,10 @@
 #include "core/solution.hpp"
 #include "core/support/factors/sparse_cholesky.hpp"
 #include "core/tool/needle/pushed_body.hpp"
+#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
+#include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {
 
@@ -43,9 +45,6 @@ conjugate_gradients(const LinearMap &matrix, const LinearMap &inverse, const Eig
 /// Math. Comput. 35).
 class LimitedMemory {
   public:
-    /// @param most_steps  that are remembered
-    explicit LimitedMemory(std::size_t most_steps) : most_steps_(most_steps) {}
-
     /// The corrected inverse times a vector.
     /// @param first  positive definite
     Eigen::VectorXd times(const LinearMap &first, Eigen::VectorXd vector) const;
@@ -59,8 +58,7 @@ class LimitedMemory {
         Eigen::VectorXd step, change;
         double curvature;
     };
-    std::size_t most_steps_;
-    std::deque<Pair> pairs_;
+    std::deque<Pair> pairs_; // of the last 30 steps
 };
 
 /// The stiffness of a body at rest, and its factor on the components that are free. Load cases that constrain the same
@@ -74,19 +72,17 @@ class RestStiffness {
     /// @param common      shape (N) as for constrain(), what more than one of the load cases to come constrain, maybe
     /// among more;
     ///                    empty if there is no such thing
-    static RestStiffness of_many(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                 std::vector<core::Vector3> common);
+    static RestStiffness shared(const ElasticBody &body, const Field &positions, Field common);
     /// Factor for a single set of constrained components.
     /// @param positions   shape (N) of rest [m]
     /// @param prescribed  see constrain()
-    RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                  const std::vector<core::Vector3> &prescribed);
+    RestStiffness(const ElasticBody &body, const Field &positions, const Field &prescribed);
 
     /// Factors, unless the same components are constrained.
     /// @param prescribed  shape (N) displacement [m], NaN where a component is free; the values do not matter
-    void constrain(const std::vector<core::Vector3> &prescribed);
+    void constrain(const Field &prescribed);
     /// Whether the same components are constrained.
-    bool constrains(const std::vector<core::Vector3> &prescribed) const;
+    bool constrains(const Field &prescribed) const;
     const FreeComponents &free() const { return free_; }
     /// If not, the body is not stiff in every direction and there is no factor.
     bool is_definite() const { return is_definite_; }
@@ -104,11 +100,10 @@ class RestStiffness {
     /// @param force  shape (N) [N]
     /// @param memory  learns from the steps of conjugate gradients, if there are any
     /// @return shape (N) [m]; where it is not definite, the prescribed displacements alone
-    std::vector<core::Vector3> solve(const std::vector<core::Vector3> &prescribed,
-                                     const std::vector<core::Vector3> &force, LimitedMemory *memory = nullptr) const;
+    Field solve(const Field &prescribed, const Field &force, LimitedMemory *memory = nullptr) const;
 
   private:
-    RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions);
+    RestStiffness(const ElasticBody &body, const Field &positions);
     Eigen::VectorXd product(const Eigen::VectorXd &displacement) const;
     Eigen::VectorXd by_conjugate_gradients(const Eigen::VectorXd &load, LimitedMemory *memory) const;
     bool factorise(const FreeComponents &rows);
@@ -118,7 +113,7 @@ class RestStiffness {
     std::optional<StiffnessProduct> product_; // of the body, if the matrix is not
     Eigen::VectorXd diagonal_;                // (3N) of the body [N/m]
     double extent_ = 0.0;                     // [m]
-    std::vector<core::Vector3> common_;       // (N), or empty
+    Field common_;                            // (N), or empty
     FreeComponents free_{{}};                 // of what is constrained now
     std::optional<FreeComponents> rows_;      // of the factor: the same, or more; none if there is no factor
     support::SparseCholesky factor_;
@@ -146,5 +141,21 @@ core::Compliance compliance(const ElasticBody &body, const core::Problem &proble
 /// @throws as compliance()
 std::unique_ptr<core::PushedBody> pushed_springs(ElasticBody body, const core::Problem &problem,
                                                  std::span<const core::InteriorPlace> places);
+
+/// Free vibrations of a body linearised at rest, K phi = omega^2 M phi with K the material tangent and M the node
+/// masses. What is prescribed is constrained at zero, whatever its value; loads do not count.
+
+/// The lowest modes by shift-invert about zero: Lanczos's method with implicit restarts (Spectra) for the largest
+/// eigenvalues 1 / omega^2 of the inverse of M^-1/2 K M^-1/2, with one sparse Cholesky factor of it.
+/// @param body        masses > 0, at rest at the positions
+/// @param positions   shape (N) [m]
+/// @param conditions  of the nodes
+/// @param count       at least 1
+/// @param scaling     of the masses
+/// @return shapes of M-norm 1 with their largest entry positive
+/// @throws support::InputError if what is constrained leaves the body free to move, or if it has fewer modes than that
+/// @throws std::runtime_error if the iteration does not converge
+core::Modes lowest_modes(const ElasticBody &body, const Field &positions, const NodalConditions &conditions, int count,
+                         const MassScaling &scaling = {});
 
 } // namespace livermark::msm

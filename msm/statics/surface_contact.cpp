@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/tool/round_load.hpp"
+#include "msm/springs/tetrahedron.hpp"
 
 namespace livermark::msm {
 
@@ -21,7 +22,7 @@ SurfacePressure::SurfacePressure(const core::Problem &problem) {
         origin_ /= 3.0 * static_cast<double>(facets_.size());
 }
 
-double SurfacePressure::energy(const std::vector<core::Vector3> &positions) const {
+double SurfacePressure::energy(const Field &positions) const {
     double energy = 0.0;
     for (const auto &[nodes, pressure] : facets_) {
         const core::Vector3 a = positions[nodes[0]] - origin_, b = positions[nodes[1]] - origin_;
@@ -30,8 +31,7 @@ double SurfacePressure::energy(const std::vector<core::Vector3> &positions) cons
     return energy;
 }
 
-void SurfacePressure::add_gradient(const std::vector<core::Vector3> &positions,
-                                   std::vector<core::Vector3> &gradient) const {
+void SurfacePressure::add_gradient(const Field &positions, Field &gradient) const {
     for (const auto &[nodes, pressure] : facets_) {
         const core::Vector3 a = positions[nodes[0]] - origin_, b = positions[nodes[1]] - origin_,
                             c = positions[nodes[2]] - origin_;
@@ -41,14 +41,14 @@ void SurfacePressure::add_gradient(const std::vector<core::Vector3> &positions,
     }
 }
 
-std::vector<core::Vector3> SurfacePressure::rim_force(const std::vector<core::Vector3> &positions) const {
+Field SurfacePressure::rim_force(const Field &positions) const {
     auto result = force(positions);
     add_gradient(positions, result);
     return result;
 }
 
-std::vector<core::Vector3> SurfacePressure::force(const std::vector<core::Vector3> &positions) const {
-    std::vector<core::Vector3> result(positions.size(), core::Vector3::Zero());
+Field SurfacePressure::force(const Field &positions) const {
+    Field result(positions.size(), core::Vector3::Zero());
     for (const auto &[nodes, pressure] : facets_) {
         const core::Vector3 &a = positions[nodes[0]];
         const core::Vector3 area = 0.5 * (positions[nodes[1]] - a).cross(positions[nodes[2]] - a);
@@ -57,12 +57,6 @@ std::vector<core::Vector3> SurfacePressure::force(const std::vector<core::Vector
     }
     return result;
 }
-
-namespace {
-
-using Field = std::vector<core::Vector3>;
-
-} // namespace
 
 SurfaceContact::SurfaceContact(const core::Problem &problem, double stiffness)
     : num_nodes_(problem.body->mesh.points.size()) {
@@ -183,20 +177,21 @@ Eigen::Matrix3d SurfaceContact::stiffness(const Facet &facet, const Point &point
     return point.area * (normal + friction(facet, point, from_centre).stiffness);
 }
 
-/// Of the nodes of one facet.
+/// Stiffness of the nodes of one facet.
 SurfaceContact::Block SurfaceContact::block(const Facet &facet, const Field &positions, Tangent tangent) const {
     Block block = Block::Zero();
     if (!may_matter(facet, positions))
         return block;
     for (std::size_t q = 0; q < shapes_.size(); ++q) {
         const auto &shape = shapes_[q].shape;
-        const auto of_point = stiffness(facet, points_[facet.first + q], from_centre(facet, shape, positions), tangent);
-        if (of_point.isZero(0.0))
+        const auto point_stiffness =
+            stiffness(facet, points_[facet.first + q], from_centre(facet, shape, positions), tangent);
+        if (point_stiffness.isZero(0.0))
             continue;
         for (Eigen::Index a = 0; a < 3; ++a)
             for (Eigen::Index b = 0; b < 3; ++b)
                 block.block<3, 3>(3 * a, 3 * b) +=
-                    shape[static_cast<std::size_t>(a)] * shape[static_cast<std::size_t>(b)] * of_point;
+                    shape[static_cast<std::size_t>(a)] * shape[static_cast<std::size_t>(b)] * point_stiffness;
     }
     return block;
 }
@@ -204,16 +199,13 @@ SurfaceContact::Block SurfaceContact::block(const Facet &facet, const Field &pos
 Eigen::SparseMatrix<double> SurfaceContact::hessian(const Field &positions, Tangent tangent) const {
     std::vector<Eigen::Triplet<double>> entries;
     for (const auto &facet : facets_) {
-        const auto of_facet = block(facet, positions, tangent);
-        for (Eigen::Index r = 0; r < of_facet.rows(); ++r)
-            for (Eigen::Index c = 0; c < of_facet.cols(); ++c)
+        const auto entries_of_facet = block(facet, positions, tangent);
+        for (Eigen::Index r = 0; r < entries_of_facet.rows(); ++r)
+            for (Eigen::Index c = 0; c < entries_of_facet.cols(); ++c)
                 entries.emplace_back(3 * facet.nodes[static_cast<std::size_t>(r / 3)] + r % 3,
-                                     3 * facet.nodes[static_cast<std::size_t>(c / 3)] + c % 3, of_facet(r, c));
+                                     3 * facet.nodes[static_cast<std::size_t>(c / 3)] + c % 3, entries_of_facet(r, c));
     }
-    const auto size = static_cast<Eigen::Index>(3 * num_nodes_);
-    Eigen::SparseMatrix<double> hessian(size, size);
-    hessian.setFromTriplets(entries.begin(), entries.end());
-    return hessian;
+    return square_matrix(entries, static_cast<Eigen::Index>(3 * num_nodes_));
 }
 
 void SurfaceContact::add_hessian_product(const Field &positions, const Eigen::VectorXd &u,

@@ -24,17 +24,17 @@ class SurfacePressure {
 
     /// @param positions  shape (N) [m], here and below
     /// @return [J]
-    double energy(const std::vector<core::Vector3> &positions) const;
+    double energy(const Field &positions) const;
 
     /// Adds the derivative of the energy to nodal forces.
-    void add_gradient(const std::vector<core::Vector3> &positions, std::vector<core::Vector3> &gradient) const;
+    void add_gradient(const Field &positions, Field &gradient) const;
 
-    /// What the nodes at the rim are pushed with beyond minus that derivative; zero on others.
+    /// Forces on the nodes at the rim beyond minus that derivative; zero on others.
     /// @return shape (N) [N]
-    std::vector<core::Vector3> rim_force(const std::vector<core::Vector3> &positions) const;
+    Field rim_force(const Field &positions) const;
 
     /// @return shape (N) [N], what the facets are pushed with where they are
-    std::vector<core::Vector3> force(const std::vector<core::Vector3> &positions) const;
+    Field force(const Field &positions) const;
 
   private:
     struct Facet {
@@ -70,38 +70,37 @@ class SurfaceContact {
 
     /// @param positions  shape (N) [m], here and below
     /// @return [J]
-    double energy(const std::vector<core::Vector3> &positions) const;
+    double energy(const Field &positions) const;
 
     /// Rounding of the energy [J] by that of distances from the centre of the ball: a ball of 30 m that stands for a
     /// flat rounds them by 7e-15 m.
-    double rounding_of_energy(const std::vector<core::Vector3> &positions) const;
+    double rounding_of_energy(const Field &positions) const;
 
     /// Adds the derivative of the energy to nodal forces.
-    void add_gradient(const std::vector<core::Vector3> &positions, std::vector<core::Vector3> &gradient) const;
+    void add_gradient(const Field &positions, Field &gradient) const;
 
     /// Second derivative of the energy; entries of all nodes that may touch are there, and of all pairs on a facet.
     /// @param tangent  exact, or else without what makes it less than positive semi-definite
     /// @return shape (3N, 3N) [N/m]
-    Eigen::SparseMatrix<double> hessian(const std::vector<core::Vector3> &positions, Tangent tangent) const;
+    Eigen::SparseMatrix<double> hessian(const Field &positions, Tangent tangent) const;
 
     /// product += hessian u, exact.
-    void add_hessian_product(const std::vector<core::Vector3> &positions, const Eigen::VectorXd &u,
-                             Eigen::VectorXd &product) const;
+    void add_hessian_product(const Field &positions, const Eigen::VectorXd &u, Eigen::VectorXd &product) const;
 
     /// Takes normals and bounds of friction from an equilibrium.
     /// @param part  of the change of bounds that is taken, (0, 1]: less than all where equilibria go to and fro
     /// @return by how much forces on points change by all of that, over all of them: sum of |change| over sum of
     /// |force|
-    double update(const std::vector<core::Vector3> &positions, double part = 1.0);
+    double update(const Field &positions, double part = 1.0);
 
     /// Ends a step of the load: anchors are dragged along where points slip, and go with points that do not touch.
-    void end_step(const std::vector<core::Vector3> &positions);
+    void end_step(const Field &positions);
 
-    /// What the ball exerts on the body [N].
-    core::Vector3 force(const std::vector<core::Vector3> &positions) const;
+    /// Force of the ball on the body [N].
+    core::Vector3 force(const Field &positions) const;
 
     /// By how much the deepest point is inside the ball [m], >= 0.
-    double depth(const std::vector<core::Vector3> &positions) const;
+    double depth(const Field &positions) const;
 
   private:
     struct Point {
@@ -124,16 +123,15 @@ class SurfaceContact {
     };
     using Block = Eigen::Matrix<double, 9, 9>;
 
-    core::Vector3 from_centre(const Facet &facet, const std::array<double, 3> &shape,
-                              const std::vector<core::Vector3> &positions) const;
-    bool may_matter(const Facet &facet, const std::vector<core::Vector3> &positions) const;
-    template <class Visit> void visit(const std::vector<core::Vector3> &positions, const Visit &visit) const;
+    core::Vector3 from_centre(const Facet &facet, const std::array<double, 3> &shape, const Field &positions) const;
+    bool may_matter(const Facet &facet, const Field &positions) const;
+    template <class Visit> void visit(const Field &positions, const Visit &visit) const;
     core::Contact normal_contact(const Facet &facet, const Point &point, const core::Vector3 &from_centre) const;
     Friction friction(const Facet &facet, const Point &point, const core::Vector3 &from_centre) const;
     core::Vector3 traction(const Facet &facet, const Point &point, const core::Vector3 &from_centre) const;
     Eigen::Matrix3d stiffness(const Facet &facet, const Point &point, const core::Vector3 &from_centre,
                               Tangent tangent) const;
-    Block block(const Facet &facet, const std::vector<core::Vector3> &positions, Tangent tangent) const;
+    Block block(const Facet &facet, const Field &positions, Tangent tangent) const;
 
     core::TouchingTool ball_;
     std::vector<core::FacetPoint> shapes_; ///< of the points of each facet

@@ -22,14 +22,12 @@ std::shared_ptr<const RelaxingTerm> as_relaxing(const std::shared_ptr<const Elas
 } // namespace
 
 ElasticBody relaxed(const ElasticBody &body, double part) {
-    const auto of_term = [part](std::shared_ptr<const ElasticTerm> term) {
+    auto result = body;
+    for (auto &term : result.terms)
         if (const auto relaxing = as_relaxing(term))
             term = relaxing->relaxed(part, {});
-        return term;
-    };
-    auto result = body;
-    std::ranges::transform(body.terms, result.terms.begin(), of_term);
-    result.preconditioner = of_term(body.preconditioner);
+    if (body.preconditioner)
+        result.preconditioner = [whole = body.preconditioner, part](double left) { return whole(left * part); };
     return result;
 }
 
@@ -104,92 +102,62 @@ double RelaxingBody::stored_energy(const Eigen::VectorXd &x) const {
     return energy;
 }
 
-struct HeldSteps::Implementation {
-    /// The stresses of a term, and what each branch has taken off them.
-    struct HeldStress {
-        std::shared_ptr<const RelaxingTerm> term;
-        std::vector<Eigen::VectorXd> taken; ///< (B) of (S), q
-        Eigen::VectorXd sum;                ///< (S) of these
-    };
-
-    Implementation(const ElasticBody &body, core::PronySeries series, const std::vector<core::Vector3> &positions,
-                   const NodalConditions &conditions, const core::RayleighDamping &damping,
-                   const Integrator &integrator, double step, int held)
-        : relaxation(std::move(series)), rest(to_unknowns(positions)), free_per_mass(rest.size()), time_step(step),
-          num_held(held), back(integrator.name == "symplectic_euler" ? 0.5 * step : 0.0),
-          equation(elastic_motion(body, positions, conditions, damping)) {
-        for (const auto &term : body.terms)
-            if (auto relaxing = std::dynamic_pointer_cast<const RelaxingTerm>(term)) {
-                const Eigen::VectorXd zero = Eigen::VectorXd::Zero(relaxing->relaxing_compliance().size());
-                stresses.push_back(
-                    {std::move(relaxing), std::vector<Eigen::VectorXd>(relaxation.moduli.size(), zero), zero});
-            }
-        for (std::size_t i = 0; i < positions.size(); ++i)
-            for (int c = 0; c < 3; ++c)
-                free_per_mass[3 * static_cast<Eigen::Index>(i) + c] =
-                    std::isnan(conditions.displacement[i][c]) ? 1.0 / body.node_mass[i] : 0.0;
-        equation.acceleration = [this, elastic = equation.acceleration, force = Eigen::VectorXd()](
-                                    const Eigen::VectorXd &u, const Eigen::VectorXd &v, Eigen::VectorXd &a) mutable {
-            elastic(u, v, a);
-            force.setZero(u.size());
-            for (const auto &stress : stresses)
-                stress.term->add_force_of(rest + u, -stress.sum, force);
-            a += force.cwiseProduct(free_per_mass);
-        };
-        take_one = integrator.prepare(equation, time_step);
-    }
-
-    void relax(const Eigen::VectorXd &displacement, double time) {
-        const Eigen::VectorXd x = rest + displacement;
-        for (auto &[term, taken, sum] : stresses) {
-            const Eigen::VectorXd stress = term->relaxing_stress(x);
-            sum.setZero();
-            for (std::size_t b = 0; b < taken.size(); ++b) {
-                const double tau = relaxation.times[b], share = std::isinf(tau) ? 0.0 : -std::expm1(-time / tau);
-                taken[b] += share * (relaxation.moduli[b] * stress - taken[b]);
-                sum += taken[b];
-            }
+HeldSteps::HeldSteps(const ElasticBody &body, const core::PronySeries &relaxation, const Field &positions,
+                     const NodalConditions &conditions, const core::RayleighDamping &damping,
+                     const Integrator &integrator, double time_step, int num_held)
+    : relaxation_(relaxation), rest_(to_unknowns(positions)), free_per_mass_(rest_.size()), time_step_(time_step),
+      num_held_(num_held), back_(integrator.name == "symplectic_euler" ? 0.5 * time_step : 0.0),
+      equation_(elastic_motion(body, positions, conditions, damping)) {
+    for (const auto &term : body.terms)
+        if (auto relaxing = as_relaxing(term)) {
+            const Eigen::VectorXd zero = Eigen::VectorXd::Zero(relaxing->relaxing_compliance().size());
+            stresses_.push_back(
+                {std::move(relaxing), std::vector<Eigen::VectorXd>(relaxation_.moduli.size(), zero), zero});
         }
-    }
-
-    core::PronySeries relaxation;
-    Eigen::VectorXd rest, free_per_mass; ///< (3N)
-    double time_step;
-    int num_held;
-    double back; ///< [s] how far positions are taken back along velocities where branches relax
-    std::vector<HeldStress> stresses;
-    EquationOfMotion equation;
-    Step take_one;
-    int num_taken = 0; ///< since the branches were last where the body is
-};
-
-HeldSteps::HeldSteps(const ElasticBody &body, const core::PronySeries &relaxation,
-                     const std::vector<core::Vector3> &positions, const NodalConditions &conditions,
-                     const core::RayleighDamping &damping, const Integrator &integrator, double time_step, int num_held)
-    : implementation_(std::make_unique<Implementation>(body, relaxation, positions, conditions, damping, integrator,
-                                                       time_step, num_held)) {}
-HeldSteps::~HeldSteps() = default;
-HeldSteps::HeldSteps(HeldSteps &&) noexcept = default;
-HeldSteps &HeldSteps::operator=(HeldSteps &&) noexcept = default;
+    for (std::size_t i = 0; i < positions.size(); ++i)
+        for (int c = 0; c < 3; ++c)
+            free_per_mass_[3 * static_cast<Eigen::Index>(i) + c] =
+                std::isnan(conditions.displacement[i][c]) ? 1.0 / body.node_mass[i] : 0.0;
+    equation_.acceleration = [this, elastic = equation_.acceleration, force = Eigen::VectorXd()](
+                                 const Eigen::VectorXd &u, const Eigen::VectorXd &v, Eigen::VectorXd &a) mutable {
+        elastic(u, v, a);
+        force.setZero(u.size());
+        for (const auto &stress : stresses_)
+            stress.term->add_force_of(rest_ + u, -stress.sum, force);
+        a += force.cwiseProduct(free_per_mass_);
+    };
+    take_one_ = integrator.prepare(equation_, time_step_);
+}
 
 void HeldSteps::relax(const Eigen::VectorXd &displacement, double time) {
-    implementation_->relax(displacement, time);
-    implementation_->num_taken = 0;
+    const Eigen::VectorXd x = rest_ + displacement;
+    for (auto &[term, taken, sum] : stresses_) {
+        const Eigen::VectorXd stress = term->relaxing_stress(x);
+        sum.setZero();
+        for (std::size_t b = 0; b < taken.size(); ++b) {
+            const double tau = relaxation_.times[b], share = std::isinf(tau) ? 0.0 : -std::expm1(-time / tau);
+            taken[b] += share * (relaxation_.moduli[b] * stress - taken[b]);
+            sum += taken[b];
+        }
+    }
+    num_taken_ = 0;
 }
 
 void HeldSteps::take(State &state, int num_steps) {
-    auto &at = *implementation_;
-    for (int step = 0; step < num_steps; ++step, ++at.num_taken) {
-        const double held = at.num_held * at.time_step;
-        if (at.num_taken % at.num_held == 0) // from the middle of the steps before to that of the next ones
-            at.relax(state.displacement - at.back * state.velocity, at.num_taken == 0 ? 0.5 * held : held);
-        at.take_one(state);
+    for (int step = 0; step < num_steps; ++step, ++num_taken_) {
+        const double held = num_held_ * time_step_;
+        if (num_taken_ % num_held_ == 0) { // from the middle of the steps before to that of the next ones
+            const int before = num_taken_;
+            relax(state.displacement - back_ * state.velocity, before == 0 ? 0.5 * held : held);
+            num_taken_ = before;
+        }
+        take_one_(state);
     }
 }
 
 namespace {
 
-/// Of the time between two records. In each the body is taken to stay in the middle of its way.
+/// Parts of the time between two records. In each the body is taken to stay in the middle of its way.
 constexpr int parts_of_a_record = 8;
 
 Eigen::VectorXd displacement_of(const core::PathPoint &point) {

@@ -86,12 +86,11 @@ class HeldSteps {
     /// @param conditions  loads, and which components are constrained; these stay where they start
     /// @param time_step   h [s], > 0
     /// @param num_held    m, >= 1
-    HeldSteps(const ElasticBody &body, const core::PronySeries &relaxation, const std::vector<core::Vector3> &positions,
+    HeldSteps(const ElasticBody &body, const core::PronySeries &relaxation, const Field &positions,
               const NodalConditions &conditions, const core::RayleighDamping &damping, const Integrator &integrator,
               double time_step, int num_held);
-    ~HeldSteps();
-    HeldSteps(HeldSteps &&) noexcept;
-    HeldSteps &operator=(HeldSteps &&) noexcept;
+    HeldSteps(const HeldSteps &) = delete;
+    HeldSteps &operator=(const HeldSteps &) = delete;
 
     /// Lets stresses fade as if the body stayed in a displacement for that long [s], which may be infinite.
     /// @param displacement  shape (3N) [m]
@@ -101,8 +100,22 @@ class HeldSteps {
     void take(State &state, int num_steps);
 
   private:
-    struct Implementation;
-    std::unique_ptr<Implementation> implementation_;
+    /// Stresses of a term, and how much each branch has taken off them.
+    struct HeldStress {
+        std::shared_ptr<const RelaxingTerm> term;
+        std::vector<Eigen::VectorXd> taken; ///< (B) of (S), q
+        Eigen::VectorXd sum;                ///< (S) of these
+    };
+
+    core::PronySeries relaxation_;
+    Eigen::VectorXd rest_, free_per_mass_; ///< (3N)
+    double time_step_;
+    int num_held_;
+    double back_; ///< [s] time by which positions are taken back along velocities where branches relax
+    std::vector<HeldStress> stresses_;
+    EquationOfMotion equation_;
+    Step take_one_;
+    int num_taken_ = 0; ///< since the branches were last where the body is
 };
 
 /// Steps in time of a body that relaxes, from the end of a slow history: of the fast kernels, or of HeldSteps where

@@ -37,26 +37,25 @@ class RelaxedStiffness {
   private:
     const ElasticBody &body_;
     const core::Problem &problem_;
-    std::vector<core::Vector3> prescribed_;
+    Field prescribed_;
     double tolerance_;
     std::unique_ptr<RestStiffness> rest_;
     double part_ = 0.0;
     int num_factors_ = 0;
 };
 
-/// What is put down at each time, and the work since the last one.
+/// Records of each time, and the work since the last one.
 class Records {
   public:
     /// @param force  on each node from outside, constraints included, shape (3N) [N]
-    void add(const Unknowns &displacement, const Unknowns &force, std::vector<core::Vector3> reaction, double stored,
-             double dissipated) {
+    void add(const Unknowns &displacement, const Unknowns &force, Field reaction, double stored, double dissipated) {
         if (last_displacement_.size() > 0)
             work_ += 0.5 * (force + last_force_).dot(displacement - last_displacement_);
         last_displacement_ = displacement;
         last_force_ = force;
         core::PathPoint point;
-        for (const auto &of_node : to_field(displacement))
-            point.displacement.push_back(of_node.cast<float>());
+        for (const auto &node : to_field(displacement))
+            point.displacement.push_back(node.cast<float>());
         point.reaction = std::move(reaction);
         point.strain_energy = stored;
         point.work = work_;
@@ -127,11 +126,12 @@ class LinearHistory {
         const Unknowns force_change = relaxing - relaxing_force_;
         force_ = staying_force_ + remaining_ * relaxing;
         for (std::size_t b = 0; b < branches_.size(); ++b) {
-            const auto &of_step = branch_steps[b];
+            const auto &branch_step = branch_steps[b];
             auto &[branch, force] = branches_[b];
-            dissipated_ += of_step.dissipated(branch.dot(force), branch.dot(force_change), change.dot(force_change));
-            branch = of_step.fade * branch + of_step.gain * change;
-            force = of_step.fade * force + of_step.gain * force_change;
+            dissipated_ +=
+                branch_step.dissipated(branch.dot(force), branch.dot(force_change), change.dot(force_change));
+            branch = branch_step.fade * branch + branch_step.gain * change;
+            force = branch_step.fade * force + branch_step.gain * force_change;
             force_ += force;
         }
         displacement_ = displacement;
@@ -140,7 +140,7 @@ class LinearHistory {
         return true;
     }
 
-    /// Of K u + from_before = load, and the amount of the load where a place presses.
+    /// Solution of K u + from_before = load, and the amount of the load where a place presses.
     Unknowns solution(const RestStiffness &rest, const NodalConditions &conditions, const Unknowns &from_before) {
         auto load = to_field(-from_before);
         if (conditions.press_depth == 0.0) {
@@ -206,7 +206,7 @@ class LinearHistory {
 /// Halvings of a step between two times before it gives up.
 constexpr int most_halvings_in_time = 4;
 
-/// How much the part that is left may differ from that of the factor: it is the first guess of a tangent only.
+/// Largest difference of the part that is left from that of the factor: it is the first guess of a tangent only.
 constexpr double similar_part = 0.15;
 
 /// A body that is as nonlinear as it is.
@@ -281,8 +281,8 @@ class LargeHistory {
     RelaxingBody body_;
     EquilibriumSearch search_;
     RelaxedStiffness stiffness_;
-    const std::vector<core::Vector3> &rest_;
-    std::vector<core::Vector3> linear_; // solution linearised at rest to the whole load
+    const Field &rest_;
+    Field linear_; // solution linearised at rest to the whole load
     Equilibrium last_;
     double time_ = 0.0, factor_ = 0.0; // where it has come to
     Records records_;

@@ -1,7 +1,6 @@
 #include "studies/models/mass_spring_model.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -9,15 +8,14 @@
 #include <optional>
 #include <utility>
 
+#include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/processes/own_process.hpp"
 #include "msm/dynamics/release.hpp"
-#include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/implicit_integrators.hpp"
+#include "msm/integrator.hpp"
 #include "msm/kernels/equilibria/vector_springs.hpp"
-#include "msm/statics/dynamic_relaxation.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "msm/statics/load_path.hpp"
 #include "msm/statics/rest_stiffness.hpp"
@@ -27,17 +25,15 @@ namespace livermark::models {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using core::Clock;
+using core::seconds_since;
 
-/// Of dynamic relaxation: damping by the mass is no help to stabilised methods.
+/// Integrator of dynamic relaxation: damping by the mass is no help to stabilised methods.
 constexpr const char *default_relaxing_integrator = "runge_kutta_4";
 
 const msm::Integrator &relaxing_integrator(const ModelOptions &options) {
-    return msm::find_known_integrator(options.time_stepping.integrator.value_or(default_relaxing_integrator));
-}
-
-double seconds(Clock::duration duration) {
-    return std::chrono::duration<double>(duration).count();
+    return msm::find_integrator(options.time_stepping.integrator.value_or(default_relaxing_integrator),
+                                msm::known_integrators());
 }
 
 /// |u - u_lin| / |u|, NaN where nobody asked for the linear solution
@@ -66,7 +62,7 @@ void add_motion(core::Solution &solution, const core::Problem &problem, const ms
     const auto plan = msm::plan_steps(problem, highest.angular_frequency, choice);
     const auto conditions =
         msm::nodal_conditions({problem.body, core::without_tractions(problem.load_case)}, body.node_mass);
-    const double planning_seconds = highest.seconds + seconds(Clock::now() - start);
+    const double planning_seconds = highest.seconds + seconds_since(start);
     solution.history = msm::release(problem, body, conditions, solution.displacement, plan, solution.path);
     solution.history->setup_seconds += planning_seconds;
     if (!std::isnan(solution.history->diverged_at)) {
@@ -83,14 +79,14 @@ bool constrain_the_same(const std::vector<core::Vector3> &a, const std::vector<c
     });
 }
 
-/// What a model has of its body and its stiffness at rest, and the factor of that and its explicit steps for the
+/// Body of a model and its stiffness at rest, and the factor of that and its explicit steps for the
 /// components that were constrained last. The seconds are those that it took when it was made.
 class PreparedMassSprings : public core::PreparedModel {
   public:
     PreparedMassSprings(std::shared_ptr<const core::Body> body, const core::LoadCase *common,
                         const MakeMassSprings &make, ModelOptions options)
         : start_(Clock::now()), body_(std::move(body)), options_(std::move(options)), parts_(make(*body_)),
-          resting_(msm::in_vectors(parts_.body, body_->mesh.points)), make_seconds_(seconds(Clock::now() - start_)) {
+          resting_(msm::in_vectors(parts_.body, body_->mesh.points)), make_seconds_(seconds_since(start_)) {
         if (common)
             common_ = msm::nodal_conditions({body_, *common}, parts_.body.node_mass);
     }
@@ -129,7 +125,7 @@ class PreparedMassSprings : public core::PreparedModel {
         auto followed = msm::follow_history(parts_.body, problem, parts_.body.node_mass);
         solution.solver = fmt::format("{} steps in time, {} of Newton's method on {} factors, CHOLMOD",
                                       followed.num_steps, followed.end.num_iterations, followed.end.num_factors + 1);
-        solution.solve_seconds = seconds(Clock::now() - start);
+        solution.solve_seconds = seconds_since(start);
         solution.strain_energy = followed.stored_energy;
         solution.path = std::move(followed.points);
         put_down(solution, problem, conditions, std::move(followed.end));
@@ -174,22 +170,20 @@ class PreparedMassSprings : public core::PreparedModel {
             solution.solver = fmt::format("dynamic relaxation, {} steps of {:.3g} s, {}", found.num_iterations,
                                           relaxed.time_step, integrator.name);
         }
-        solution.solve_seconds = seconds(Clock::now() - start);
+        solution.solve_seconds = seconds_since(start);
         put_down(solution, problem, conditions, std::move(found));
-        auto positions = points;
-        for (std::size_t i = 0; i < positions.size(); ++i)
-            positions[i] += solution.displacement[i];
-        solution.strain_energy = msm::elastic_energy(parts_.body, positions); // to the bit what the terms say elsewhere
+        // To the bit what the terms say elsewhere.
+        solution.strain_energy = msm::elastic_energy(parts_.body, msm::moved(points, solution.displacement));
     }
 
     const msm::RestStiffness &at_rest(const msm::NodalConditions &conditions) {
         if (!rest_) {
             const auto start = Clock::now();
             const auto &points = body_->mesh.points;
-            rest_ = msm::RestStiffness::of_many(resting_, points,
-                                                common_ ? common_->displacement : std::vector<core::Vector3>{});
+            rest_ = msm::RestStiffness::shared(resting_, points,
+                                               common_ ? common_->displacement : std::vector<core::Vector3>{});
             support::return_freed_memory(); // a factor comes next, and what made the stiffness was as large
-            stiffness_seconds_ = seconds(Clock::now() - start);
+            stiffness_seconds_ = seconds_since(start);
         }
         rest_->constrain(conditions.displacement);
         return *rest_;
@@ -200,7 +194,7 @@ class PreparedMassSprings : public core::PreparedModel {
             const auto &points = body_->mesh.points;
             const auto start = Clock::now();
             highest_.angular_frequency = largest_angular_frequency(conditions);
-            highest_.seconds = seconds(Clock::now() - start);
+            highest_.seconds = seconds_since(start);
             const bool is_measured = steps_ && !steps_->kernel.empty(); // not where nothing could move
             steps_ = is_measured ? msm::constrained_otherwise(*steps_, highest_.angular_frequency)
                                  : msm::explicit_steps(parts_.body, points, conditions, highest_.angular_frequency);
@@ -233,21 +227,12 @@ class PreparedMassSprings : public core::PreparedModel {
     double stiffness_seconds_ = 0.0;
 };
 
-core::Modes modes(const core::Problem &problem, const MakeMassSprings &make, int count) {
+/// Modes or compliance of a body, with the seconds that the body takes as well.
+/// @param find  (body)
+template <class Find> auto found_in(const core::Problem &problem, const MakeMassSprings &make, const Find &find) {
     const auto start = Clock::now();
-    const auto body = make(*problem.body).body;
-    auto found =
-        msm::lowest_modes(body, problem.body->mesh.points, msm::nodal_conditions(problem, body.node_mass), count);
-    found.seconds = seconds(Clock::now() - start);
-    return found;
-}
-
-core::Compliance compliance(const core::Problem &problem, const MakeMassSprings &make,
-                            std::span<const core::InteriorPlace> places) {
-    const auto start = Clock::now();
-    const auto body = make(*problem.body).body;
-    auto found = msm::compliance(body, problem, places);
-    found.seconds = seconds(Clock::now() - start);
+    auto found = find(make(*problem.body).body);
+    found.seconds = seconds_since(start);
     return found;
 }
 
@@ -292,9 +277,18 @@ core::Model mass_spring_model(std::string name, std::string summary, std::string
         .summary = std::move(summary),
         .source = std::move(source),
         .prepare = PrepareMassSprings{make, options},
-        .modes = [=](const core::Problem &problem, int count) { return modes(problem, make, count); },
-        .compliance = [=](const core::Problem &problem,
-                          std::span<const core::InteriorPlace> places) { return compliance(problem, make, places); },
+        .modes =
+            [=](const core::Problem &problem, int count) {
+                return found_in(problem, make, [&](const msm::ElasticBody &body) {
+                    return msm::lowest_modes(body, problem.body->mesh.points,
+                                             msm::nodal_conditions(problem, body.node_mass), count);
+                });
+            },
+        .compliance =
+            [=](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
+                return found_in(problem, make,
+                                [&](const msm::ElasticBody &body) { return msm::compliance(body, problem, places); });
+            },
         .check = [=](const core::Problem &problem) { check(problem, make, options); },
         // Time stepping knows the loads before it begins, and the force of what touches or presses to a depth is a
         // result.

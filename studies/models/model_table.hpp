@@ -10,7 +10,7 @@
 
 #include "core/model.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
-#include "msm/dynamics/time_stepping.hpp"
+#include "msm/integrator.hpp"
 
 namespace livermark::models {
 
@@ -20,17 +20,17 @@ struct ReferenceNames {
     std::string refined;
 };
 
-/// What others are compared with: at rest, and where something moves in time.
+/// Models that others are compared with: at rest, and where something moves in time.
 ReferenceNames static_reference(core::Regime regime);
 ReferenceNames moving_reference(core::Regime regime);
 
 /// The one that a mass-spring model has to beat.
 std::string baseline_name();
 
-/// How mass-spring models find where they come to rest.
+/// Ways in which mass-spring models find where they come to rest.
 enum class EquilibriumMethod { newton, relaxation };
 
-/// What a user may choose about models.
+/// Choices of a user about models.
 struct ModelOptions {
     fem_reference::SolverChoice fem_solver = fem_reference::SolverChoice::automatic;
     EquilibriumMethod equilibrium = EquilibriumMethod::newton;
@@ -62,7 +62,7 @@ std::string swept_name(std::string_view constant, double value);
 /// Models that come from one adapter. One file each in families/, named as the family.
 struct ModelFamily {
     std::string name;                                         ///< the file stem; set by the table
-    std::vector<core::Model> (*models)(const ModelOptions &); ///< at least one, unless it lacks an option
+    std::vector<core::Model> (*models)(const ModelOptions &); ///< at least one
 };
 
 /// Every family of families/, in alphabetical order.

@@ -29,12 +29,13 @@ struct PushedModel {
 ///   know no forces on places
 std::optional<PushedModel> pushed_model(const core::Model &model);
 
-/// What a model of hyperelastic elements is made of.
+/// Law and discretisation of a model of hyperelastic elements.
 struct HyperelasticElements {
-    std::string_view name;
+    std::string_view name, summary;
     std::string_view law; ///< in fem_reference/hyperelastic/materials/
     hyperelastic::Discretisation discretisation;
     bool is_refined = false; ///< whether it also goes to finer meshes
+    core::Role at_rest = core::Role::candidate, in_motion = core::Role::candidate;
 };
 
 /// @return nothing for the name of another model

@@ -45,7 +45,7 @@ core::Problem at_once(core::Problem problem) {
     return problem;
 }
 
-/// What the mesh makes wrong at one of the limits.
+/// Error of the mesh at one of the limits.
 /// @param total  told the seconds
 std::optional<core::ObservedError> error_of_mesh(const core::Problem &limit, const SolveProblem &solve,
                                                  const SolveProblem &solve_finer, core::Solution &total) {
@@ -79,6 +79,9 @@ core::Solution solve_refined(const core::Problem &problem, const Refinement &ref
     double setup_seconds = 0.0, solve_seconds = 0.0;
     for (int level = 0; level <= refinement.finest_level; ++level) {
         auto solution = solve(level);
+        solution.displacement.resize(problem.body->mesh.points.size()); // the nodes of the mesh come first
+        for (auto &point : solution.path)
+            point.displacement.resize(problem.body->mesh.points.size());
         setup_seconds += solution.setup_seconds;
         solve_seconds += solution.solve_seconds;
         const bool is_solved = solution.status == core::SolutionStatus::ok && num_solved == levels.size();
@@ -110,16 +113,11 @@ core::Solution solve_refined(const core::Problem &problem, const Refinement &ref
 core::Solution solve_locally_refined(const core::Problem &problem, const Refinement &refinement,
                                      const RefineProblem &refine,
                                      const std::function<core::Solution(const core::Problem &)> &solve) {
-    const auto num_nodes = problem.body->mesh.points.size();
     auto refined = problem;
     return solve_refined(problem, refinement, [&](int level) {
         if (level > 0)
             refined = refine(refined).problem;
-        auto solution = solve(refined);
-        solution.displacement.resize(num_nodes); // the nodes of the mesh come first
-        for (auto &point : solution.path)
-            point.displacement.resize(num_nodes);
-        return solution;
+        return solve(refined);
     });
 }
 

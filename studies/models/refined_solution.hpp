@@ -8,7 +8,7 @@
 
 namespace livermark::models {
 
-/// How far a solution on ever finer meshes goes.
+/// Limits of a solution on ever finer meshes.
 struct Refinement {
     double goal;      ///< of core::ObservedError::relative_l2, where it stops
     int finest_level; ///< that it does not go beyond; at least 2
@@ -19,7 +19,7 @@ struct Refinement {
 /// are fewer than three, their error is observed where three levels have come to on the way to the whole load, see
 /// core::observed_error_on_path(), and unknown if they have come nowhere.
 /// @param problem  at the nodes of whose mesh solutions are given
-/// @param solve  the solution on the mesh that is refined so often, at the nodes of the mesh; asked for in ascending
+/// @param solve  the solution on the mesh that is refined so often, the nodes of the mesh first; asked for in ascending
 ///   order
 /// @return with the seconds of all levels
 core::Solution solve_refined(const core::Problem &problem, const Refinement &refinement,

@@ -6,6 +6,7 @@
 #include "msm/dynamics/stepper.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
+#include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -23,12 +24,16 @@ Vector3 random_vector(std::mt19937 &random, double largest) {
             random_value(random, -largest, largest)};
 }
 
-msm::NodalConditions some_conditions(std::size_t num_nodes, std::mt19937 &random) {
-    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+msm::NodalConditions free_conditions(std::size_t num_nodes) {
     msm::NodalConditions conditions;
-    conditions.displacement.assign(num_nodes, Vector3::Constant(nan));
+    conditions.displacement.assign(num_nodes, Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
     conditions.constraint.assign(num_nodes, {-1, -1, -1});
     conditions.force.assign(num_nodes, Vector3::Zero());
+    return conditions;
+}
+
+msm::NodalConditions some_conditions(std::size_t num_nodes, std::mt19937 &random) {
+    auto conditions = free_conditions(num_nodes);
     for (std::size_t i = 0; i < num_nodes; ++i)
         if (i % 5 != 2)
             conditions.force[i] = random_vector(random, 0.01);
@@ -49,6 +54,18 @@ core::Body two_materials(int num_tetrahedra, double soft_ratio, double hard_rati
     return {.name = "two", .mesh = mesh, .materials = {{1060.0, 5e3, soft_ratio}, {1060.0, 2e4, hard_ratio}}};
 }
 
+core::Body lumpy_bar(const std::array<int, 3> &bricks, double hardness) {
+    auto mesh = box_mesh({0.12, 0.04, 0.04}, bricks);
+    mesh.region_names = {"soft", "hard"};
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+        Vector3 centre = Vector3::Zero();
+        for (const int node : mesh.tetrahedra[t])
+            centre += mesh.points[node] / 4.0;
+        mesh.region[t] = centre.x() > 0.04 && centre.x() < 0.08 ? 1 : 0;
+    }
+    return {.name = "bar", .mesh = mesh, .materials = {{1060.0, 5e3, 0.45}, {1060.0, hardness * 5e3, 0.45}}};
+}
+
 Sample loose(const core::Body &body) {
     Sample sample;
     sample.positions = body.mesh.points;
@@ -66,6 +83,13 @@ Sample tetrahedra(int num_tetrahedra, const std::string &volume_term) {
         if (term.name == volume_term)
             sample.body.terms.push_back(term.make(body, {7e3, 2e4}));
     sample.body.terms.push_back(msm::inversion_guard(body));
+    return sample;
+}
+
+Sample coupled(const char *springs, int num_tetrahedra, double soft_ratio, double hard_ratio) {
+    const auto body = two_materials(num_tetrahedra, soft_ratio, hard_ratio);
+    auto sample = loose(body);
+    sample.body.terms = msm::coupled_springs_with_volume(body, msm::find_coupled_springs(springs)).terms;
     return sample;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 #include <random>
@@ -29,11 +30,20 @@ msm::NodalConditions some_conditions(std::size_t num_nodes, std::mt19937 &random
 /// The first tetrahedra of a box of two materials.
 core::Body two_materials(int num_tetrahedra, double soft_ratio, double hard_ratio);
 
+/// A bar of 12 x 4 x 4 cm, soft but for its middle third.
+core::Body lumpy_bar(const std::array<int, 3> &bricks, double hardness);
+
+/// Nothing is constrained or loaded.
+msm::NodalConditions free_conditions(std::size_t num_nodes);
+
 /// A body with nothing that holds it together yet.
 Sample loose(const core::Body &body);
 
 /// Tetrahedra with springs, a volume term if one is named, and the guard.
 Sample tetrahedra(int num_tetrahedra, const std::string &volume_term);
+
+/// The same with coupled springs, and with volumes where a ratio is not that of springs.
+Sample coupled(const char *springs, int num_tetrahedra, double soft_ratio, double hard_ratio);
 
 /// So far from rest that some tetrahedra are inverted; constrained components stand still.
 msm::State shaken(const Sample &sample);

@@ -24,7 +24,7 @@
 #include "core/support/processes/child_process.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "msm/implicit_integrators.hpp"
+#include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "studies/models/model_table.hpp"

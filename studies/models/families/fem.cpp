@@ -19,11 +19,26 @@ namespace livermark::models::families {
 
 namespace {
 
-constexpr auto linear_summary = "linear elasticity, linear tetrahedra (the baseline)";
-constexpr auto quadratic_summary = "linear elasticity, quadratic tetrahedra (the reference of motion)";
-constexpr auto mixed_summary = "linear elasticity, quadratic tetrahedra with a linear pressure (Taylor and Hood)";
-constexpr auto refined_summary = "linear elasticity, Taylor and Hood on meshes refined at the rims of places and below "
-                                 "round tools (the reference of small deformations)";
+/// Models of finite elements, in one process or several.
+struct FemModel {
+    const char *name, *summary;
+    core::Role at_rest, in_motion = core::Role::candidate;
+    std::optional<core::Regime> only{};
+};
+
+constexpr FemModel fem_p1{"fem_p1", "linear elasticity, linear tetrahedra (the baseline)", core::Role::baseline};
+/// They know modes and motion, which mixed elements do not.
+constexpr FemModel fem_p2{"fem_p2", "linear elasticity, quadratic tetrahedra (the reference of motion)",
+                          core::Role::substitute_reference, core::Role::reference};
+constexpr FemModel fem_p2p1{"fem_p2p1",
+                            "linear elasticity, quadratic tetrahedra with a linear pressure (Taylor and Hood)",
+                            core::Role::reference};
+/// Their mesh is not what is wrong with linear elasticity at large deformations.
+constexpr FemModel fem_p2p1_refined{
+    "fem_p2p1_refined",
+    "linear elasticity, Taylor and Hood on meshes refined at the rims of places and below round "
+    "tools (the reference of small deformations)",
+    core::Role::refined_reference, core::Role::candidate, core::Regime::small};
 
 using fem_reference::Formulation;
 using fem_reference::RelaxingSolver;
@@ -48,9 +63,18 @@ void add_path(core::Solution &solution, const core::LoadCase &load_case) {
 /// livers by 8e-7 of the displacement and 1.5e-6 of the reactions at most.
 constexpr double refined_tolerance = 1e-5;
 
-/// How near to places meshes are refined, over their radius, and how often.
+/// Distance from places up to which meshes are refined, over their radius, and number of times.
 constexpr double near_places = 1.5;
 constexpr int times_near_places = 2;
+
+/// Mixed elements on a finer mesh, with those on the mesh before as a preconditioner where nobody chose a solver.
+std::unique_ptr<StaticSolver> finer_solver(const core::BisectedProblem &refined, StaticSolver &coarse,
+                                           SolverChoice choice) {
+    return choice == SolverChoice::automatic
+               ? std::make_unique<StaticSolver>(refined.problem.body, coarse, refined_tolerance,
+                                                refined.parent_tetrahedron)
+               : std::make_unique<StaticSolver>(refined.problem.body, 2, choice, Formulation::mixed);
+}
 
 /// The compliance of the mixed elements on the mesh and on two that are finer near the places.
 core::Compliance refined_compliance(const core::Problem &problem, std::span<const core::InteriorPlace> places,
@@ -60,12 +84,9 @@ core::Compliance refined_compliance(const core::Problem &problem, std::span<cons
     auto found = solvers.back()->compliance(problem.load_case, places);
     auto finest = problem;
     for (int level = 0; level < times_near_places; ++level) {
-        auto refined = core::refine_near_places(finest, places, near_places);
-        finest = std::move(refined.problem);
-        solvers.push_back(choice == SolverChoice::automatic
-                              ? std::make_unique<StaticSolver>(finest.body, *solvers.back(), refined_tolerance,
-                                                               refined.parent_tetrahedron)
-                              : std::make_unique<StaticSolver>(finest.body, 2, choice, Formulation::mixed));
+        const auto refined = core::refine_near_places(finest, places, near_places);
+        finest = refined.problem;
+        solvers.push_back(finer_solver(refined, *solvers.back(), choice));
         auto finer = solvers.back()->compliance(finest.load_case, places);
         finer.on_coarser = std::move(found.on_coarser);
         finer.on_coarser.push_back(std::move(found.matrix));
@@ -204,7 +225,7 @@ class PreparedRefinedElements : public core::PreparedModel {
     }
 
   private:
-    /// Of a body that relaxes: on each mesh with what is needed of elastic solutions there.
+    /// Solution of a body that relaxes: on each mesh with what is needed of elastic solutions there.
     core::Solution solve_history(const core::LoadCase &load_case) {
         core::Problem problem{body_, load_case};
         std::vector<std::unique_ptr<StaticSolver>> finer; // each is used by the next, and so are those below
@@ -212,25 +233,16 @@ class PreparedRefinedElements : public core::PreparedModel {
         relaxing.push_back(std::make_unique<RelaxingSolver>(body_, *solver_, choice_));
         return solve_refined({body_, load_case}, refinement, [&](int level) {
             if (level > 0) {
-                auto refined = core::refine_at_rims_and_tools(problem);
-                problem = std::move(refined.problem);
-                const auto &parent = refined.parent_tetrahedron;
-                if (choice_ == SolverChoice::automatic) {
-                    auto &coarse = finer.empty() ? *solver_ : *finer.back();
-                    finer.push_back(std::make_unique<StaticSolver>(problem.body, coarse, refined_tolerance, parent));
-                    relaxing.push_back(std::make_unique<RelaxingSolver>(problem.body, *finer.back(), choice_,
-                                                                        *relaxing.back(), refined_tolerance, parent));
-                } else {
-                    finer.push_back(std::make_unique<StaticSolver>(problem.body, 2, choice_, Formulation::mixed));
-                    relaxing.push_back(std::make_unique<RelaxingSolver>(problem.body, *finer.back(), choice_));
-                }
+                const auto refined = core::refine_at_rims_and_tools(problem);
+                problem = refined.problem;
+                finer.push_back(finer_solver(refined, finer.empty() ? *solver_ : *finer.back(), choice_));
+                relaxing.push_back(choice_ == SolverChoice::automatic
+                                       ? std::make_unique<RelaxingSolver>(problem.body, *finer.back(), choice_,
+                                                                          *relaxing.back(), refined_tolerance,
+                                                                          refined.parent_tetrahedron)
+                                       : std::make_unique<RelaxingSolver>(problem.body, *finer.back(), choice_));
             }
-            auto solution = relaxing.back()->solve(problem.load_case);
-            const auto num_nodes = body_->mesh.points.size(); // those of the mesh come first
-            solution.displacement.resize(num_nodes);
-            for (auto &point : solution.path)
-                point.displacement.resize(num_nodes);
-            return solution;
+            return relaxing.back()->solve(problem.load_case);
         });
     }
 
@@ -240,16 +252,10 @@ class PreparedRefinedElements : public core::PreparedModel {
         return solve_refined({body_, load_case}, refinement, [&](int level) {
             if (level == 0)
                 return on_mesh;
-            auto refined = core::refine_at_rims_and_tools(problem);
-            problem = std::move(refined.problem);
-            if (choice_ == SolverChoice::automatic)
-                finer.push_back(std::make_unique<StaticSolver>(problem.body, finer.empty() ? *solver_ : *finer.back(),
-                                                               refined_tolerance, refined.parent_tetrahedron));
-            else
-                finer.push_back(std::make_unique<StaticSolver>(problem.body, 2, choice_, Formulation::mixed));
-            auto solution = finer.back()->solve(problem.load_case);
-            solution.displacement.resize(body_->mesh.points.size()); // the nodes of the mesh come first
-            return solution;
+            const auto refined = core::refine_at_rims_and_tools(problem);
+            problem = refined.problem;
+            finer.push_back(finer_solver(refined, finer.empty() ? *solver_ : *finer.back(), choice_));
+            return finer.back()->solve(problem.load_case);
         });
     }
 
@@ -259,23 +265,15 @@ class PreparedRefinedElements : public core::PreparedModel {
     StaticSolver *solver_; ///< on the mesh
 };
 
-core::Model finite_elements(std::string_view name, const char *summary, core::PrepareModel prepare) {
-    return {.name = std::string(name),
-            .summary = summary,
+core::Model model(const FemModel &elements, core::PrepareModel prepare) {
+    return {.name = elements.name,
+            .summary = elements.summary,
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
             .prepare = std::move(prepare),
+            .at_rest = elements.at_rest,
+            .in_motion = elements.in_motion,
+            .only = elements.only,
             .is_collective = support::mpi_num_ranks() > 1};
-}
-
-core::Model with_role(core::Model model, core::Role at_rest) {
-    model.at_rest = at_rest;
-    return model;
-}
-
-/// Knows modes and motion, which mixed elements do not.
-core::Model judging_motion(core::Model model) {
-    model.in_motion = core::Role::reference;
-    return with_role(std::move(model), core::Role::substitute_reference);
 }
 
 /// Several MPI ranks solve together, whatever the size: the same models as in one process.
@@ -295,84 +293,60 @@ std::vector<core::Model> distributed_models() {
             at_rest, refinement, [](const core::Problem &coarse) { return core::refine_at_rims_and_tools(coarse); },
             solve_mixed);
     };
-    const auto model = [](std::string_view name, const char *summary, auto solve) {
-        return finite_elements(name, summary, core::solves_each(solve));
-    };
-    auto refined = with_role(model("fem_p2p1_refined", refined_summary, at_rims), core::Role::refined_reference);
-    refined.only = core::Regime::small;
+    std::vector<core::Model> models{model(fem_p1, core::solves_each(solve_with({.degree = 1}))),
+                                    model(fem_p2, core::solves_each(solve_with({.degree = 2}))),
+                                    model(fem_p2p1, core::solves_each(solve_mixed)),
+                                    model(fem_p2p1_refined, core::solves_each(at_rims))};
     // Of displacements alone: takes most of the memory and time of a large body, and judges nothing.
-    auto quadratic = judging_motion(model("fem_p2", quadratic_summary, solve_with({.degree = 2})));
-    quadratic.only_when_named = true;
-    return {with_role(model("fem_p1", linear_summary, solve_with({.degree = 1})), core::Role::baseline),
-            std::move(quadratic), with_role(model("fem_p2p1", mixed_summary, solve_mixed), core::Role::reference),
-            std::move(refined)};
+    models[1].only_when_named = true;
+    return models;
 }
 
 /// Elements of displacement alone, which know their modes.
-core::Model displacement_elements(std::string_view name, const char *summary, int degree, SolverChoice choice) {
-    auto model = finite_elements(
-        name, summary, [=](const std::shared_ptr<const core::Body> &body, const core::LoadCase *common) {
-            auto solver = std::make_shared<StaticSolver>(body, degree, choice, Formulation::displacement);
-            if (common)
-                solver->prepare(*common);
-            return std::make_unique<PreparedElements>(body, solver, choice,
-                                                      [solver](auto load_cases) { return solver->solve(load_cases); });
-        });
-    model.follows.add<core::SlowHistory>();
-    model.modes = [degree](const core::Problem &problem, int count) {
+core::Model displacement_elements(const FemModel &elements, int degree, SolverChoice choice) {
+    auto result = model(elements, [=](const std::shared_ptr<const core::Body> &body, const core::LoadCase *common) {
+        auto solver = std::make_shared<StaticSolver>(body, degree, choice, Formulation::displacement);
+        if (common)
+            solver->prepare(*common);
+        return std::make_unique<PreparedElements>(body, solver, choice,
+                                                  [solver](auto load_cases) { return solver->solve(load_cases); });
+    });
+    result.modes = [degree](const core::Problem &problem, int count) {
         return fem_reference::lowest_modes(problem, degree, count);
     };
-    model.compliance = [=](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
+    result.compliance = [=](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
         return StaticSolver(problem.body, degree, choice, Formulation::displacement)
             .compliance(problem.load_case, places);
     };
-    return model;
+    return result;
 }
 
 std::vector<core::Model> models(const ModelOptions &options) {
     if (support::mpi_num_ranks() > 1)
         return distributed_models();
     const auto choice = options.fem_solver;
-    const auto mixed = std::make_shared<MixedSolvers>(choice);
-    // Nothing is gained where the user chose a solver.
-    const auto solved_together = [&](core::Model model) {
-        model.most_together = choice == SolverChoice::automatic ? fem_reference::most_lanes : 1;
-        return model;
+    const auto solvers = std::make_shared<MixedSolvers>(choice);
+    auto on_mesh =
+        model(fem_p2p1, [solvers](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
+            return mixed_elements(body, *solvers);
+        });
+    on_mesh.compliance = [solvers](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
+        return solvers->on(problem.body)->solver.compliance(problem.load_case, places);
     };
-    // What is wrong with linear elasticity at large deformations is not its mesh.
-    const auto only_small = [](core::Model model) {
-        model.only = core::Regime::small;
-        return model;
+    auto finer = model(fem_p2p1_refined,
+                       [solvers](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
+                           return std::make_unique<PreparedRefinedElements>(body, *solvers);
+                       });
+    finer.compliance = [choice](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
+        return refined_compliance(problem, places, choice);
     };
-    const auto relaxes_and_knows_compliance = [](core::Model model, auto compliance) {
-        model.follows.add<core::SlowHistory>();
-        model.compliance = compliance;
-        return model;
-    };
-    return {
-        with_role(displacement_elements("fem_p1", linear_summary, 1, choice), core::Role::baseline),
-        judging_motion(displacement_elements("fem_p2", quadratic_summary, 2, choice)),
-        relaxes_and_knows_compliance(
-            solved_together(with_role(
-                finite_elements("fem_p2p1", mixed_summary,
-                                [mixed](const std::shared_ptr<const core::Body> &body,
-                                        const core::LoadCase * /*common*/) { return mixed_elements(body, *mixed); }),
-                core::Role::reference)),
-            [mixed](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
-                return mixed->on(problem.body)->solver.compliance(problem.load_case, places);
-            }),
-        relaxes_and_knows_compliance(
-            only_small(solved_together(with_role(finite_elements("fem_p2p1_refined", refined_summary,
-                                                                 [mixed](const std::shared_ptr<const core::Body> &body,
-                                                                         const core::LoadCase * /*common*/) {
-                                                                     return std::make_unique<PreparedRefinedElements>(
-                                                                         body, *mixed);
-                                                                 }),
-                                                 core::Role::refined_reference))),
-            [choice](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
-                return refined_compliance(problem, places, choice);
-            }),
-    };
+    for (auto *together : {&on_mesh, &finer}) // nothing is gained where the user chose a solver
+        together->most_together = choice == SolverChoice::automatic ? fem_reference::most_lanes : 1;
+    std::vector<core::Model> models{displacement_elements(fem_p1, 1, choice), displacement_elements(fem_p2, 2, choice),
+                                    std::move(on_mesh), std::move(finer)};
+    for (auto &each : models)
+        each.follows.add<core::SlowHistory>();
+    return models;
 }
 
 } // namespace

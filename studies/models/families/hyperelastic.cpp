@@ -1,3 +1,5 @@
+#include "studies/models/pushed_model.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,10 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include "core/mesh/refinement.hpp"
 #include "core/support/processes/mpi_session.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
+#include "fem_reference/linear/linear_elasticity.hpp"
+#include "msm/statics/rest_stiffness.hpp"
+#include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
-#include "studies/models/pushed_model.hpp"
 #include "studies/models/refined_solution.hpp"
 
 namespace livermark::models::families {
@@ -93,65 +98,62 @@ core::Solution solve_finer(const core::Problem &problem, const std::string &law,
                                           : on_finer_meshes(problem);
 }
 
-using Solve = core::Solution (*)(const core::Problem &, const std::string &, const Discretisation &);
-
-/// What a model is at rest and in motion.
-struct Roles {
-    core::Role at_rest = core::Role::candidate;
-    core::Role in_motion = core::Role::candidate;
-};
-
 constexpr Discretisation linear_elements{.degree = 1}, quadratic_elements{.degree = 2},
     mixed_elements{.degree = 2, .formulation = fem_reference::Formulation::mixed};
 
 constexpr std::array<HyperelasticElements, 5> all_elements{
-    {{.name = "fem_p1_neo_hookean", .law = "neo_hookean", .discretisation = linear_elements},
-     {.name = "fem_p2_neo_hookean", .law = "neo_hookean", .discretisation = quadratic_elements},
-     {.name = "fem_p2p1_neo_hookean", .law = "neo_hookean", .discretisation = mixed_elements},
-     {.name = "fem_p2p1_neo_hookean_refined",
+    {{.name = "fem_p1_neo_hookean",
+      .summary = "neo-Hookean, linear tetrahedra (the baseline of large deformations)",
+      .law = "neo_hookean",
+      .discretisation = linear_elements},
+     {.name = "fem_p2_neo_hookean",
+      .summary = "neo-Hookean, quadratic tetrahedra",
+      .law = "neo_hookean",
+      .discretisation = quadratic_elements,
+      .in_motion = core::Role::reference},
+     {.name = "fem_p2p1_neo_hookean",
+      .summary = "neo-Hookean, quadratic tetrahedra with a linear pressure (Taylor and Hood)",
       .law = "neo_hookean",
       .discretisation = mixed_elements,
-      .is_refined = true},
-     {.name = "fem_p2p1_ogden", .law = "ogden", .discretisation = mixed_elements}}};
+      .at_rest = core::Role::reference},
+     {.name = "fem_p2p1_neo_hookean_refined",
+      .summary = "neo-Hookean, Taylor and Hood on meshes refined at the rims of places and below round tools (the "
+                 "reference of large deformations)",
+      .law = "neo_hookean",
+      .discretisation = mixed_elements,
+      .is_refined = true,
+      .at_rest = core::Role::refined_reference},
+     {.name = "fem_p2p1_ogden",
+      .summary = "Ogden's law with a fit to porcine liver, Taylor and Hood: how far the law itself matters",
+      .law = "ogden",
+      .discretisation = mixed_elements}}};
 
-core::Model elements(const std::string &name, const std::string &summary, const Roles &roles = {},
-                     Solve solve_one = solve) {
-    const auto made_of = *hyperelastic_elements(name);
-    const std::string law(made_of.law);
-    const auto discretisation = made_of.discretisation;
-    return {.name = name,
-            .summary = summary,
+core::Model model(const HyperelasticElements &elements) {
+    return {.name = std::string(elements.name),
+            .summary = std::string(elements.summary),
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
-            .prepare = core::solves_each(
-                [=](const core::Problem &problem) { return solve_one(problem, law, discretisation); }),
-            .at_rest = roles.at_rest,
-            .in_motion = roles.in_motion,
+            .prepare = core::solves_each([=, law = std::string(elements.law)](const core::Problem &problem) {
+                return elements.is_refined ? solve_finer(problem, law, elements.discretisation)
+                                           : solve(problem, law, elements.discretisation);
+            }),
+            .at_rest = elements.at_rest,
+            .in_motion = elements.in_motion,
             .judges = core::Regime::large,
             .only = core::Regime::large,
             .follows = core::EventSet::all(),
-            .is_collective = is_collective(discretisation)};
-}
-
-std::vector<core::Model> models(const ModelOptions & /*options*/) {
-    return {
-        elements("fem_p1_neo_hookean", "neo-Hookean, linear tetrahedra (the baseline of large deformations)"),
-        elements("fem_p2_neo_hookean", "neo-Hookean, quadratic tetrahedra", {.in_motion = core::Role::reference}),
-        elements("fem_p2p1_neo_hookean", "neo-Hookean, quadratic tetrahedra with a linear pressure (Taylor and Hood)",
-                 {.at_rest = core::Role::reference}),
-        elements("fem_p2p1_neo_hookean_refined",
-                 "neo-Hookean, Taylor and Hood on meshes refined at the rims of places and below round tools (the "
-                 "reference of large deformations)",
-                 {.at_rest = core::Role::refined_reference}, solve_finer),
-        elements("fem_p2p1_ogden",
-                 "Ogden's law with a fit to porcine liver, Taylor and Hood: how far the law itself matters"),
-    };
+            .is_collective = is_collective(elements.discretisation)};
 }
 
 } // namespace
 
 /// Hyperelastic finite elements on the same tetrahedra.
 ModelFamily hyperelastic() {
-    return {.name = {}, .models = models};
+    return {.name = {}, .models = [](const ModelOptions & /*options*/) {
+                std::vector<core::Model> models;
+                for (const auto &elements : all_elements)
+                    models.push_back(model(elements));
+                return models;
+            }};
 }
 
 } // namespace livermark::models::families
@@ -161,6 +163,47 @@ namespace livermark::models {
 std::optional<HyperelasticElements> hyperelastic_elements(std::string_view name) {
     const auto found = std::ranges::find(families::all_elements, name, &HyperelasticElements::name);
     return found != families::all_elements.end() ? std::optional(*found) : std::nullopt;
+}
+
+namespace {
+
+/// The same as of the linear reference.
+constexpr double near_places = 1.5;
+constexpr int meshes_near_places = 3;
+
+std::unique_ptr<core::PushedBody> push_elements(const HyperelasticElements &elements, core::Problem problem,
+                                                std::span<const core::InteriorPlace> places, int mesh,
+                                                const Eigen::MatrixXd *known) {
+    const auto &discretisation = elements.discretisation;
+    const auto at_rest = [&] {
+        return fem_reference::StaticSolver(problem.body, discretisation.degree, fem_reference::SolverChoice::automatic,
+                                           discretisation.formulation)
+            .compliance(problem.load_case, places)
+            .matrix;
+    };
+    auto compliance = known ? *known : at_rest();
+    for (int level = 0; level < mesh; ++level)
+        problem = core::refine_near_places(problem, places, near_places).problem;
+    return hyperelastic::pushed_elements(problem, hyperelastic::material_law(std::string(elements.law)), discretisation,
+                                         places, std::move(compliance));
+}
+
+} // namespace
+
+std::optional<PushedModel> pushed_model(const core::Model &model) {
+    if (const auto elements = hyperelastic_elements(model.name))
+        return PushedModel{.num_meshes = elements->is_refined ? meshes_near_places : 1,
+                           .prepare = [elements = *elements](const core::Problem &problem,
+                                                             std::span<const core::InteriorPlace> places, int mesh,
+                                                             const Eigen::MatrixXd *known) {
+                               return push_elements(elements, problem, places, mesh, known);
+                           }};
+    if (!has_springs(model))
+        return std::nullopt;
+    return PushedModel{.prepare = [model](const core::Problem &problem, std::span<const core::InteriorPlace> places,
+                                          int /*mesh*/, const Eigen::MatrixXd * /*known*/) {
+        return msm::pushed_springs(springs_of(model, problem.body)->body, problem, places);
+    }};
 }
 
 } // namespace livermark::models

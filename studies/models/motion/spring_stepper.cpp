@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "msm/cutting/cut_parts.hpp"
-#include "msm/cutting/part_of_body.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"

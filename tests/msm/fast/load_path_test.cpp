@@ -1,8 +1,16 @@
+#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
+#include <numeric>
+#include <vector>
 
+#include "msm/elastic_body.hpp"
+#include "msm/nodal_conditions.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/statics/load_path.hpp"
+#include "msm/statics/rest_stiffness.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -40,37 +48,38 @@ struct ConstrainedBlock {
             }
     }
 
-    Field moved(const Field &displacement) const {
-        auto positions = body->mesh.points;
-        for (std::size_t i = 0; i < positions.size(); ++i)
-            positions[i] += displacement[i];
-        return positions;
-    }
+    Field moved(const Field &displacement) const { return msm::moved(body->mesh.points, displacement); }
 
     std::shared_ptr<const core::Body> body;
     core::SpringNetwork springs;
     core::LoadCase load_case;
 };
 
+/// Equilibria under the loads of each point alone, where the path comes to, too.
+std::vector<msm::Equilibrium> expect_equilibria(const ConstrainedBlock &block, const msm::FollowedPath &path) {
+    EXPECT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
+    EXPECT_EQ(path.points.size(), 3U);
+    std::vector<msm::Equilibrium> equilibria;
+    for (std::size_t k = 0; k < path.points.size(); ++k) {
+        const core::Problem problem{block.body, core::scaled(block.load_case, block.load_case.path[k])};
+        const auto conditions = msm::nodal_conditions(problem, block.springs.node_mass);
+        const auto &alone =
+            equilibria.emplace_back(msm::find_equilibrium(block.springs, block.body->mesh.points, conditions));
+        const auto reaction = msm::constraint_forces(problem, conditions, alone.constraint_force, alone.press);
+        EXPECT_LT((path.points[k].reaction[0] - reaction[0]).norm(), 1e-7 * reaction[0].norm());
+        for (std::size_t i = 0; i < alone.displacement.size(); ++i)
+            EXPECT_LT((path.points[k].displacement[i].cast<double>() - alone.displacement[i]).norm(), 2e-8);
+    }
+    return equilibria;
+}
+
 TEST(LoadPath, ComesToTheSameEquilibriaAsTheLoadsAlone) {
     ConstrainedBlock block;
     tests::pull(block.load_case, block.body->mesh, "x_max", {150.0, 60.0, -90.0});
     block.load_case.acceleration = {0.0, 1.0, 0.0};
-    const auto path = block.follow();
-    ASSERT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
-    ASSERT_EQ(path.points.size(), 3U);
-    for (std::size_t k = 0; k < 3; ++k) {
-        const core::Problem problem{block.body, core::scaled(block.load_case, block.load_case.path[k])};
-        const auto conditions = msm::nodal_conditions(problem, block.springs.node_mass);
-        const auto alone = msm::find_equilibrium(block.springs, block.body->mesh.points, conditions);
-        const auto reaction = msm::constraint_forces(problem, conditions, alone.constraint_force);
-        EXPECT_LT((path.points[k].reaction[0] - reaction[0]).norm(), 1e-7 * reaction[0].norm());
-        double largest = 0.0;
-        for (std::size_t i = 0; i < alone.displacement.size(); ++i) {
-            largest = std::max(largest, alone.displacement[i].norm());
-            EXPECT_LT((path.points[k].displacement[i].cast<double>() - alone.displacement[i]).norm(), 2e-8);
-        }
-        EXPECT_GT(largest, 0.002); // far from small
+    for (const auto &alone : expect_equilibria(block, block.follow())) {
+        const auto largest = std::ranges::max(alone.displacement, {}, [](const auto &u) { return u.norm(); });
+        EXPECT_GT(largest.norm(), 0.002); // far from small
     }
 }
 
@@ -79,19 +88,13 @@ TEST(LoadPath, PressesAsDeepAsTheWholeAtEachPartOfIt) {
     const Vector3 direction = Vector3(1.0, 0.5, -2.0).normalized();
     tests::press(block.load_case, block.body->mesh, "x_max", direction, 0.03);
     const auto path = block.follow();
-    ASSERT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
-    ASSERT_EQ(path.points.size(), 3U);
+    const auto equilibria = expect_equilibria(block, path);
     double last = 0.0;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const core::Problem problem{block.body, core::scaled(block.load_case, block.load_case.path[k])};
-        const auto alone = msm::find_equilibrium(block.springs, block.body->mesh.points,
-                                                 msm::nodal_conditions(problem, block.springs.node_mass));
-        const auto &reaction = path.points[k].reaction[1];
-        EXPECT_NEAR(reaction.dot(direction), alone.press, 1e-7 * alone.press);
-        EXPECT_GT(alone.press, last);
-        last = alone.press;
-        for (std::size_t i = 0; i < alone.displacement.size(); ++i)
-            EXPECT_LT((path.points[k].displacement[i].cast<double>() - alone.displacement[i]).norm(), 2e-8);
+    for (std::size_t k = 0; k < equilibria.size(); ++k) {
+        const double press = equilibria[k].press;
+        EXPECT_NEAR(path.points[k].reaction[1].dot(direction), press, 1e-7 * press);
+        EXPECT_GT(press, last);
+        last = press;
     }
 }
 
@@ -151,6 +154,119 @@ TEST(SurfacePressure, IsTheDerivativeOfItsEnergyButForTheRim) {
             ahead[i][c] += step, behind[i][c] -= step;
             EXPECT_NEAR((open.energy(ahead) - open.energy(behind)) / (2.0 * step), gradient[i][c], 1e-9);
         }
+}
+
+TEST(NodalConditions, HaveFactorsAndShiftsOfNodesInWhatIsPrescribed) {
+    constexpr double free = std::numeric_limits<double>::quiet_NaN();
+    const auto body = tests::make_body(tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2}), {1060.0, 5000.0, 0.45});
+    auto load_case = tests::empty_load_case(body->mesh);
+    tests::prescribe(load_case, body->mesh, "z_max", {free, 0.0, -0.01});
+    tests::pull(load_case, body->mesh, "x_max", {1.0, 0.0, 0.0});
+    auto multiplied = load_case, shifted = load_case;
+    for (const auto &point : body->mesh.points) {
+        multiplied.node_factor.push_back(0.5 + point.x());
+        shifted.node_shift.emplace_back(0.1 * point);
+    }
+    const std::vector<double> masses(body->mesh.points.size());
+    const auto with_factor = msm::nodal_conditions({body, multiplied}, masses),
+               with_shift = msm::nodal_conditions({body, shifted}, masses);
+    Vector3 pulled = Vector3::Zero();
+    for (int node = 0; node < body->mesh.num_nodes(); ++node) {
+        pulled += with_factor.force[node];
+        const auto &point = body->mesh.points[node];
+        const Vector3 &factor = with_factor.displacement[node], &shift = with_shift.displacement[node];
+        EXPECT_TRUE(std::isnan(factor.x()) && std::isnan(shift.x()));
+        if (point.z() < 0.1 - 1e-9) {
+            EXPECT_TRUE(factor.array().isNaN().all() && shift.array().isNaN().all());
+            continue;
+        }
+        EXPECT_EQ(factor.y(), 0.0);
+        EXPECT_EQ(factor.z(), multiplied.node_factor[node] * -0.01);
+        EXPECT_EQ(shift.y(), 0.1 * point.y());
+        EXPECT_EQ(shift.z(), -0.01 + 0.1 * point.z());
+    }
+    EXPECT_LT((pulled - Vector3(0.01, 0.0, 0.0)).norm(), 1e-15); // loads have no factor
+    const auto half = core::scaled(shifted, 0.5);
+    EXPECT_TRUE(half.prescribed_at(body->mesh.num_boundary_triangles() - 1, 0).array().isNaN().any());
+    EXPECT_EQ(half.node_shift.back(), Vector3(0.05 * body->mesh.points.back()));
+    EXPECT_FALSE(core::are_statically_equal(shifted, half));
+    auto still = tests::empty_load_case(body->mesh);
+    tests::prescribe(still, body->mesh, "z_max", Vector3::Zero());
+    EXPECT_FALSE(core::is_driven(still));
+    still.node_shift = shifted.node_shift;
+    EXPECT_TRUE(core::is_driven(still));
+}
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int size = 12;
+
+MatrixXd positive_definite() {
+    MatrixXd matrix = MatrixXd::Identity(size, size);
+    for (int i = 0; i < size; ++i)
+        for (int j = 0; j < size; ++j)
+            matrix(i, j) += std::cos(i + 1.0) * std::cos(j + 1.0) + (i == j ? i : 0.1);
+    return matrix;
+}
+
+VectorXd identity(const VectorXd &b) {
+    return b;
+}
+
+TEST(ConjugateGradients, NeedAStepForEachUnknownAndOneWithTheInverse) {
+    const MatrixXd matrix = positive_definite();
+    const Eigen::LLT<MatrixXd> factor(matrix);
+    const VectorXd b = VectorXd::LinSpaced(size, -1.0, 2.0);
+    int num_products = 0;
+    const auto times = [&](const VectorXd &v) -> VectorXd {
+        ++num_products;
+        return matrix * v;
+    };
+    const VectorXd at_last = msm::conjugate_gradients(times, identity, b, 1e-12, size);
+    EXPECT_LT((matrix * at_last - b).norm(), 1e-10 * b.norm());
+    num_products = 0;
+    const VectorXd at_once = msm::conjugate_gradients(
+        times, [&](const VectorXd &v) -> VectorXd { return factor.solve(v); }, b, 1e-12, size);
+    EXPECT_EQ(num_products, 1);
+    EXPECT_LT((matrix * at_once - b).norm(), 1e-12 * b.norm());
+}
+
+TEST(ConjugateGradients, GoDownhillWhereTheMatrixIsIndefinite) {
+    MatrixXd matrix = positive_definite();
+    const VectorXd b = VectorXd::LinSpaced(size, -1.0, 2.0);
+    for (const double shift : {2.0, 5.0, 100.0}) {
+        const MatrixXd indefinite = matrix - shift * MatrixXd::Identity(size, size);
+        ASSERT_EQ(Eigen::LLT<MatrixXd>(indefinite).info(), Eigen::NumericalIssue);
+        const VectorXd x = msm::conjugate_gradients([&](const VectorXd &v) -> VectorXd { return indefinite * v; },
+                                                    identity, b, 1e-12, size);
+        EXPECT_GT(b.dot(x), 0.0) << shift;
+        EXPECT_TRUE(x.allFinite());
+    }
+}
+
+TEST(MassLumping, ConservesTotalMassOfSeveralRegions) {
+    auto mesh = tests::box_mesh({0.1, 0.2, 0.3}, {3, 2, 4});
+    mesh.region_names = {"light", "heavy"};
+    for (std::size_t t = 0; t < mesh.region.size(); t += 3)
+        mesh.region[t] = 1;
+    core::Body body{"box", mesh, {{1000.0, 5e3, 0.25}, {3000.0, 5e3, 0.25}}};
+
+    double expected = 0.0;
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    for (std::size_t t = 0; t < volumes.size(); ++t)
+        expected += volumes[t] * body.materials[mesh.region[t]].density;
+    const auto masses = msm::lumped_masses(body);
+    EXPECT_NEAR(std::accumulate(masses.begin(), masses.end(), 0.0), expected, 1e-14 * expected);
+}
+
+TEST(MassLumping, GivesAQuarterOfATetrahedronToEachCorner) {
+    const auto body = tests::make_body(tests::regular_tetrahedron(0.01), {1060.0, 5e3, 0.25});
+    const double volume = core::tetrahedron_volumes(body->mesh).front();
+    const auto masses = msm::lumped_masses(*body);
+    ASSERT_EQ(masses.size(), 4U);
+    for (const double mass : masses)
+        EXPECT_DOUBLE_EQ(mass, 1060.0 * volume / 4.0);
 }
 
 } // namespace

@@ -17,13 +17,6 @@ namespace {
 using core::Vector3;
 using Field = std::vector<Vector3>;
 
-Field positions_of(const core::Problem &problem, const Field &displacement) {
-    auto positions = problem.body->mesh.points;
-    for (std::size_t i = 0; i < positions.size(); ++i)
-        positions[i] += displacement[i];
-    return positions;
-}
-
 /// Nodes here and there, some inside a ball that has come.
 Field bumpy(const core::Problem &problem) {
     auto positions = problem.body->mesh.points;
@@ -96,7 +89,7 @@ TEST(SurfaceContact, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
     EXPECT_LT((sum - contact.force(x)).norm(), 1e-12 * sum.norm());
 }
 
-/// What the ball exerts the floor bears, and it pushes and does not pull.
+/// The floor bears the force of the ball, and it pushes and does not pull.
 void expect_balance(const Touched &touched) {
     ASSERT_EQ(touched.path.points.size(), 4U);
     double before = 0.0;
@@ -211,7 +204,8 @@ TEST(SurfaceContact, SinksInByLessWhereItIsStiffer) {
         const Touched touched({}, nullptr, stiffness);
         msm::SurfaceContact contact(touched.problem);
         contact.move_ball(1.0);
-        const double depth = contact.depth(positions_of(touched.problem, touched.path.end.displacement));
+        const double depth =
+            contact.depth(msm::moved(touched.problem.body->mesh.points, touched.path.end.displacement));
         EXPECT_GT(depth, 0.0);
         EXPECT_LT(depth, 0.1 * before);
         before = depth;

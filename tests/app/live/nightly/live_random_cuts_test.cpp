@@ -11,7 +11,6 @@
 #include "core/support/input_error.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "msm/cutting/cut_parts.hpp"
-#include "msm/cutting/part_of_body.hpp"
 #include "msm/elastic_body.hpp"
 #include "tests/cut_checks.hpp"
 

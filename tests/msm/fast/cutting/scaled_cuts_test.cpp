@@ -28,21 +28,10 @@ msm::ElasticBody coupled_around_nodes(const core::Body &body) {
 class ScaledCuts : public testing::Test {
   protected:
     ScaledCuts() {
-        body.mesh.region_names = {"soft", "hard"};
-        for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t) {
-            Vector3 middle = Vector3::Zero();
-            for (const int node : body.mesh.tetrahedra[t])
-                middle += 0.25 * body.mesh.points[node];
-            body.mesh.region[t] = middle.x() > 0.04 && middle.x() < 0.08 ? 1 : 0;
-        }
-        body.materials = {{1060.0, 5e3, 0.45}, {1060.0, 150e3, 0.45}};
         elastic = coupled_around_nodes(body);
-        for (const auto &point : body.mesh.points) {
-            conditions.displacement.emplace_back(
-                Vector3::Constant(point.x() < 0.001 ? 0.0 : std::numeric_limits<double>::quiet_NaN()));
-            conditions.force.emplace_back(Vector3::Zero());
-            conditions.constraint.push_back({-1, -1, -1});
-        }
+        for (std::size_t i = 0; i < body.mesh.points.size(); ++i)
+            if (body.mesh.points[i].x() < 0.001)
+                conditions.displacement[i].setZero();
         scaling = msm::scale_masses(body, elastic, conditions);
         now = body;
         parts = msm::CutParts::prepare(body, elastic, std::nullopt);
@@ -84,7 +73,7 @@ class ScaledCuts : public testing::Test {
         return steps.part(parts->parts(), parts->node_mass(), changes);
     }
 
-    /// What is left as a body that was set up anew.
+    /// The body that is left, set up anew.
     struct Anew {
         tests::Rest rest;
         msm::ElasticBody elastic;
@@ -153,25 +142,17 @@ class ScaledCuts : public testing::Test {
 
     std::vector<int> through_lump() const { return tests::tetrahedra_near(body, {0.06, 0.02, 0.04}, 0.017); }
 
-    core::Body body{.name = "bar", .mesh = tests::box_mesh({0.12, 0.04, 0.04}, {6, 2, 2}), .materials = {}};
+    core::Body body = tests::lumpy_bar({6, 2, 2}, 30.0);
     msm::ElasticBody elastic{{}, {}};
-    msm::NodalConditions conditions;
+    msm::NodalConditions conditions = tests::free_conditions(body.mesh.points.size());
     msm::MassScaling scaling;
     std::optional<msm::CutParts> parts;
     core::Body now; ///< by the numbers that are kept
     std::set<int> removed;
 };
 
-TEST_F(ScaledCuts, BesideTheStiffPartMoveAsTheCutBodySetUpAnewWithTheSameScaling) {
-    ASSERT_EQ(scaling.parts.size(), 1U);
-    const double step = 1e-4;
-    auto steps = in_motion(step);
-    auto soft = tests::tetrahedra_near(body, {0.12, 0.02, 0.04}, 0.02);
-    ASSERT_GT(soft.size(), 3U);
-    EXPECT_TRUE(cut(steps, soft));
-    const auto rest = anew();
-    expect_to_move_as(rest, renumbered(scaling, rest.rest.number), step, steps);
-}
+/// By a cut, or by a blade that parts.
+class ScaledCutsOfBothKinds : public ScaledCuts, public testing::WithParamInterface<bool> {};
 
 TEST_F(ScaledCuts, ThatTakeAStiffPartAwayMoveAsTheCutBodySetUpAnewWithoutScaling) {
     const double step = 1e-4;
@@ -186,39 +167,21 @@ TEST_F(ScaledCuts, ThatTakeAStiffPartAwayMoveAsTheCutBodySetUpAnewWithoutScaling
     expect_to_move_as(anew(), {}, step, steps);
 }
 
-TEST_F(ScaledCuts, ThroughTheStiffPartMoveUnscaledAndThenWithTheScalingOfWhatIsLeft) {
-    auto steps = in_motion(1e-4);
-    ASSERT_GT(through_lump().size(), 3U);
-    EXPECT_FALSE(cut(steps, through_lump()));
-    const auto rest = anew();
-    const double unscaled = highest(rest, {});
-    double step = 1.0 / unscaled;
-    steps.set_time_step(step);
-    expect_to_move_as(rest, {}, step, steps);
-
-    const auto again = scaling_of(rest);
-    ASSERT_FALSE(again.parts.empty());
-    const auto renumbered_again = renumbered(again, rest.rest.number);
-    const double scaled = highest(rest, renumbered_again);
-    EXPECT_LT(scaled, 0.5 * unscaled);
-    step = 1.0 / scaled;
-    EXPECT_TRUE(steps.set_scaling(again));
-    steps.set_time_step(step);
-    expect_to_move_as(rest, renumbered_again, step, steps);
-}
-
-TEST_F(ScaledCuts, ThatPartBesideTheStiffPartMoveAsThePartedBodySetUpAnewWithTheSameScaling) {
+TEST_P(ScaledCutsOfBothKinds, BesideTheStiffPartMoveAsWhatIsLeftSetUpAnewWithTheSameScaling) {
     ASSERT_EQ(scaling.parts.size(), 1U);
     const double step = 1e-4;
     auto steps = in_motion(step);
-    EXPECT_TRUE(part(steps, 0.1));
+    const auto soft = tests::tetrahedra_near(body, {0.12, 0.02, 0.04}, 0.02);
+    ASSERT_GT(soft.size(), 3U);
+    EXPECT_TRUE(GetParam() ? part(steps, 0.1) : cut(steps, soft));
     const auto rest = anew();
     expect_to_move_as(rest, renumbered(scaling, rest.rest.number), step, steps);
 }
 
-TEST_F(ScaledCuts, ThatPartTheStiffPartMoveUnscaledUntilTheyAreScaledAgain) {
+TEST_P(ScaledCutsOfBothKinds, ThroughTheStiffPartMoveUnscaledAndThenWithTheScalingOfWhatIsLeft) {
     auto steps = in_motion(1e-4);
-    EXPECT_FALSE(part(steps, 0.06));
+    ASSERT_GT(through_lump().size(), 3U);
+    EXPECT_FALSE(GetParam() ? part(steps, 0.06) : cut(steps, through_lump()));
     const auto rest = anew();
     const double unscaled = highest(rest, {});
     steps.set_time_step(1.0 / unscaled);
@@ -226,12 +189,15 @@ TEST_F(ScaledCuts, ThatPartTheStiffPartMoveUnscaledUntilTheyAreScaledAgain) {
 
     const auto again = scaling_of(rest);
     ASSERT_FALSE(again.parts.empty());
-    const double scaled = highest(rest, renumbered(again, rest.rest.number));
+    const auto renumbered_again = renumbered(again, rest.rest.number);
+    const double scaled = highest(rest, renumbered_again);
     EXPECT_LT(scaled, 0.5 * unscaled);
     EXPECT_TRUE(steps.set_scaling(again));
     steps.set_time_step(1.0 / scaled);
-    expect_to_move_as(rest, renumbered(again, rest.rest.number), 1.0 / scaled, steps);
+    expect_to_move_as(rest, renumbered_again, 1.0 / scaled, steps);
 }
+
+INSTANTIATE_TEST_SUITE_P(CutAndPart, ScaledCutsOfBothKinds, testing::Bool());
 
 TEST_F(ScaledCuts, AreStableUpToTheCriticalStepOfTheCutBodySetUpAnewAndNotBeyond) {
     auto steps = in_motion(1e-4);

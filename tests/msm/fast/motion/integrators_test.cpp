@@ -1,17 +1,16 @@
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
+#include <gtest/gtest.h>
 #include <numbers>
 #include <random>
 
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/implicit_integrators.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "tests/not_a_number.hpp"
+#include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -58,9 +57,7 @@ struct Lump {
     Lump() : body(*tests::make_body(tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2}), {1060.0, 5000.0, 0.25})) {
         springs = msm::spring_network(body, msm::all_spring_laws().front());
         const auto size = body.mesh.points.size();
-        conditions.displacement.assign(size, Vector3::Constant(nan));
-        conditions.constraint.assign(size, {-1, -1, -1});
-        conditions.force.assign(size, Vector3::Zero());
+        conditions = tests::free_conditions(size);
         std::mt19937 generator(7);
         std::uniform_real_distribution<double> part(-1.0, 1.0);
         start.displacement.resize(static_cast<Eigen::Index>(3 * size));
@@ -72,9 +69,7 @@ struct Lump {
     }
 
     double energy(const msm::EquationOfMotion &equation, const msm::State &state) const {
-        auto moved = msm::to_field(state.displacement);
-        for (std::size_t i = 0; i < moved.size(); ++i)
-            moved[i] += body.mesh.points[i];
+        const auto moved = msm::moved(body.mesh.points, msm::to_field(state.displacement));
         return msm::elastic_energy(springs, moved) + msm::kinetic_energy(equation, state);
     }
 
@@ -127,8 +122,8 @@ TEST_P(Integrators, ConserveMomentumOfFreeSprings) {
     EXPECT_GT((state.velocity - lump.start.velocity).norm(), 0.1 * lump.start.velocity.norm());
 }
 
-/// Those that keep a symplectic form keep the energy within bounds, and the angular momentum exactly; the others do not
-/// even over a thousandth of the time, unless the step is small.
+/// Integrators that keep a symplectic form keep the energy within bounds, and the angular momentum exactly; the others
+/// do not even over a thousandth of the time, unless the step is small.
 TEST_P(Integrators, KeepEnergyWithinBoundsIfSymplectic) {
     const Lump lump;
     const auto equation = msm::elastic_motion(lump.springs, lump.body.mesh.points, lump.conditions, {});
@@ -223,9 +218,7 @@ TEST(ElasticMotion, IsTheGradientOfTheEnergyPerMass) {
     const auto equation = msm::elastic_motion(lump.springs, lump.body.mesh.points, lump.conditions, {0.7, 0.0});
     Eigen::VectorXd a(lump.start.displacement.size());
     equation.acceleration(lump.start.displacement, lump.start.velocity, a);
-    auto moved = msm::to_field(lump.start.displacement);
-    for (std::size_t i = 0; i < moved.size(); ++i)
-        moved[i] += lump.body.mesh.points[i];
+    const auto moved = msm::moved(lump.body.mesh.points, msm::to_field(lump.start.displacement));
     const auto gradient = msm::elastic_gradient(lump.springs, moved);
     const Eigen::VectorXd expected =
         (msm::to_unknowns(lump.conditions.force) - msm::to_unknowns(gradient)).cwiseQuotient(equation.mass) -
@@ -253,7 +246,7 @@ TEST(ElasticMotion, DampsAlongTheSpringsOnly) {
     EXPECT_LT(a.norm(), 1e-10 * expected.norm());
 }
 
-/// What is known in closed form of the linear oscillation.
+/// Closed forms of the linear oscillation.
 TEST(CriticalTimeStep, IsTheKnownOneOfEachIntegrator) {
     const auto limit = [](std::string_view name, const core::RayleighDamping &damping) {
         const auto integrators = msm::known_integrators();
@@ -280,5 +273,85 @@ TEST(CriticalTimeStep, IsTheKnownOneOfEachIntegrator) {
     // Symplectic Euler with (omega h)^2 + 4 zeta omega h = 4.
     EXPECT_NEAR(limit("symplectic_euler", {0.0, 0.01}), std::sqrt(1.0 + 4.0) - 1.0, 1e-6);
 }
+
+namespace {
+
+/// The value after a step from y = 1 where y' = z y.
+double amplification(const std::vector<msm::ChebyshevStage> &stages, double z) {
+    double before = 0.0, last = 0.0;
+    for (const auto &stage : stages) {
+        const double next =
+            stage.mu * last + stage.nu * before + stage.mu_tilde * z * (1.0 + last) + stage.gamma_tilde * z;
+        before = last;
+        last = next;
+    }
+    return 1.0 + last;
+}
+
+/// T_s and its derivatives where x = cosh(t) > 1.
+struct Chebyshev {
+    double value, slope, curvature;
+
+    Chebyshev(int s, double x) {
+        const double t = std::acosh(x), root = std::sqrt(x * x - 1.0);
+        value = std::cosh(s * t);
+        slope = s * std::sinh(s * t) / root;
+        curvature = (s * s * value - x * slope) / (x * x - 1.0);
+    }
+};
+
+class ChebyshevStages : public testing::TestWithParam<std::tuple<int, double>> {
+  protected:
+    const int s = std::get<0>(GetParam());
+    const double epsilon = std::get<1>(GetParam());
+    const std::vector<msm::ChebyshevStage> stages = msm::chebyshev_stages(s, epsilon);
+    const double w0 = 1.0 + epsilon / (s * s);
+    const Chebyshev at_w0{s, w0};
+    const double w1 = at_w0.slope / at_w0.curvature;
+};
+
+} // namespace
+
+/// In closed form on the negative real axis, where w_0 + w_1 z lies between -1 and 1.
+TEST_P(ChebyshevStages, HaveTheStabilityPolynomialOfTheMethod) {
+    const double b = at_w0.curvature / (at_w0.slope * at_w0.slope);
+    for (int i = 0; i <= 100; ++i) {
+        const double angle = std::acos(-1.0) * i / 100.0;
+        const double z = (std::cos(angle) - w0) / w1;
+        EXPECT_NEAR(amplification(stages, z), 1.0 - b * at_w0.value + b * std::cos(s * angle), 1e-9) << z;
+    }
+}
+
+TEST_P(ChebyshevStages, AreStableAsFarAsTheySay) {
+    const double end = -(w0 + 1.0) / w1;
+    for (int i = 1; i < 1000; ++i)
+        EXPECT_LT(std::abs(amplification(stages, end * i / 1000.0)), 1.0) << i;
+    EXPECT_GT(std::abs(amplification(stages, 1.5 * end)), 1.0);
+    // The paper's estimate of how far that is.
+    EXPECT_NEAR(-end, 2.0 / 3.0 * (s * s - 1) * (1.0 - 2.0 / 15.0 * epsilon), 0.02 * -end);
+}
+
+/// R(z) = exp(z) + O(z^3).
+TEST_P(ChebyshevStages, AreOfSecondOrder) {
+    const auto error = [&](double z) { return std::abs(amplification(stages, z) - std::exp(z)); };
+    EXPECT_NEAR(std::log2(error(-0.02) / error(-0.01)), 3.0, 0.05);
+    EXPECT_NEAR(stages.back().time, 1.0, 1e-13);
+}
+
+/// y' = t tells where in time the stages stand, and a method of second order is exact for it.
+TEST_P(ChebyshevStages, StandWhereTheirTimesSay) {
+    double before = 0.0, last = 0.0, time = 0.0;
+    for (const auto &stage : stages) {
+        EXPECT_GT(stage.time, time);
+        const double next = stage.mu * last + stage.nu * before + stage.mu_tilde * time;
+        before = last;
+        last = next;
+        time = stage.time;
+    }
+    EXPECT_NEAR(last, 0.5, 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ChebyshevStages,
+                         testing::Combine(testing::Values(2, 3, 5, 8, 20), testing::Values(2.0 / 13.0, 0.5)));
 
 } // namespace livermark

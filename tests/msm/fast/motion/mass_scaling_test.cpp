@@ -7,13 +7,13 @@
 
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
-#include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/spring_energy.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
+#include "msm/statics/rest_stiffness.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -22,35 +22,20 @@ namespace {
 
 using core::Vector3;
 
-constexpr double hardness = 30.0;
-
 /// A soft bar with a hard lump in its middle, of neo-Hookean springs around nodes.
 struct Bar {
-    core::Body body;
+    core::Body body = tests::lumpy_bar({6, 3, 3}, 30.0);
     msm::ElasticBody springs{{}, {}};
-    msm::NodalConditions conditions; ///< free everywhere, no loads
+    msm::NodalConditions conditions = tests::free_conditions(body.mesh.points.size());
 
     /// @param averages_volumes  see msm::CoupledSprings
     explicit Bar(bool is_held = false, bool averages_volumes = false) {
-        auto mesh = tests::box_mesh({0.12, 0.04, 0.04}, {6, 3, 3});
-        mesh.region_names = {"soft", "hard"};
-        for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-            Vector3 centre = Vector3::Zero();
-            for (const int node : mesh.tetrahedra[t])
-                centre += mesh.points[node] / 4.0;
-            mesh.region[t] = centre.x() > 0.04 && centre.x() < 0.08 ? 1 : 0;
-        }
-        body = {.name = "bar", .mesh = mesh, .materials = {{1060.0, 5e3, 0.45}, {1060.0, hardness * 5e3, 0.45}}};
         auto chosen = msm::find_coupled_springs("nodal_neo_hookean");
         chosen.averages_volumes = averages_volumes;
         springs = msm::coupled_springs_with_volume(body, chosen);
-        const auto size = mesh.points.size();
-        conditions.displacement.assign(size, Vector3::Constant(std::nan("")));
-        conditions.constraint.assign(size, {-1, -1, -1});
-        conditions.force.assign(size, Vector3::Zero());
         if (is_held)
-            for (std::size_t i = 0; i < size; ++i)
-                if (mesh.points[i].x() == 0.0)
+            for (std::size_t i = 0; i < body.mesh.points.size(); ++i)
+                if (body.mesh.points[i].x() == 0.0)
                     conditions.displacement[i].setZero();
     }
 
@@ -67,6 +52,13 @@ struct Bar {
             velocity.emplace_back(0.1 + 3.0 * x.y(), -2.0 * x.x(), 1.5 * x.y());
         }
         return {msm::to_unknowns(displacement), msm::to_unknowns(velocity)};
+    }
+    void stop_what_is_held(msm::State &state) const {
+        for (std::size_t i = 0; i < body.mesh.points.size(); ++i)
+            if (!std::isnan(conditions.displacement[i].x())) {
+                msm::of_node(state.displacement, static_cast<int>(i)).setZero();
+                msm::of_node(state.velocity, static_cast<int>(i)).setZero();
+            }
     }
     msm::EquationOfMotion equation(const msm::MassScaling &scaling) const {
         return msm::elastic_motion(springs, body.mesh.points, conditions, {}, scaling);
@@ -122,10 +114,10 @@ TEST(MassScaling, MakesTheCriticalStepThatOfTheSoftTissue) {
     auto soft_alone = bar.conditions;
     for (const int node : scaling.parts.front().nodes)
         soft_alone.displacement[node].setZero();
-    const double of_rest = msm::largest_angular_frequency(bar.springs, bar.body.mesh.points, soft_alone);
-    EXPECT_GT(bar.highest({}), 3.5 * of_rest);
-    EXPECT_LT(bar.highest(scaling), 1.25 * of_rest);
-    EXPECT_GE(bar.highest(scaling), (1.0 - 1e-9) * of_rest); // Cauchy's interlacing
+    const double rest_frequency = msm::largest_angular_frequency(bar.springs, bar.body.mesh.points, soft_alone);
+    EXPECT_GT(bar.highest({}), 3.5 * rest_frequency);
+    EXPECT_LT(bar.highest(scaling), 1.25 * rest_frequency);
+    EXPECT_GE(bar.highest(scaling), (1.0 - 1e-9) * rest_frequency); // Cauchy's interlacing
 }
 
 TEST(MassScaling, IsStableUpToThePredictedStepAndNotBeyond) {
@@ -249,11 +241,7 @@ TEST(MassScaling, MovesOnVectorUnitsAsTheOracleDoes) {
         const auto equation = msm::elastic_motion(bar.springs, bar.body.mesh.points, bar.conditions, damping, scaling);
         const auto step = msm::find_integrator("symplectic_euler").prepare(equation, time_step);
         auto expected = bar.thrown();
-        for (std::size_t i = 0; i < bar.body.mesh.points.size(); ++i)
-            if (!std::isnan(bar.conditions.displacement[i].x())) {
-                msm::of_node(expected.displacement, static_cast<int>(i)).setZero();
-                msm::of_node(expected.velocity, static_cast<int>(i)).setZero();
-            }
+        bar.stop_what_is_held(expected);
         const auto start = expected;
         for (int s = 0; s < 5; ++s)
             step(expected);
@@ -299,9 +287,7 @@ TEST(MassScaling, MovesHeavierNodesOnVectorUnitsAsTheOracleDoes) {
     const auto equation = msm::elastic_motion(heavier, bar.body.mesh.points, bar.conditions, {}, loaded);
     const auto step = msm::find_integrator("symplectic_euler").prepare(equation, time_step);
     auto start = bar.thrown();
-    for (std::size_t i = 0; i < bar.body.mesh.points.size(); ++i)
-        if (!std::isnan(bar.conditions.displacement[i].x()))
-            msm::of_node(start.displacement, static_cast<int>(i)).setZero();
+    bar.stop_what_is_held(start);
     for (const auto precision : tests::both_precisions) {
         auto steps = msm::FastSteps::prepare(bar.springs, bar.body.mesh.points, bar.conditions, {}, "symplectic_euler",
                                              time_step, {.precision = precision, .scaling = scaling});
@@ -309,7 +295,7 @@ TEST(MassScaling, MovesHeavierNodesOnVectorUnitsAsTheOracleDoes) {
         for (const int i : touched)
             steps->set_mass(part.nodes[i], part.mass[i]);
         steps->set_state(start);
-        auto expected = steps->state(); // what is constrained stands still
+        auto expected = steps->state();
         const auto before = expected;
         steps->take(5);
         for (int s = 0; s < 5; ++s)

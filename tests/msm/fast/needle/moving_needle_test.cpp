@@ -61,6 +61,12 @@ struct PrickedBox {
         return needle.depth() - way * (step - 360);
     }
     static constexpr int num_steps = 560;
+
+    FastSteps steps(const ElasticBody &springs, double time_step, ForcePrecision precision) const {
+        return FastSteps::prepare(springs, body.mesh.points, conditions, {20.0, 0.0}, "symplectic_euler", time_step,
+                                  {.precision = precision})
+            .value();
+    }
 };
 
 ElasticBody springs_named(const core::Body &body, const std::string &name) {
@@ -72,7 +78,7 @@ ElasticBody springs_named(const core::Body &body, const std::string &name) {
     return springs_with_volume(body, springs_beside_volume(body, law), find_volume_term("nodal_volume")).body;
 }
 
-/// What the needle does, slowly and plainly: matrices of all nodes in three components, and impulses by as many sweeps
+/// The needle, slowly and plainly: matrices of all nodes in three components, and impulses by as many sweeps
 /// of Gauss and Seidel as it takes.
 class PlainNeedle {
   public:
@@ -80,14 +86,14 @@ class PlainNeedle {
         : needle_(box.needle), line_(core::needle_line(box.needle)), axis_(box.needle.direction()),
           weights_(core::nodal_weights(line_.places, box.body.mesh)) {
         per_mass_ = Eigen::VectorXd::Zero(3 * weights_.cols());
-        Eigen::VectorXd of_node(weights_.cols());
+        Eigen::VectorXd inverse_mass(weights_.cols());
         for (Eigen::Index i = 0; i < weights_.cols(); ++i) {
             const auto &held = box.conditions.displacement[i];
-            of_node[i] = held.array().isNaN().any() ? 1.0 / body.node_mass[i] : 0.0;
+            inverse_mass[i] = held.array().isNaN().any() ? 1.0 / body.node_mass[i] : 0.0;
             for (int c = 0; c < 3; ++c)
-                per_mass_[3 * i + c] = std::isnan(held[c]) ? of_node[i] : 0.0;
+                per_mass_[3 * i + c] = std::isnan(held[c]) ? inverse_mass[i] : 0.0;
         }
-        places_ = weights_ * of_node.asDiagonal() * weights_.transpose();
+        places_ = weights_ * inverse_mass.asDiagonal() * weights_.transpose();
         stuck_.assign(weights_.rows(), std::nan(""));
         held_.assign(weights_.rows(), Vector3::Zero());
         before_ = Eigen::MatrixXd::Zero(weights_.rows(), 3);
@@ -230,7 +236,7 @@ class PlainNeedle {
     double depth_ = 0.0, deepest_ = 0.0;
 };
 
-/// Of displacements, over the largest.
+/// Difference of displacements, over the largest.
 double largest_difference(const State &found, const State &expected) {
     return (found.displacement - expected.displacement).lpNorm<Eigen::Infinity>() /
            expected.displacement.lpNorm<Eigen::Infinity>();
@@ -243,11 +249,9 @@ TEST(MovingNeedle, DoesWhatThePlainOneDoes) {
         for (const auto precision : tests::both_precisions) {
             SCOPED_TRACE(name);
             const auto body = springs_named(box.body, name);
-            auto steps = FastSteps::prepare(body, box.body.mesh.points, box.conditions, damping, "symplectic_euler",
-                                            needle_step, {.precision = precision});
-            ASSERT_TRUE(steps.has_value());
+            auto steps = box.steps(body, needle_step, precision);
             MovingNeedle needle(box.needle, box.body.mesh, body.node_mass, box.conditions);
-            needle.begin(*steps);
+            needle.begin(steps);
             PlainNeedle plain(box, body);
             const auto equation = elastic_motion(body, box.body.mesh.points, box.conditions, damping);
             const auto step = find_integrator("symplectic_euler").prepare(equation, needle_step);
@@ -258,13 +262,13 @@ TEST(MovingNeedle, DoesWhatThePlainOneDoes) {
             for (int s = 0; s < PrickedBox::num_steps; ++s) {
                 step(state);
                 plain.act(state, box.depth_at(s + 1), needle_step);
-                steps->take(1);
-                needle.act(*steps, box.depth_at(s + 1), needle_step);
+                steps.take(1);
+                needle.act(steps, box.depth_at(s + 1), needle_step);
                 deepest = std::max(deepest, plain.tip);
                 if (s % 20 != 19)
                     continue;
                 // With other digits the tissue may let go a step earlier or later.
-                EXPECT_LT(largest_difference(steps->state(), state), is_double ? 1e-8 : 1e-2) << s;
+                EXPECT_LT(largest_difference(steps.state(), state), is_double ? 1e-8 : 1e-2) << s;
                 EXPECT_NEAR(needle.tip(), plain.tip, (is_double ? 1e-9 : 1e-3) * box.needle.depth()) << s;
                 if (!is_double)
                     continue;
@@ -283,22 +287,20 @@ TEST(MovingNeedle, LeavesStepsAsLongAsTheyAre) {
     const auto body = springs_named(box.body, "patch");
     const double highest = largest_angular_frequency(body, box.body.mesh.points, box.conditions, MassScaling{}, 1e-4);
     const double longest = 0.97 * 2.0 / highest;
-    auto steps = FastSteps::prepare(body, box.body.mesh.points, box.conditions, {20.0, 0.0}, "symplectic_euler",
-                                    longest, {.precision = ForcePrecision::double_precision});
-    ASSERT_TRUE(steps.has_value());
+    auto steps = box.steps(body, longest, ForcePrecision::double_precision);
     MovingNeedle needle(box.needle, box.body.mesh, body.node_mass, box.conditions);
-    needle.begin(*steps);
+    needle.begin(steps);
     const auto go_on = [&](double from, double to, int count) {
         for (int i = 1; i <= count; ++i) {
-            steps->take(1);
-            needle.act(*steps, from + (to - from) * i / count, longest);
+            steps.take(1);
+            needle.act(steps, from + (to - from) * i / count, longest);
         }
     };
     const int count = static_cast<int>(0.5 / longest);
     go_on(0.0, box.needle.depth(), count);
     EXPECT_GT(needle.tip(), 0.5 * box.needle.depth());
     go_on(box.needle.depth(), box.needle.depth(), count);
-    const auto state = steps->state();
+    const auto state = steps.state();
     EXPECT_LT(state.displacement.lpNorm<Eigen::Infinity>(), 0.01);
     EXPECT_LT(state.velocity.lpNorm<Eigen::Infinity>(), 1e-3);
     const double force = needle.force();
@@ -313,24 +315,22 @@ TEST(MovingNeedle, LeavesStepsAsLongAsTheyAre) {
 TEST(MovingNeedle, SaysThatABodyHasDiverged) {
     const PrickedBox box;
     const auto body = springs_named(box.body, "patch");
-    auto steps = FastSteps::prepare(body, box.body.mesh.points, box.conditions, {20.0, 0.0}, "symplectic_euler",
-                                    needle_step, {.precision = ForcePrecision::double_precision});
-    ASSERT_TRUE(steps.has_value());
+    auto steps = box.steps(body, needle_step, ForcePrecision::double_precision);
     MovingNeedle needle(box.needle, box.body.mesh, body.node_mass, box.conditions);
-    needle.begin(*steps);
+    needle.begin(steps);
     int step = 0;
     for (; step < 120; ++step) {
-        steps->take(1);
-        needle.act(*steps, box.depth_at(step), needle_step);
+        steps.take(1);
+        needle.act(steps, box.depth_at(step), needle_step);
     }
     const double tip = needle.tip();
     ASSERT_GT(tip, 0.0);
-    auto state = steps->state();
+    auto state = steps.state();
     state.displacement.setConstant(std::nan(""));
-    steps->set_state(state);
+    steps.set_state(state);
     for (; step < box.num_steps; ++step) {
-        steps->take(1);
-        needle.act(*steps, box.depth_at(step), needle_step);
+        steps.take(1);
+        needle.act(steps, box.depth_at(step), needle_step);
         ASSERT_FALSE(std::isfinite(needle.force()));
     }
     EXPECT_EQ(needle.tip(), tip);

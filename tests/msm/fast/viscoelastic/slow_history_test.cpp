@@ -85,7 +85,7 @@ double fading(const core::PronySeries &series, double time) {
     return left;
 }
 
-/// What grows of a strain under a stress that is held, of one branch: J(t) / J(0).
+/// Growth of a strain under a stress that is held, of one branch: J(t) / J(0).
 double creep(double modulus, double time_constant, double time) {
     const double left = 1.0 - modulus;
     return (1.0 - modulus * std::exp(-left * time / time_constant)) / left;
@@ -174,7 +174,7 @@ TEST(SlowHistory, TimesOfZeroAndInfinityAreTheElasticLimits) {
     }
 }
 
-/// What comes in is stored or has become heat, but for the error of the steps, and heat is never taken back.
+/// Work that comes in is stored or has become heat, but for the error of the steps, and heat is never taken back.
 TEST(SlowHistory, BalancesItsEnergyAndNeverCreatesAny) {
     for (const auto regime : {core::Regime::small, core::Regime::large})
         for (const bool is_pressed : {false, true}) {

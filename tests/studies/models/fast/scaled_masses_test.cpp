@@ -7,7 +7,7 @@
 #include "msm/elastic_body.hpp"
 #include "tests/oracles/equilibria.hpp"
 #include "tests/oracles/slow_methods.hpp"
-#include "tests/samples/test_meshes.hpp"
+#include "tests/samples/moving_samples.hpp"
 
 namespace livermark {
 namespace {
@@ -17,18 +17,7 @@ using interactive::Scene;
 
 /// A soft bar with a lump in its middle, free or with its end at x = 0 constrained.
 Scene lumpy_bar(double hardness, bool is_constrained, double mass_damping = 0.0) {
-    auto mesh = tests::box_mesh({0.12, 0.04, 0.04}, {6, 2, 2});
-    mesh.region_names = {"soft", "hard"};
-    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-        Vector3 centre = Vector3::Zero();
-        for (const int node : mesh.tetrahedra[t])
-            centre += mesh.points[node] / 4.0;
-        mesh.region[t] = centre.x() > 0.04 && centre.x() < 0.08 ? 1 : 0;
-    }
-    Scene scene{.body = std::make_shared<const core::Body>(
-                    core::Body{.name = "bar",
-                               .mesh = std::move(mesh),
-                               .materials = {{1060.0, 5e3, 0.45}, {1060.0, hardness * 5e3, 0.45}}}),
+    Scene scene{.body = std::make_shared<const core::Body>(tests::lumpy_bar({6, 2, 2}, hardness)),
                 .node_mass = {},
                 .constrained_nodes = {},
                 .mass_damping = mass_damping};

@@ -42,7 +42,7 @@ std::vector<Vector3> displacement(const core::Problem &problem, const std::strin
     return solution.displacement;
 }
 
-/// What a load case puts on the free end.
+/// Traction of a load case on the free end.
 Vector3 traction_at_end(const core::Problem &problem) {
     const auto &load_case = problem.load_case;
     const auto facets = std::views::iota(0, load_case.num_facets());

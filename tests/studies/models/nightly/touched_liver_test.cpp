@@ -39,7 +39,7 @@ core::Problem refined_below_ball(const core::Problem &coarse) {
     return core::refine_near_places(coarse, std::span(&place, 1), around_touch).problem;
 }
 
-/// What the meshes say of the error of the reference: of its displacement and force at the whole depth, and of its
+/// The error of the reference that the meshes tell: of its displacement and force at the whole depth, and of its
 /// force on the way.
 TEST(TouchedLiver, TheReferenceKnowsItsError) {
     constexpr std::size_t num_meshes = 4;
@@ -75,8 +75,8 @@ TEST(TouchedLiver, TheReferenceKnowsItsError) {
         const auto error = *core::extrapolated(problem.body->mesh, problem.load_case, levels).observed_error;
         fmt::print("{} meshes: order {:.2f}, displacement {:.2f} %, force {:.2f} %; bars of the forces", levels.size(),
                    error.order, 100.0 * error.relative_l2, 100.0 * error.reaction);
-        for (const auto &of_meshes : forces)
-            fmt::print(" {:.2f} %", 100.0 * core::observed_error(of_meshes) / of_meshes.back());
+        for (const auto &on_meshes : forces)
+            fmt::print(" {:.2f} %", 100.0 * core::observed_error(on_meshes) / on_meshes.back());
         fmt::print("\n");
         std::fflush(stdout);
     }

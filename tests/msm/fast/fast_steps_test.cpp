@@ -1,10 +1,16 @@
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <limits>
+#include <random>
 
+#include "core/mesh/tetra_mesh.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
+#include "msm/kernels/layout/sliced_body.hpp"
+#include "msm/kernels/layout/slicing.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
+#include "msm/springs/volume_penalty.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -15,21 +21,8 @@ using msm::FastSteps;
 using msm::State;
 using tests::Sample;
 
-/// A bar of 63 nodes, which fill no slice: soft, with a hard middle.
-core::Body odd_bar() {
-    auto mesh = tests::box_mesh({0.12, 0.04, 0.04}, {6, 2, 2});
-    mesh.region_names = {"soft", "hard"};
-    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-        core::Vector3 centre = core::Vector3::Zero();
-        for (const int node : mesh.tetrahedra[t])
-            centre += mesh.points[node] / 4.0;
-        mesh.region[t] = centre.x() > 0.04 && centre.x() < 0.08 ? 1 : 0;
-    }
-    return {.name = "bar", .mesh = mesh, .materials = {{1060.0, 5e3, 0.45}, {1060.0, 1e5, 0.45}}};
-}
-
 std::vector<std::pair<std::string, Sample>> odd_samples() {
-    const auto body = odd_bar();
+    const auto body = tests::lumpy_bar({6, 2, 2}, 20.0); // whose 63 nodes fill no slice
     auto sample = tests::loose(body);
     for (std::size_t i = 0; i < sample.positions.size(); ++i) // parts whose masses are scaled are free
         sample.conditions.displacement[i].setConstant(
@@ -95,7 +88,7 @@ TEST(FastStepsAfterALoss, KeepNothingOfItInScaledMasses) {
     for (const auto &[name, sample] : odd_samples())
         for (const auto precision : tests::both_precisions) {
             SCOPED_TRACE(name);
-            const auto scaling = msm::scale_masses(odd_bar(), sample.body, sample.conditions);
+            const auto scaling = msm::scale_masses(tests::lumpy_bar({6, 2, 2}, 20.0), sample.body, sample.conditions);
             ASSERT_EQ(scaling.parts.size(), 1U);
             expect_nothing_left(sample, "symplectic_euler", {.precision = precision, .scaling = scaling});
         }
@@ -125,6 +118,85 @@ TEST(FastStepsWithALimit, MoveAsWithoutOneWhereNobodyReachesIt) {
         EXPECT_LT(without.velocity.lpNorm<Eigen::Infinity>(), 100.0);
         EXPECT_EQ(with.displacement, without.displacement);
         EXPECT_EQ(with.velocity, without.velocity);
+    }
+}
+
+using msm::SpringLane;
+
+/// A neighbour is shared if, and only if, both nodes of the lane have a spring to it, and the nodes of a lane have one
+/// between them wherever there was a choice.
+TEST(SpringLanes, FetchOnceWhatBothNodesOfALaneNeed) {
+    std::size_t num_between = 0, num_shared = 0, num_alone = 0;
+    msm::StepParts parts;
+    parts.edges = core::edge_table(tests::box_mesh({0.1, 0.1, 0.1}, {5, 4, 3}).tetrahedra).edges;
+    const auto lanes = msm::spring_lanes(parts, 6 * 5 * 4);
+    for (const auto &lane : lanes) {
+        num_between += lane.between >= 0;
+        num_shared += lane.shared.size();
+        num_alone += lane.alone[0].size() + lane.alone[1].size();
+        EXPECT_GE(lane.alone[0].size(), lane.alone[1].size());
+        for (const auto &neighbour : lane.shared)
+            EXPECT_TRUE(neighbour.spring[0] >= 0 && neighbour.spring[1] >= 0);
+        for (const auto &neighbour : lane.alone[0])
+            EXPECT_TRUE(std::ranges::none_of(lane.alone[1], [&](const auto &n) { return n.node == neighbour.node; }));
+    }
+    EXPECT_GT(num_between, lanes.size() * 8 / 10);
+    EXPECT_GT(2 * num_shared, num_alone); // most of the ends outside lanes
+}
+
+SpringLane lane(int num_shared, int num_first, int num_second) {
+    SpringLane lane;
+    lane.shared.resize(num_shared);
+    lane.alone[0].resize(num_first);
+    lane.alone[1].resize(num_second);
+    return lane;
+}
+
+/// Whether neighbours find a line each, by the rule that fewest_lines() has.
+bool fits(const SpringLane &lane, const msm::LineCounts &count) {
+    const int split = std::max(0, static_cast<int>(lane.shared.size()) - count.shared);
+    const int room = count.shared - static_cast<int>(lane.shared.size()) + split;
+    int missing = 0;
+    for (const int side : {0, 1})
+        missing += std::max(0, static_cast<int>(lane.alone[side].size()) + split - count.alone[side]);
+    return missing <= room;
+}
+
+/// No other counts that are enough cost less: to fetch a line as much as the forces of one.
+TEST(SpringLanes, FindTheFewestLinesForLanesThatDiffer) {
+    std::mt19937 random(3);
+    const auto cost = [](const msm::LineCounts &c) { return c.total() + c.num_springs(); };
+    for (int sample = 0; sample < 20; ++sample) {
+        std::vector<SpringLane> lanes;
+        for (int l = 0; l < 5; ++l) {
+            const int first = static_cast<int>(random() % 6), second = static_cast<int>(random() % 6);
+            lanes.push_back(lane(static_cast<int>(random() % 6), std::max(first, second), std::min(first, second)));
+        }
+        const auto found = msm::fewest_lines(lanes, 0, lanes.size());
+        EXPECT_TRUE(std::ranges::all_of(lanes, [&](const auto &l) { return fits(l, found); }));
+        for (int shared = 0; shared < 16; ++shared)
+            for (int first = 0; first < 16; ++first)
+                for (int second = 0; second < 16; ++second) {
+                    const msm::LineCounts other{shared, {first, second}};
+                    if (cost(other) < cost(found)) {
+                        EXPECT_FALSE(std::ranges::all_of(lanes, [&](const auto &l) { return fits(l, other); }));
+                    }
+                }
+    }
+}
+
+/// Fast kernels take other means for those over corners.
+TEST(FastStepsBesideMeansOfVolumes, KnowThoseOverCornersAlone) {
+    const auto body = tests::two_materials(108, 0.45, 0.45);
+    const auto parts = msm::nodal_parts(body);
+    for (const bool are_known : {true, false}) {
+        auto volumes = msm::mean_volumes_around_nodes(parts, {1e4, 1e4});
+        volumes.measure = msm::logarithm_of_volume;
+        if (!are_known)
+            volumes.mean.setIdentity();
+        const msm::ElasticBody springs({}, {msm::coupled_springs(body, msm::find_coupled_springs("edge_neo_hookean")),
+                                            msm::volume_penalty(body.mesh, volumes)});
+        EXPECT_EQ(msm::step_parts(springs).has_value(), are_known);
     }
 }
 

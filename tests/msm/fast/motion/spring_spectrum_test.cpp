@@ -1,16 +1,19 @@
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 #include <numbers>
 
-#include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
+#include "msm/integrator.hpp"
 #include "msm/springs/spring_network.hpp"
+#include "msm/statics/rest_stiffness.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/not_a_number.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {
@@ -29,16 +32,16 @@ constexpr double chain_stiffness = 3.0;
 constexpr double chain_mass = 0.02;
 
 /// Equal masses on a line between two walls, free along the line only.
-Springs chain(int num_masses) {
+Springs chain(int num_masses, double stiffness = chain_stiffness, double mass = chain_mass, double spacing = 0.1) {
     Springs springs;
     for (int i = 0; i <= num_masses + 1; ++i) {
         const bool is_wall = i == 0 || i == num_masses + 1;
-        springs.positions.emplace_back(0.1 * i, 0.0, 0.0);
-        springs.network.node_mass.push_back(chain_mass);
+        springs.positions.emplace_back(spacing * i, 0.0, 0.0);
+        springs.network.node_mass.push_back(mass);
         springs.conditions.displacement.emplace_back(is_wall ? 0.0 : nan, 0.0, 0.0);
         if (i > 0) {
             springs.network.edges.push_back({i - 1, i});
-            springs.network.stiffness.push_back(chain_stiffness);
+            springs.network.stiffness.push_back(stiffness);
             springs.network.rest_length.push_back((springs.positions[i] - springs.positions[i - 1]).norm());
         }
     }
@@ -46,8 +49,8 @@ Springs chain(int num_masses) {
 }
 
 /// omega_j = 2 sqrt(k / m) sin(j pi / (2 (n + 1)))
-double chain_frequency(int mode, int num_masses) {
-    return 2.0 * std::sqrt(chain_stiffness / chain_mass) * std::sin(mode * std::numbers::pi / (2.0 * (num_masses + 1)));
+double chain_frequency(int mode, int num_masses, double stiffness = chain_stiffness, double mass = chain_mass) {
+    return 2.0 * std::sqrt(stiffness / mass) * std::sin(mode * std::numbers::pi / (2.0 * (num_masses + 1)));
 }
 
 enum class Constrained { nothing, side, rollers };
@@ -96,6 +99,7 @@ double bound(const Springs &springs) {
     return msm::gershgorin_angular_frequency(springs.network, springs.positions, springs.conditions);
 }
 
+/// The chain of 1000 has its two largest frequencies 4e-6 apart.
 TEST(SpringSpectrum, OfAChainIsTheKnownOne) {
     for (const int num_masses : {6, 12, 100}) {
         const auto modes = lowest(chain(num_masses), 5);
@@ -103,30 +107,21 @@ TEST(SpringSpectrum, OfAChainIsTheKnownOne) {
         for (int mode = 1; mode <= 5; ++mode)
             EXPECT_NEAR(modes.angular_frequency[mode - 1] / chain_frequency(mode, num_masses), 1.0, 1e-10);
     }
-}
-
-/// The chain of 1000 has its two largest frequencies 4e-6 apart.
-TEST(SpringSpectrum, LargestFrequencyOfAChainIsTheKnownOne) {
     for (const int num_masses : {1, 2, 40, 41, 300, 1000})
         EXPECT_NEAR(largest_frequency(chain(num_masses)) / chain_frequency(num_masses, num_masses), 1.0, 1e-9)
             << num_masses;
 }
 
-TEST(SpringSpectrum, LowestModesAreThoseOfTheFullMatrix) {
-    for (const auto constrained : {Constrained::side, Constrained::rollers}) {
-        const auto springs = shaken_springs(constrained);
-        const auto expected = dense_frequencies(springs);
-        const auto modes = lowest(springs, 20);
-        for (int mode = 0; mode < 20; ++mode)
-            EXPECT_NEAR(modes.angular_frequency[mode] / expected[mode], 1.0, 1e-10) << mode;
-    }
-}
-
-TEST(SpringSpectrum, LargestFrequencyIsThatOfTheFullMatrix) {
+TEST(SpringSpectrum, IsThatOfTheFullMatrix) {
     for (const auto constrained : {Constrained::nothing, Constrained::side, Constrained::rollers}) {
         const auto springs = shaken_springs(constrained);
         const auto expected = dense_frequencies(springs);
         EXPECT_NEAR(largest_frequency(springs) / expected[expected.size() - 1], 1.0, 1e-9);
+        if (constrained == Constrained::nothing)
+            continue; // lowest modes are refused
+        const auto modes = lowest(springs, 20);
+        for (int mode = 0; mode < 20; ++mode)
+            EXPECT_NEAR(modes.angular_frequency[mode] / expected[mode], 1.0, 1e-10) << mode;
     }
 }
 
@@ -252,12 +247,6 @@ TEST(ExplicitSteps, ConstrainedOtherwiseAreLongerOrShorterButTakeAsLong) {
     EXPECT_EQ(msm::constrained_otherwise(steps, 0.0).critical_time_step, std::numeric_limits<double>::infinity());
 }
 
-TEST(SpringSpectrum, IsTheSameEveryTime) {
-    const auto springs = shaken_springs(Constrained::side);
-    EXPECT_EQ(largest_frequency(springs), largest_frequency(springs));
-    EXPECT_EQ(lowest(springs, 5).angular_frequency, lowest(springs, 5).angular_frequency);
-}
-
 TEST(SpringSpectrum, OfSpringsThatAreConstrainedEverywhereIsEmpty) {
     auto springs = chain(5);
     for (auto &displacement : springs.conditions.displacement)
@@ -267,19 +256,134 @@ TEST(SpringSpectrum, OfSpringsThatAreConstrainedEverywhereIsEmpty) {
     tests::expect_input_error([&] { lowest(springs, 1); }, {"0 free unknowns", "fewer than that"});
 }
 
-TEST(SpringSpectrum, RefusesSpringsThatAreFreeToMove) {
-    tests::expect_input_error([] { lowest(shaken_springs(Constrained::nothing), 3); },
-                              {"free to move", "constrain all six"});
+TEST(SpringSpectrum, RefusesSpringsThatAreFreeToMoveAndMoreModesThanThereAre) {
     auto hinged = shaken_springs(Constrained::nothing);
     for (const std::size_t node : {0U, 1U}) // it can still turn about the line between them
         hinged.conditions.displacement[node].setZero();
-    tests::expect_input_error([&] { lowest(hinged, 3); }, {"free to move", "constrain all six"});
-}
-
-TEST(SpringSpectrum, RefusesMoreModesThanThereAre) {
+    for (const auto &loose : {shaken_springs(Constrained::nothing), hinged})
+        tests::expect_input_error([&] { lowest(loose, 3); }, {"free to move", "constrain all six"});
     EXPECT_EQ(lowest(chain(6), 5).count(), 5);
     tests::expect_input_error([] { lowest(chain(6), 6); }, {"6 free unknowns", "the 6 modes", "fewer than that"});
     tests::expect_input_error([] { lowest(chain(6), 0); }, {"at least one"});
+}
+
+/// A chain whose loads the observation has to leave out, or everything would move by metres.
+struct Chain {
+    static constexpr int num_masses = 20;
+    static constexpr double mass = 0.003, stiffness = 12.0;
+    Springs springs = chain(num_masses, stiffness, mass, 0.01);
+
+    double observed(const msm::Integrator &integrator, const core::RayleighDamping &damping, double guess) {
+        springs.conditions.force.assign(springs.positions.size(), {50.0, 0.0, 0.0});
+        return msm::observed_time_step(integrator, springs.network, springs.positions, springs.conditions, damping,
+                                       guess);
+    }
+};
+
+double predicted(const msm::Integrator &integrator, const core::RayleighDamping &damping) {
+    const auto omega = [](int mode) { return chain_frequency(mode, Chain::num_masses, Chain::stiffness, Chain::mass); };
+    return msm::critical_time_step(integrator, damping, omega(1), omega(Chain::num_masses));
+}
+
+std::vector<msm::Integrator> explicit_integrators() {
+    std::vector<msm::Integrator> chosen;
+    std::ranges::copy_if(msm::all_integrators(), std::back_inserter(chosen), &msm::Integrator::is_explicit);
+    return chosen;
+}
+
+class ObservedTimeStep : public testing::TestWithParam<msm::Integrator> {};
+
+TEST_P(ObservedTimeStep, IsThePredictedOneOfAChain) {
+    Chain chain;
+    const core::RayleighDamping light{.alpha = 3.0, .beta = 0.005}, heavy{.alpha = 0.5, .beta = 0.02};
+    for (const auto &damping : {core::RayleighDamping{}, light, heavy}) {
+        const double expected = predicted(GetParam(), damping);
+        if (expected == 0.0)
+            continue; // no limit: every step grows, and the smaller the slower
+        EXPECT_NEAR(chain.observed(GetParam(), damping, expected), expected, 0.01 * expected)
+            << "alpha " << damping.alpha << ", beta " << damping.beta;
+    }
+}
+
+TEST_P(ObservedTimeStep, DoesNotDependOnTheGuess) {
+    Chain chain;
+    const core::RayleighDamping damping{.alpha = 0.5, .beta = 0.01};
+    const double expected = predicted(GetParam(), damping);
+    const double near = chain.observed(GetParam(), damping, expected);
+    EXPECT_EQ(chain.observed(GetParam(), damping, 0.03 * expected), near);
+    EXPECT_EQ(chain.observed(GetParam(), damping, 30.0 * expected), near);
+}
+
+INSTANTIATE_TEST_SUITE_P(Explicit, ObservedTimeStep, testing::ValuesIn(explicit_integrators()),
+                         [](const auto &info) { return info.param.name; });
+
+TEST(ObservedTimeStepOfImplicitEuler, HasNoUpperEnd) {
+    const auto &integrator = msm::all_implicit_integrators().front();
+    EXPECT_EQ(Chain().observed(integrator, {}, 0.01), std::numeric_limits<double>::infinity());
+}
+
+void expect_ratio(const core::RayleighDamping &damping, double omega, double ratio) {
+    EXPECT_NEAR(damping.ratio(omega) / ratio, 1.0, 1e-12);
+    EXPECT_GE(damping.alpha, 0.0);
+    EXPECT_GE(damping.beta, 0.0);
+}
+
+TEST(Damping, HasTheRatioThatWasAskedForAtTheFrequencyOfEach) {
+    expect_ratio(msm::mass_proportional_damping(0.05, 11.0), 11.0, 0.05);
+    expect_ratio(msm::stiffness_proportional_damping(0.05, 11.0), 11.0, 0.05);
+    for (const auto &[first, second] : {std::pair{0.05, 0.05}, {0.05, 0.02}, {0.02, 0.1}}) {
+        const auto damping = msm::two_mode_damping(first, 11.0, second, 63.0);
+        expect_ratio(damping, 11.0, first);
+        expect_ratio(damping, 63.0, second);
+        const auto swapped = msm::two_mode_damping(second, 63.0, first, 11.0);
+        EXPECT_NEAR(swapped.alpha, damping.alpha, 1e-12 * damping.alpha);
+        EXPECT_NEAR(swapped.beta, damping.beta, 1e-12 * damping.beta);
+    }
+    const auto at_both = core::rayleigh_damping(0.05, 11.0, 63.0);
+    expect_ratio(at_both, 11.0, 0.05);
+    expect_ratio(at_both, 63.0, 0.05);
+    EXPECT_LT(at_both.ratio(30.0), 0.05);
+}
+
+/// phi^T D phi = 2 zeta omega with D made of a dashpot along each spring and a damper at each node: they are Rayleigh's
+/// on every mode.
+TEST(Damping, OfSpringsAndNodesGivesEveryModeItsRatio) {
+    const auto body = tests::make_body(tests::box_mesh({0.1, 0.08, 0.06}, {4, 3, 3}), {1060.0, 5000.0, 0.25});
+    auto load_case = tests::empty_load_case(body->mesh);
+    tests::prescribe(load_case, body->mesh, "x_min", core::Vector3::Zero());
+    const auto &law = msm::all_spring_laws().front();
+    const auto &points = body->mesh.points;
+    const auto springs = msm::spring_network(*body, law);
+    const auto modes =
+        msm::lowest_modes(springs, points, msm::nodal_conditions({body, load_case}, springs.node_mass), 6);
+    const auto damping = msm::two_mode_damping(0.05, modes.angular_frequency[0], 0.03, modes.angular_frequency[4]);
+    for (int mode = 0; mode < 6; ++mode) {
+        const auto *shape = &modes.shape[mode * points.size()];
+        double power = 0.0; // of a motion with the velocities phi
+        for (std::size_t i = 0; i < points.size(); ++i)
+            power += damping.alpha * springs.node_mass[i] * shape[i].squaredNorm();
+        for (std::size_t s = 0; s < springs.edges.size(); ++s) {
+            const auto [i, j] = springs.edges[s];
+            power += damping.beta * springs.stiffness[s] *
+                     std::pow((points[j] - points[i]).normalized().dot(shape[j] - shape[i]), 2);
+        }
+        const double omega = modes.angular_frequency[mode];
+        EXPECT_NEAR(power / (2.0 * omega) / damping.ratio(omega), 1.0, 1e-9);
+        if (mode == 0 || mode == 4) {
+            EXPECT_NEAR(power / (2.0 * omega) / (mode == 0 ? 0.05 : 0.03), 1.0, 1e-9);
+        }
+    }
+}
+
+TEST(Damping, RefusesWhatNoDampingCanBe) {
+    tests::expect_input_error([] { msm::mass_proportional_damping(-0.1, 1.0); }, {"-0.1", "zero or more"});
+    tests::expect_input_error([] { msm::stiffness_proportional_damping(0.1, 0.0); }, {"has to be positive"});
+    tests::expect_input_error([] { msm::mass_proportional_damping(std::nan(""), 1.0); }, {"zero or more"});
+    tests::expect_input_error([] { msm::stiffness_proportional_damping(0.1, std::numeric_limits<double>::infinity()); },
+                              {"positive"});
+    tests::expect_input_error([] { msm::two_mode_damping(0.1, 2.0, 0.1, 2.0); }, {"frequencies that differ"});
+    tests::expect_input_error([] { msm::two_mode_damping(0.01, 1.0, 0.1, 2.0); }, {"negative alpha"});
+    tests::expect_input_error([] { msm::two_mode_damping(0.1, 1.0, 0.01, 2.0); }, {"negative beta"});
 }
 
 } // namespace
