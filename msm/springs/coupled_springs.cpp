@@ -158,6 +158,8 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         if (!are_in_kernels(springs_) || part_ != 1.0 || added_.size() > 0)
             return false;
         parts.measure = springs_.measure;
+        parts.kernels = springs_.energy.kernels;
+        parts.beside = springs_.energy.volume;
         parts.tetrahedra = nodes_;
         return springs_.domains.edges > 0.0 ? describe_edges(parts) : describe_nodes(parts);
     }

@@ -156,7 +156,7 @@ std::vector<Star> changed_stars(const StepParts &parts, const PartingChanges &ch
         std::array<int, 2> axis{};
         std::vector<Link> links;
     };
-    std::map<int, Links> of_part;
+    std::map<int, Links> part_links;
     for (const int before : changes.edge_parts) {
         if (before >= first_new || plan.star_of_part[before] == padding)
             continue;
@@ -169,14 +169,14 @@ std::vector<Star> changed_stars(const StepParts &parts, const PartingChanges &ch
                 if ((part < first_new ? part : changes.parent_edge_part[part - first_new]) != before)
                     continue;
                 const auto [axis, link] = edge_link(parts.tetrahedra[t], t, edge);
-                auto &of = of_part[part];
+                auto &of = part_links[part];
                 of.axis = axis;
                 of.links.push_back(link);
             }
         }
     }
     std::vector<Star> stars;
-    for (auto &[part, of] : of_part)
+    for (auto &[part, of] : part_links)
         stars.push_back(star_of(part, of.axis, std::move(of.links)));
     return stars;
 }

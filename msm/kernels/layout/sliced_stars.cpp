@@ -179,13 +179,13 @@ template <class T> StarLines star_lines(const StepParts &parts, const Lines &lin
     if (parts.edge_modulus.empty())
         return result;
     const auto chunk_of_tetrahedron = chunks_of_tetrahedra(parts, lines, body);
-    std::vector<std::vector<Star>> of_chunk(body.chunk_fans.size() - 1);
+    std::vector<std::vector<Star>> stars_of_chunk(body.chunk_fans.size() - 1);
     for (auto &star : stars_around_edges(parts))
-        of_chunk[chunk_of_star(star, chunk_of_tetrahedron)].push_back(std::move(star));
+        stars_of_chunk[chunk_of_star(star, chunk_of_tetrahedron)].push_back(std::move(star));
     body.star_start.assign(1, 0);
     body.chunk_stars.assign(1, 0);
     result.chunk_before.assign(1, 0);
-    for (auto &stars : of_chunk) {
+    for (auto &stars : stars_of_chunk) {
         auto ordered = in_lanes(std::move(stars), body);
         ordered.resize(padded(static_cast<int>(ordered.size())));
         for (std::size_t first = 0; first < ordered.size(); first += slice_size)
@@ -224,12 +224,12 @@ void put_star(const StepParts &parts, const Eigen::VectorXd &x, const Star &star
             continue;
         }
         const auto &nodes = parts.tetrahedra[t];
-        const auto [of_tetrahedron, gradient] = volume_gradient(x, nodes);
+        const auto [tetrahedron_volume, gradient] = volume_gradient(x, nodes);
         const auto corner = [&](int node) { return std::ranges::find(nodes, node) - nodes.begin(); };
-        volume += of_tetrahedron;
-        stiffness -= parts.inner_modulus[t] / of_tetrahedron *
+        volume += tetrahedron_volume;
+        stiffness -= parts.inner_modulus[t] / tetrahedron_volume *
                      gradient[corner(star.axis[0])].dot(gradient[corner(star.axis[1])]);
-        inverse = static_cast<T>(1.0 / (6.0 * of_tetrahedron));
+        inverse = static_cast<T>(1.0 / (6.0 * tetrahedron_volume));
     }
     body.star_modulus[s] = static_cast<T>(parts.edge_modulus[star.part] / 36.0);
     body.star_inverse_volume[s] = static_cast<T>(volume > 0.0 ? 1.0 / (6.0 * volume) : 0.0);
