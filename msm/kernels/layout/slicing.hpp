@@ -153,9 +153,10 @@ using Rim = std::vector<Star::Corner>;
 /// before.
 template <class T> std::vector<Star> in_lanes(std::vector<Star> stars, const SlicedBody<T> &body);
 
-/// Puts the nodes of a slice of stars behind those that are there.
-/// @param length  of the longest rim
-void append_nodes(std::span<const Star> stars, std::size_t length, std::span<const Rim> rims, std::vector<int> &nodes);
+/// Gives the stars of each slice as many lines as the longest of them has.
+/// @param lines  with stars and rims; told the nodes
+/// @param body   told where slices begin
+template <class T> void put_side_by_side(StarLines &lines, SlicedBody<T> &body);
 
 /// Tetrahedra of a star at rest, on lines that are there.
 /// @param x     shape (3N) [m], at rest, in the precision of the kernels
@@ -168,6 +169,11 @@ void put_star(const StepParts &parts, const Eigen::VectorXd &x, const Star &star
 /// Gives each star to the chunk of fans that has most of its tetrahedra.
 /// @param body  with its fans; told where stars begin
 template <class T> StarLines star_lines(const StepParts &parts, const Lines &lines, SlicedBody<T> &body);
+
+/// Puts stars behind those that are there.
+/// @param lines  whose slices and places for forces the body has
+/// @param plan   told where stars are
+template <class T> void append_stars(const StepParts &parts, StarLines lines, SlicedBody<T> &body, SlicedPlan &plan);
 
 /// Stars at rest.
 /// @param positions  shape (N) [m], at rest
