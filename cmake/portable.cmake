@@ -23,6 +23,7 @@ function(livermark_portable_sources target top)
   livermark_extensions(${target} volume_terms TYPE VolumeTerm HEADER msm/spring_law.hpp)
   target_include_directories(${target} PRIVATE ${top})
   target_compile_definitions(${target} PRIVATE HWY_COMPILE_ONLY_STATIC LIVERMARK_EXACT_ROOTS
+    LIVERMARK_WITHOUT_EQUILIBRIA
     EIGEN_DONT_VECTORIZE FMT_HEADER_ONLY NDEBUG)
   target_compile_options(${target} PRIVATE -ffp-contract=off)
   list(TRANSFORM livermark_vector_msm_sources PREPEND ${top}/msm/)

@@ -40,7 +40,7 @@ struct EquilibriumFunctions {
     void (*product_at_rest)(const CoupledArrays &body, CoupledWorkspace &at) = nullptr;
 };
 
-/// Everything that vector units do with an energy. Empty where they have no float64 and it takes doubles.
+/// Everything that vector units do with an energy. What takes doubles is empty where they have no float64.
 struct EnergyFunctions {
     StepFunctions<float> (*steps)(const SlicedBody<float> &body, bool is_damped) = nullptr;
     StepFunctions<double> (*double_steps)(const SlicedBody<double> &body, bool is_damped) = nullptr;

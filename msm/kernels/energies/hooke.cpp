@@ -330,13 +330,14 @@ template <class D> class Hooke {
     Symmetric<D> twice_strain_;
 };
 
+EquilibriumFunctions hooke_equilibrium(StrainMeasure /*measure*/) {
+    return equilibrium_functions<Hooke, MeansOfElongations>();
+}
+
 EnergyFunctions hooke_functions() {
-    EnergyFunctions functions{.steps = hooke_steps<float>};
+    EnergyFunctions functions{.steps = hooke_steps<float>, .equilibrium = hooke_equilibrium};
 #if HWY_HAVE_FLOAT64
     functions.double_steps = hooke_steps<double>;
-    functions.equilibrium = [](StrainMeasure /*measure*/) {
-        return equilibrium_functions<Hooke, MeansOfElongations>();
-    };
 #endif
     return functions;
 }

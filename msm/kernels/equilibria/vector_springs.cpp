@@ -79,12 +79,12 @@ void add_parts(const StepParts &parts, const Eigen::VectorXd &rest, CoupledArray
 } // namespace
 
 std::optional<CoupledArrays> coupled_arrays(const StepParts &parts, const std::vector<core::Vector3> &positions) {
-    const auto choose = parts.kernels ? parts.kernels().equilibrium : nullptr;
-    if (!choose || !are_around_nodes_alone(parts))
+    const auto functions = parts.kernels ? parts.kernels().equilibrium(parts.measure) : EquilibriumFunctions{};
+    if (!functions.energy || !are_around_nodes_alone(parts))
         return std::nullopt;
     const auto rest = to_unknowns(positions);
     CoupledArrays arrays;
-    arrays.functions = choose(parts.measure);
+    arrays.functions = functions;
     arrays.num_nodes = positions.size();
     arrays.row_size = parts.measure == StrainMeasure::deformation_gradient ? 12 : 8;
     arrays.rest.resize(4 * positions.size(), 0.0);

@@ -17,7 +17,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
 
-#if HWY_HAVE_FLOAT64
+// The live page looks for no equilibria: see cmake/portable.cmake.
+#if HWY_HAVE_FLOAT64 && !defined(LIVERMARK_WITHOUT_EQUILIBRIA)
 
 using CoupledLanes = hn::CappedTag<double, coupled_slice>;
 
@@ -397,6 +398,12 @@ inline void product_at_rest(const CoupledArrays &body, CoupledWorkspace &at) {
 template <template <class> class Energy, template <class> class Means> EquilibriumFunctions equilibrium_functions() {
     return {energy_of<Energy, Means>, force_of<Energy, Means>, keep_stresses<Energy, Means>, product_of<Energy, Means>,
             product_at_rest};
+}
+
+#else
+
+template <template <class> class Energy, template <class> class Means> EquilibriumFunctions equilibrium_functions() {
+    return {};
 }
 
 #endif

@@ -299,12 +299,10 @@ StepFunctions<T> coupled_steps(const SlicedBody<T> &body, bool is_damped) {
     return is_damped ? coupled_steps_of<true, Energy>(body) : coupled_steps_of<false, Energy>(body);
 }
 
-#if HWY_HAVE_FLOAT64
 template <template <class> class Energy> EquilibriumFunctions coupled_equilibrium(StrainMeasure measure) {
     return measure == StrainMeasure::deformation_gradient ? equilibrium_functions<Energy, MeansOfGradients>()
                                                           : equilibrium_functions<Energy, MeansOfStrains>();
 }
-#endif
 
 /// All that kernels do with an energy of means of C or F. With G = C - I in vectors D, Energy<D>(d, mu, G,
 /// least_stretch) has
@@ -322,10 +320,9 @@ template <template <class> class Energy> EquilibriumFunctions coupled_equilibriu
 ///   that is
 ///                               not too small: kernels know energies alone of which P is that, W_s = mu (tr E + h(J))
 template <template <class> class Energy> EnergyFunctions functions_of_energy() {
-    EnergyFunctions functions{.steps = coupled_steps<Energy, float>};
+    EnergyFunctions functions{.steps = coupled_steps<Energy, float>, .equilibrium = coupled_equilibrium<Energy>};
 #if HWY_HAVE_FLOAT64
     functions.double_steps = coupled_steps<Energy, double>;
-    functions.equilibrium = coupled_equilibrium<Energy>;
 #endif
     return functions;
 }
