@@ -27,7 +27,7 @@ struct FastStepOptions {
     int num_threads = 1;               ///< >= 1; the result does not depend on it
     int num_stages = usual_num_stages; ///< of runge_kutta_chebyshev
     MassScaling scaling{};             ///< of masses; known to symplectic_euler alone
-    /// Part of a length, below which neo-Hookean springs take their logarithms and inverses as there, so that they get
+    /// Part of a length, below which springs with means of C or F take their energies as there, so that they get
     /// no stiffer and explicit steps bear what is pressed flat or turned inside out; of means of volumes its square
     /// root. Above it nothing differs.
     double least_stretch = 0.0;
@@ -128,7 +128,7 @@ class FastSteps {
     bool set_scaling(const MassScaling &scaling);
 
     /// Whether, when the last step began, a tetrahedron was below the volume that is watched, or the trace of C^-1 of
-    /// neo-Hookean springs around a node or an edge above four; never if no volumes are watched.
+    /// springs with means of C or F around a node or an edge above four; never if no volumes are watched.
     bool is_pressed() const;
 
     /// Takes that many steps.
