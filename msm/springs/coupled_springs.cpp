@@ -354,7 +354,8 @@ bool are_in_kernels(const CoupledSprings &springs) {
         return false;
     if (are_around_edges && springs.measure == StrainMeasure::elongation)
         return false;
-    return std::ranges::find(springs.energy.in_kernels, springs.measure) != springs.energy.in_kernels.end();
+    const auto &measures = springs.energy.in_kernels;
+    return springs.energy.kernels && std::ranges::find(measures, springs.measure) != measures.end();
 }
 
 CoupledSprings with_part_inside(CoupledSprings springs, double part) {

@@ -33,8 +33,8 @@ template <class D> class SquaredVolumeChange {
 
     hn::Vec<D> energy(D d) const {
         const auto half = hn::Set(d, 0.5), change = volume_change(d);
-        const auto of_shape = hn::Sub(of_.i1, hn::Log1p(d, of_.det_change));
-        return hn::Mul(hn::Mul(modulus_, half), hn::MulAdd(change, change, of_shape));
+        const auto shape_part = hn::Sub(of_.i1, hn::Log1p(d, of_.det_change));
+        return hn::Mul(hn::Mul(modulus_, half), hn::MulAdd(change, change, shape_part));
     }
     /// mu (I - C^-1 + r C^-1) with r = (J - 1) J
     Symmetric<D> stress(D d) const {
@@ -50,10 +50,10 @@ template <class D> class SquaredVolumeChange {
         const auto one = hn::Set(d, 1.0), half = hn::Set(d, 0.5), change = volume_change(d);
         const auto inverse = scaled<D>(hn::Div(one, hn::Add(one, of_.det_change)),
                                        plus_identity(minus<D>(of_.adjugate, twice_strain_), hn::Add(one, of_.i1)));
-        const auto of_turns = hn::Mul(modulus_, hn::NegMulAdd(change, j_, one));
+        const auto turning = hn::Mul(modulus_, hn::NegMulAdd(change, j_, one));
         const auto slope = hn::Mul(hn::Mul(half, j_), hn::Add(j_, change)); // (2 J - 1) J / 2
-        const auto of_volume = hn::Mul(modulus_, hn::Mul(slope, contraction(inverse, rate)));
-        return plus_scaled<D>(scaled<D>(of_turns, sandwich(inverse, rate)), of_volume, inverse);
+        const auto swelling = hn::Mul(modulus_, hn::Mul(slope, contraction(inverse, rate)));
+        return plus_scaled<D>(scaled<D>(turning, sandwich(inverse, rate)), swelling, inverse);
     }
 
     static SquaredVolume<D> volume(D d, hn::Vec<D> change) {
