@@ -23,8 +23,9 @@ function(livermark_portable_sources target top)
   livermark_extensions(${target} volume_terms TYPE VolumeTerm HEADER msm/spring_law.hpp)
   target_include_directories(${target} PRIVATE ${top})
   target_compile_definitions(${target} PRIVATE HWY_COMPILE_ONLY_STATIC LIVERMARK_EXACT_ROOTS
+    LIVERMARK_WITHOUT_EQUILIBRIA
     EIGEN_DONT_VECTORIZE FMT_HEADER_ONLY NDEBUG)
   target_compile_options(${target} PRIVATE -ffp-contract=off)
-  set_source_files_properties(${top}/msm/kernels/simd/relax_stresses.cpp
-    ${top}/msm/kernels/simd/scaled_mass_parts.cpp ${top}/msm/kernels/simd/take_steps.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON) # they include themselves
+  list(TRANSFORM livermark_vector_msm_sources PREPEND ${top}/msm/)
+  set_source_files_properties(${livermark_vector_msm_sources} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()

@@ -118,15 +118,18 @@ bool describe_volumes(const std::vector<int> &centre, const std::vector<std::arr
 
 namespace {
 
-/// Neo-Hookean springs keep strains and their rates apart, so the volume beside them has to do that too.
+/// Springs with means of C or F keep strains and their rates apart, so the volume beside them has to do that too.
 bool are_of_one_kind(const StepParts &parts) {
     const bool is_around_edges = !parts.edge_modulus.empty();
-    if (is_around_edges && !parts.coupled_modulus.empty())
+    if (is_around_edges && !(parts.coupled_modulus.empty() && parts.has_means_of_tensors()))
         return false;
-    if (!parts.is_neo_hookean())
-        return !is_around_edges && parts.change == ResistedChange::relative;
-    const auto wanted = is_around_edges ? ResistedChange::mean_logarithm : ResistedChange::logarithm;
-    return parts.tetrahedron_stiffness.empty() && (parts.volume_stiffness.empty() || parts.change == wanted);
+    if (!parts.has_means_of_tensors() && parts.averages_volumes)
+        return false;
+    if (!parts.resisted_change)
+        return true;
+    const bool is_beside = parts.resisted_change == parts.beside;
+    return is_beside && (!parts.has_means_of_tensors() ||
+                         (parts.tetrahedron_stiffness.empty() && parts.averages_volumes == is_around_edges));
 }
 
 } // namespace

@@ -184,9 +184,20 @@ enum class StrainMeasure {
     deformation_gradient ///< F: E = (F^T F - I) / 2 is taken of the mean of F
 };
 
-/// Changes of volumes that are resisted: relative ones, beside neo-Hookean springs around nodes their logarithms (see
-/// logarithm_of_volume()), around edges means of these (see mean_volumes_around_nodes()).
-enum class ResistedChange { relative, logarithm, mean_logarithm };
+/// A measure g of a relative change of volume e = J - 1, with g = 0 and g' = 1 where there is none.
+struct VolumeMeasure {
+    double value;     ///< g
+    double slope;     ///< g'
+    double curvature; ///< g''
+};
+using MeasureVolume = VolumeMeasure (*)(double change);
+
+/// g = e
+VolumeMeasure change_of_volume(double change);
+/// g = ln (1 + e), minus infinity where no volume is left
+VolumeMeasure logarithm_of_volume(double change);
+
+struct EnergyFunctions;
 
 /// Parts of a body that fast kernels know how to move: springs, springs coupled around nodes or around edges, the
 /// volume around nodes or of tetrahedra, and the guard against inversion, as plain arrays. Empty arrays stand for a
@@ -203,10 +214,14 @@ struct StepParts {
     std::vector<int> centre;
     std::vector<double> volume_stiffness;          ///< (C) pressure for each m^3 that it has gained [Pa/m^3]
     std::vector<std::array<int, 4>> corner_volume; ///< (M) control volume around each corner
-    ResistedChange change = ResistedChange::relative;
-    /// Measure of springs that are coupled: Hooke's with elongations, neo-Hookean with the others.
-    StrainMeasure measure = StrainMeasure::elongation;
-    bool is_neo_hookean() const { return measure != StrainMeasure::elongation; }
+    MeasureVolume resisted_change = nullptr; ///< g of all volumes that are resisted; null as long as there are none
+    bool averages_volumes = false;           ///< see mean_volumes_around_nodes()
+
+    StrainMeasure measure = StrainMeasure::elongation; ///< of springs that are coupled
+    /// Whether springs are coupled by means of C or F, which keep strains and their rates apart.
+    bool has_means_of_tensors() const { return measure != StrainMeasure::elongation; }
+    EnergyFunctions (*kernels)() = nullptr;  ///< of the energy of coupled springs; null if there are none
+    MeasureVolume beside = change_of_volume; ///< g of the energy, which the volumes beside such springs have
     /// (C) shear modulus of the springs that are coupled in each control volume [Pa]
     std::vector<double> coupled_modulus;
     /// (E) shear modulus of the springs that are coupled around each edge, in each of the materials there [Pa]; in

@@ -37,6 +37,7 @@ struct SpringEnergy {
     MeasureVolume volume;                    ///< g
     bool is_finite = false;                  ///< whether it has a value where a tetrahedron is inside out, too
     std::vector<StrainMeasure> in_kernels{}; ///< measures with which fast kernels know it
+    EnergyFunctions (*kernels)() = nullptr;  ///< in these, see kernels/energy_kernels.hpp
 };
 
 /// Every energy of spring_energies/, in alphabetical order.

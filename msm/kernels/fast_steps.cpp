@@ -156,7 +156,7 @@ template <class T> struct StepsOfBody {
         }
     }
 
-    /// What has no mass stays where it is.
+    /// A node without mass stays where it is.
     void stop(std::size_t node) {
         const auto [slice, lane] = slot(node);
         for (std::size_t c = 0; c < 3; ++c)

@@ -27,23 +27,23 @@ struct FastStepOptions {
     int num_threads = 1;               ///< >= 1; the result does not depend on it
     int num_stages = usual_num_stages; ///< of runge_kutta_chebyshev
     MassScaling scaling{};             ///< of masses; known to symplectic_euler alone
-    /// Part of a length, below which neo-Hookean springs take their logarithms and inverses as there, so that they get
+    /// Part of a length, below which springs with means of C or F take their energies as there, so that they get
     /// no stiffer and explicit steps bear what is pressed flat or turned inside out; of means of volumes its square
     /// root. Above it nothing differs.
     double least_stretch = 0.0;
-    /// What each component of a velocity has at most [m/s], of symplectic_euler: steps that are too long for a body as
+    /// Bound of each component of a velocity [m/s], of symplectic_euler: steps that are too long for a body as
     /// it is then do not add energy without end. Slower motion does not differ.
     double largest_speed = std::numeric_limits<double>::infinity();
     /// (M) volume of each tetrahedron that has a guard against inversion below which is_pressed() tells of it [m^3]; 0
     /// where it does not have to. Empty if nobody asks.
     std::vector<double> watched_volume{};
     bool may_be_cut = false; ///< keeps what cut() asks for, which no step does
-    /// How the stresses fade that a RelaxingTerm says do, springs' and coupled springs'; elastic if there are no
+    /// Fading of the stresses that a RelaxingTerm says do, springs' and coupled springs'; elastic if there are no
     /// moduli. Not of bodies that may be cut.
     core::PronySeries relaxation{};
-    /// Of a stress that fades, as a part of the largest one that there was: branches move once in as many steps as this
-    /// allows, see RelaxationClock, or in every step where it is 0. Errors of a motion are smaller, of second order in
-    /// that time.
+    /// Error of a stress that fades, as a part of the largest one that there was: branches move once in as many steps
+    /// as this allows, see RelaxationClock, or in every step where it is 0. Errors of a motion are smaller, of second
+    /// order in that time.
     double relaxation_error = 5e-3;
 };
 
@@ -70,7 +70,7 @@ class FastSteps {
     void set_state(const State &state);
     State state() const;
 
-    /// Of one node, as it is now [m].
+    /// Displacement of one node, as it is now [m].
     core::Vector3 displacement(int node) const;
 
     /// The same of its velocity [m/s].
@@ -128,7 +128,7 @@ class FastSteps {
     bool set_scaling(const MassScaling &scaling);
 
     /// Whether, when the last step began, a tetrahedron was below the volume that is watched, or the trace of C^-1 of
-    /// neo-Hookean springs around a node or an edge above four; never if no volumes are watched.
+    /// springs with means of C or F around a node or an edge above four; never if no volumes are watched.
     bool is_pressed() const;
 
     /// Takes that many steps.
@@ -138,7 +138,7 @@ class FastSteps {
     /// not change. What is set or pushed to another place gets its stress there within one step.
     void relax(double time);
 
-    /// How many steps there are between two moves of the branches; 1 if nothing relaxes.
+    /// Number of steps between two moves of the branches; 1 if nothing relaxes.
     int steps_between_relaxations() const;
 
     /// Memory that every step reads or writes [bytes].

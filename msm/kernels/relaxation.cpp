@@ -101,19 +101,19 @@ template <class T> void set_to_zero(RelaxingStresses<T> &stresses) {
         std::ranges::fill(*values, T(0));
 }
 
-/// Where the stiffness of a pair of nodes stands that tetrahedra pull.
+/// Stiffness of a pair of nodes that tetrahedra pull, where it stands.
 template <class T> T &stiffness_of(SlicedBody<T> &body, std::size_t pair) {
     const std::size_t lane = pair % slice_size;
     return body.is_around_edges() ? body.star_stiffness[pair]
                                   : body.mean_gradient[4 * (pair - lane) + 3 * slice_size + lane];
 }
 
-/// Where half the tension at no length of a spring stands.
+/// Place of half the tension at no length of a spring.
 std::size_t place_of_rest(std::size_t spring) {
     return 2 * spring - spring % slice_size + slice_size;
 }
 
-/// Where a tetrahedron stands in its fan.
+/// Place of a tetrahedron in its fan.
 struct PlaceInFan {
     std::size_t place;         ///< on the lines
     std::array<int, 4> corner; ///< indices of the start and the end of the axis, and of both nodes of the rim
@@ -128,7 +128,7 @@ template <class T> PlaceInFan place_in_fan(const SlicedBody<T> &body, int place)
     return {static_cast<std::size_t>(place), {corner(0), corner(1), corner(rim), corner(rim + 1)}};
 }
 
-/// Where the pull between two corners of a tetrahedron is put down.
+/// Place of the pull between two corners of a tetrahedron.
 int place_of_pull(std::size_t place, std::size_t one, std::size_t other) {
     constexpr std::array<std::array<int, 4>, 4> edge{{{-1, 0, 1, 2}, {0, -1, 3, 5}, {1, 3, -1, 4}, {2, 5, 4, -1}}};
     const std::size_t lane = place % slice_size;

@@ -8,7 +8,7 @@
 
 namespace livermark::msm {
 
-/// What Maxwell branches do when their turn comes. Each has a stress r that follows gain s, where s is the stress of
+/// Turn of Maxwell branches. Each has a stress r that follows gain s, where s is the stress of
 /// the elastic law: r += share (gain s - r). The stress that is left is s - at_once s - sum of r.
 struct RelaxationShares {
     std::vector<double> share, gain; ///< (B)
@@ -55,9 +55,9 @@ class RelaxationClock {
     /// Until branches have their turn.
     int steps_left() const { return steps_left_; }
 
-    /// What they do now, before the next m steps.
+    /// Turn before the next m steps.
     RelaxationShares turn();
-    /// What they do if the body stays where it is for that long [s]. They have their turn before the next step.
+    /// Turn if the body stays where it is for that long [s]. Branches have their turn before the next step.
     RelaxationShares stay(double time);
     void count(int steps);
 
@@ -87,7 +87,7 @@ template <class T> struct RelaxingStresses {
     bool empty() const { return size == 0; }
 };
 
-/// What a body has beside its elastic parts so that it relaxes: see RelaxingTerm on which stresses do. Steps read
+/// Stresses of a body that relax, and their branches: see RelaxingTerm on which stresses do. Steps read
 /// little of it, because what is held between two turns of the branches goes where elastic stresses are:
 ///
 /// - The tension k (l - l0) - R of a spring is that of a longer one at rest, k l0 + R in SlicedBody::spring.

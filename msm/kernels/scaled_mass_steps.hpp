@@ -11,7 +11,7 @@
 
 namespace livermark::msm {
 
-/// What selective mass scaling makes of steps of symplectic Euler on vector units. The kernels take a step with the
+/// Selective mass scaling of steps of symplectic Euler on vector units. The kernels take a step with the
 /// masses as they are, v + h a and x + h (v + h a). This puts a scaled acceleration in the place of a: that of
 /// scale_acceleration(), in the precision of the forces.
 template <class T> class ScaledMassSteps {
@@ -68,7 +68,7 @@ template <class T> class ScaledMassSteps {
         return rows;
     }
 
-    /// Where copies of rows are now.
+    /// Moves copies of rows to where they are now.
     void move_copies(const RowMap &map) {
         for (auto &part : parts_)
             for (auto &[i, copy] : part.copies)
@@ -147,7 +147,7 @@ template <class T> class ScaledMassSteps {
         return part;
     }
 
-    /// What masses are asked for besides themselves.
+    /// Finds sums of the masses.
     static void weigh(Part &part) {
         const auto &arrays = part.arrays;
         part.total_mass = 0.0;
@@ -160,7 +160,7 @@ template <class T> class ScaledMassSteps {
         part.rest_centre = sum / part.total_mass;
         const auto num_slow = static_cast<Eigen::Index>(arrays.num_slow);
         Eigen::MatrixXd gram = Eigen::MatrixXd::Identity(num_slow, num_slow);
-        Eigen::VectorXd of_node(num_slow);
+        Eigen::VectorXd node_slow(num_slow);
         part.is_loaded = false;
         for (std::size_t i = 0; i < part.mass.size(); ++i) {
             const double added = part.mass[i] - part.own_mass[i];
@@ -169,8 +169,8 @@ template <class T> class ScaledMassSteps {
             part.is_loaded = true;
             for (std::size_t c = 0; c < 3; ++c) {
                 for (std::size_t k = 0; k < arrays.num_slow; ++k)
-                    of_node[static_cast<Eigen::Index>(k)] = double{arrays.slow[(3 * k + c) * arrays.size + i]};
-                gram += added * of_node * of_node.transpose();
+                    node_slow[static_cast<Eigen::Index>(k)] = double{arrays.slow[(3 * k + c) * arrays.size + i]};
+                gram += added * node_slow * node_slow.transpose();
             }
         }
         if (part.is_loaded)
@@ -178,8 +178,8 @@ template <class T> class ScaledMassSteps {
         part.is_weighed = true;
     }
 
-    /// Where the step started, and what it made of velocities but for damping by mass, which is in proportion to the
-    /// mass that is scaled.
+    /// Gathers where the step started, and what it made of velocities but for damping by mass, which is in proportion
+    /// to the mass that is scaled.
     static void gather(const StepWorkspace<T> &at, Part &part) {
         auto &arrays = part.arrays;
         const auto place = [&](std::size_t i, std::size_t c) -> double {
@@ -209,15 +209,16 @@ template <class T> class ScaledMassSteps {
     /// The accelerations of the scaled masses, in place of those of the step.
     static void scale(StepWorkspace<T> &at, Part &part) {
         auto &arrays = part.arrays;
-        const auto sums = scaled_mass_sums(arrays);
+        const auto functions = scaled_mass_functions<T>();
+        const auto sums = functions.sums(arrays);
         ScaledMassMotion motion;
-        motion.centre = sums.of_x / part.total_mass;
-        motion.velocity = sums.of_v / part.total_mass;
-        motion.acceleration = sums.of_a / part.total_mass;
+        motion.centre = sums.sum_x / part.total_mass;
+        motion.velocity = sums.sum_v / part.total_mass;
+        motion.acceleration = sums.sum_a / part.total_mass;
         const Eigen::Matrix3d second = sums.x_and_x - part.total_mass * motion.centre * motion.centre.transpose();
         const Eigen::Matrix3d inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
         const Eigen::Matrix3d inverse_inertia = inertia.inverse();
-        const Eigen::Matrix3d x_and_v = sums.x_and_v - motion.centre * sums.of_v.transpose();
+        const Eigen::Matrix3d x_and_v = sums.x_and_v - motion.centre * sums.sum_v.transpose();
         motion.rotation = inverse_inertia * core::Vector3(x_and_v(1, 2) - x_and_v(2, 1), x_and_v(2, 0) - x_and_v(0, 2),
                                                           x_and_v(0, 1) - x_and_v(1, 0));
         // The moment of x and w = 2 (v - v_c) - omega x x gives the torque of turning, sum of m x x (omega x w); its
@@ -226,14 +227,14 @@ template <class T> class ScaledMassSteps {
         for (int c = 0; c < 3; ++c)
             crossed.col(c) = motion.rotation.cross(Eigen::Vector3d::Unit(c));
         const Eigen::Matrix3d turning = 2.0 * x_and_v - second * crossed.transpose();
-        const core::Vector3 torque = sums.x_cross_a - motion.centre.cross(sums.of_a) -
+        const core::Vector3 torque = sums.x_cross_a - motion.centre.cross(sums.sum_a) -
                                      (turning.trace() * motion.rotation - turning.transpose() * motion.rotation);
         motion.spin_up = inverse_inertia * torque;
         motion.turn.setIdentity();
         if (arrays.num_slow > 0)
             motion.turn =
                 nearest_rotation(sums.x_and_rest - part.total_mass * motion.centre * part.rest_centre.transpose());
-        find_strays(arrays, motion, part.weights);
+        functions.find_strays(arrays, motion, part.weights);
         core::Vector3 velocity = core::Vector3::Zero(), rotation = velocity;
         if (arrays.num_slow > 0) {
             if (part.is_loaded) {
@@ -241,7 +242,7 @@ template <class T> class ScaledMassSteps {
                 part.gram.solveInPlace(weights);
             }
             // Where the part is not as at rest its slow deformations have rigid motion too.
-            const auto slow = subtract_slow(arrays, motion.turn, part.weights);
+            const auto slow = functions.subtract_slow(arrays, motion.turn, part.weights);
             velocity = slow.linear / part.total_mass;
             rotation = inverse_inertia * slow.angular;
         }

@@ -60,7 +60,7 @@ template <class T> PairPartition partition_of_pairs(const SlicedBody<T> &body, c
     return result;
 }
 
-/// What it takes to move the pairs of slices before each one: to fetch a line of neighbours takes about as long as the
+/// Cost of moving the pairs of slices before each one: to fetch a line of neighbours takes about as long as the
 /// forces of a line of springs, and where there are no springs, nodes cost what it takes to collect the forces of
 /// tetrahedra.
 template <class T> std::vector<int> running_cost_of_pairs(const SlicedBody<T> &body) {
@@ -75,7 +75,7 @@ template <class T> std::vector<int> running_cost_of_pairs(const SlicedBody<T> &b
     return cost;
 }
 
-/// Of things that cost the same.
+/// Running cost of things that cost the same.
 std::vector<int> running_count(int count) {
     std::vector<int> cost;
     for (int i = 0; i <= count; ++i)
@@ -95,7 +95,7 @@ template <class T> void partition_work(StepWorkspace<T> &workspace, int num_thre
     workspace.volume_slices = partitions(body.mean_start.empty() ? body.volume_start : body.mean_start, num_threads);
 }
 
-/// Where springs end that only fill up a slice: so far from any body that they have a length [m].
+/// Place where springs end that only fill up a slice: so far from any body that they have a length [m].
 constexpr float far_away = 1e4F;
 
 template <class V> std::size_t bytes(const V &values) {
@@ -195,6 +195,13 @@ template <class T> void leave_room(StepWorkspace<T> &at) {
         indices->reserve(with_room(indices->size()));
 }
 
+StepFunctions<float> coupled_steps(const EnergyFunctions &energy, const SlicedBody<float> &body, bool is_damped) {
+    return energy.steps(body, is_damped);
+}
+StepFunctions<double> coupled_steps(const EnergyFunctions &energy, const SlicedBody<double> &body, bool is_damped) {
+    return energy.double_steps ? energy.double_steps(body, is_damped) : StepFunctions<double>{}; // take_steps() refuses
+}
+
 } // namespace
 
 template <class T>
@@ -214,6 +221,8 @@ StepWorkspace<T> make_workspace(const StepParts &parts, const std::vector<core::
     at.least_stretch = options.least_stretch;
     if (!at.body.watched_volume.empty())
         at.deficit.assign(num_deficits(at.body), T(0));
+    if (parts.kernels)
+        at.coupled = coupled_steps(parts.kernels(), at.body, damping.beta != 0.0);
     at.nodes.resize(at.body.num_slices);
     if (scheme.kind == StepScheme::Kind::runge_kutta_chebyshev)
         at.chebyshev_stages.resize(at.body.num_slices);

@@ -8,6 +8,7 @@
 #include "core/load_case.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "msm/integrator.hpp"
+#include "msm/kernels/energy_kernels.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
 #include "msm/kernels/relaxation.hpp"
 
@@ -31,12 +32,10 @@ template <class T> struct ScaledMassArrays {
 
 /// Sums over the nodes of a part; a moment of two fields is sum of m p q^T.
 struct ScaledMassSums {
-    core::Vector3 of_x, of_v, of_a;               ///< sums of m x, m v, m a
+    core::Vector3 sum_x, sum_v, sum_a;            ///< sums of m x, m v, m a
     Eigen::Matrix3d x_and_x, x_and_rest, x_and_v; ///< moments
     core::Vector3 x_cross_a;                      ///< sum of m x x a
 };
-
-template <class T> ScaledMassSums scaled_mass_sums(const ScaledMassArrays<T> &part);
 
 /// The rigid motion of a part, and the rigid part of its accelerations less those of turning.
 struct ScaledMassMotion {
@@ -46,35 +45,38 @@ struct ScaledMassMotion {
     Eigen::Matrix3d turn;                ///< since rest
 };
 
-/// Moves x to the centre of mass, and puts into stray what a is besides a rigid motion and turning,
-///   a - w x (2 (v - v_c) - w x x) - a_c - w' x x.
-/// @param weights  (m) sum of m slow_k . turn^T stray of each slow deformation
-template <class T>
-void find_strays(ScaledMassArrays<T> &part, const ScaledMassMotion &motion, std::vector<double> &weights);
-
-/// What slow deformations have of momentum.
+/// Momentum of slow deformations.
 struct SlowMomenta {
     core::Vector3 linear, angular; ///< sums of m e and m x x e
 };
 
-/// Takes e = turn (sum of weight_k slow_k) off stray.
-template <class T>
-SlowMomenta subtract_slow(ScaledMassArrays<T> &part, const Eigen::Matrix3d &turn, const std::vector<double> &weights);
+template <class T> struct ScaledMassFunctions {
+    ScaledMassSums (*sums)(const ScaledMassArrays<T> &part);
+    /// Moves x to the centre of mass, and puts into stray what a is besides a rigid motion and turning,
+    ///   a - w x (2 (v - v_c) - w x x) - a_c - w' x x.
+    /// @param weights  (m) sum of m slow_k . turn^T stray of each slow deformation
+    void (*find_strays)(ScaledMassArrays<T> &part, const ScaledMassMotion &motion, std::vector<double> &weights);
+    /// Takes e = turn (sum of weight_k slow_k) off stray.
+    SlowMomenta (*subtract_slow)(ScaledMassArrays<T> &part, const Eigen::Matrix3d &turn,
+                                 const std::vector<double> &weights);
+};
 
-class Barrier;
+/// In the widest vectors that the machine has.
+template <class T> ScaledMassFunctions<T> scaled_mass_functions();
+
 struct FastStepOptions;
 struct RowMap;
 
-/// How the explicit integrators go from one force to the next.
+/// Way of an explicit integrator from one force to the next.
 struct StepScheme {
     enum class Kind { symplectic_euler, velocity_verlet, runge_kutta, runge_kutta_chebyshev };
     Kind kind = Kind::symplectic_euler;
-    /// Of Runge-Kutta methods whose stages each start from the one before: what each stage adds to the step, and where
-    /// the next one stands, both as parts of the step.
+    /// Weights of Runge-Kutta methods whose stages each start from the one before: what each stage adds to the step,
+    /// and where the next one stands, both as parts of the step.
     std::vector<double> weight{1.0};
     std::vector<double> next{};
     std::vector<ChebyshevStage> chebyshev{}; ///< of Runge-Kutta-Chebyshev methods
-    /// Of a component, at most, of symplectic Euler [m/s]; see FastStepOptions.
+    /// Bound of a component of a velocity, of symplectic Euler [m/s]; see FastStepOptions.
     double largest_speed = std::numeric_limits<double>::infinity();
     int num_stages() const {
         if (kind == Kind::runge_kutta_chebyshev)
@@ -118,7 +120,7 @@ template <class T> struct alignas(64) NodeSlice {
     SliceField<T> free_per_mass; ///< 1/m [1/kg], 0 where constrained
 };
 
-/// What methods of several stages keep between these; see schemes-inl.hpp.
+/// State of methods of several stages between these; see schemes-inl.hpp.
 template <class T> struct alignas(64) StageSlice {
     SliceField<T> acceleration; ///< at the stage before
     SliceField<T> for_position; ///< sums of accelerations
@@ -128,7 +130,7 @@ template <class T> struct alignas(64) StageSlice {
 /// State of Runge-Kutta-Chebyshev methods between their stages; see schemes-inl.hpp.
 template <class T> struct alignas(64) ChebyshevSlice {
     SliceField<T> first_acceleration;
-    /// What accelerations have made of position and velocity at one stage and at the one before, which take turns.
+    /// Changes of position and velocity by accelerations, at one stage and at the one before, which take turns.
     std::array<SliceField<T>, 2> for_position, for_velocity;
 };
 
@@ -152,7 +154,7 @@ struct PairPartition {
     CacheLines shared; ///< its own rows that others read
 };
 
-/// What has to be kept of a node of a star: seven vectors, see stars-inl.hpp.
+/// Size of what is kept of a node of a star: seven vectors, see stars-inl.hpp.
 inline constexpr std::size_t numbers_of_star_corner = 21;
 
 /// Everything that the steps of a body read and write.
@@ -163,13 +165,14 @@ template <class T> struct StepWorkspace {
     double alpha = 0.0, beta = 0.0; ///< Rayleigh damping
     double least_stretch = 0.0;     ///< see FastStepOptions
 
+    StepFunctions<T> coupled;       ///< of the energy of springs that are coupled
     RelaxationArrays<T> relaxation; ///< empty if nothing relaxes
 
     std::vector<NodeSlice<T>> nodes;
     std::vector<SliceField<T>> loads;                ///< [N]; empty if there are none
     std::vector<StageSlice<T>> stages;               ///< empty for one stage
     std::vector<ChebyshevSlice<T>> chebyshev_stages; ///< empty for other methods
-    /// What forces are made from, (rows + 1, 4) each: x, y, z and pressure; velocities, where stiffness damps. One is
+    /// Input of forces, (rows + 1, 4) each: x, y, z and pressure; velocities, where stiffness damps. One is
     /// read while the other is written.
     std::array<Aligned<T>, 2> rows, velocity_rows;
     int now = 0; ///< which of the two is read when the next steps begin
@@ -182,25 +185,25 @@ template <class T> struct StepWorkspace {
     /// (lines * 16 + 1, 8) of springs that are coupled: volume times the strain of each tetrahedron, xx yy zz xy yz zx,
     /// and the volume that it has gained; zeros for nobody's [m^3]
     Aligned<T> strain;
-    /// (corners of fans + 16, 4) each, of neo-Hookean springs: sums over the tetrahedra of a fan at each of its corners
+    /// (corners of fans + 16, 4) each, with means of C: sums over the tetrahedra of a fan at each of its corners
     /// of the volume times twice the strain, xx yy zz xy and yz zx, with the volume gained [m^3]; the same of their
     /// rates times beta, where stiffness damps
     std::array<Aligned<T>, 2> corner_strain, corner_rate;
     /// (rows + 1, 4) each: a quarter of the stress around each node, xx yy zz xy and yz zx 0 0 [Pa]; not with means of
     /// F
     std::array<Aligned<T>, 2> stress;
-    /// (lines, 16) of neo-Hookean springs, a sixth of what pushes the corners of each tetrahedron outwards because of
+    /// (lines, 16) with means of C or F, a sixth of what pushes the corners of each tetrahedron outwards because of
     /// its volume: springs inside and the guard [Pa]
     Aligned<T> push;
     /// (volumes) beside springs around edges, relative changes of control volumes, beta times how fast they grow, and a
     /// quarter of the pressure that the means of both make [Pa], before it is averaged in turn
     Aligned<T> change, change_rate, mean_push;
-    /// Of each thread, what it keeps of a slice of stars between its stress and its forces
+    /// Memory of each thread for a slice of stars between its stress and its forces
     std::vector<Aligned<T>> star_scratch;
     /// (places of all chunks and one that stays zero, 4) [N]; with means of F also (places, 4) from first_pull on
     Aligned<T> corner_force;
     /// (fan slices, slices of control volumes, and of stars) the most that a tetrahedron lacked of the volume that is
-    /// watched [m^3], and that det C around a node lacked, see neo_hookean_stress(); 0 where nothing did, empty if
+    /// watched [m^3], and that det C around a node lacked, see LargestDeficit; 0 where nothing did, empty if
     /// nothing is watched
     std::vector<T> deficit;
 

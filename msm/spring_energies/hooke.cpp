@@ -1,3 +1,4 @@
+#include "msm/kernels/energy_kernels.hpp"
 #include "msm/spring_energy.hpp"
 
 namespace livermark::msm::spring_energies {
@@ -49,7 +50,8 @@ SpringEnergy hooke() {
             .isochoric_stiffness = hooke_isochoric_stiffness,
             .volume = change_of_volume,
             .is_finite = true,
-            .in_kernels = {StrainMeasure::elongation}};
+            .in_kernels = {StrainMeasure::elongation},
+            .kernels = hooke_kernels};
 }
 
 } // namespace livermark::msm::spring_energies

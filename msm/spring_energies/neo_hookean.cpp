@@ -1,6 +1,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "msm/kernels/energy_kernels.hpp"
 #include "msm/spring_energy.hpp"
 
 namespace livermark::msm::spring_energies {
@@ -59,9 +60,9 @@ Matrix3d isochoric_stress(double shear_modulus, const Matrix3d &strain) {
 Matrix6 isochoric_stiffness(double shear_modulus, const Matrix3d &strain) {
     const Matrix3d inverse = inverse_of_c(strain);
     const double trace = 3.0 + 2.0 * strain.trace();
-    const Vector6 of_inverse = components(inverse), of_identity = components(Matrix3d::Identity());
-    Matrix6 result = trace / 3.0 * of_inverse * of_inverse.transpose() - of_identity * of_inverse.transpose() -
-                     of_inverse * of_identity.transpose();
+    const Vector6 inverse_parts = components(inverse), identity_parts = components(Matrix3d::Identity());
+    Matrix6 result = trace / 3.0 * inverse_parts * inverse_parts.transpose() -
+                     identity_parts * inverse_parts.transpose() - inverse_parts * identity_parts.transpose();
     for (int c = 0; c < 6; ++c)
         result.col(c) += trace * components(inverse * tensor(Vector6::Unit(c)) * inverse);
     return 2.0 / 3.0 * shear_modulus * (1.0 + isochoric_factor_minus_one(strain)) * result;
@@ -83,7 +84,8 @@ SpringEnergy neo_hookean() {
             .isochoric_stress = isochoric_stress,
             .isochoric_stiffness = isochoric_stiffness,
             .volume = logarithm_of_volume,
-            .in_kernels = {StrainMeasure::cauchy_green, StrainMeasure::deformation_gradient}};
+            .in_kernels = {StrainMeasure::cauchy_green, StrainMeasure::deformation_gradient},
+            .kernels = neo_hookean_kernels};
 }
 
 } // namespace livermark::msm::spring_energies

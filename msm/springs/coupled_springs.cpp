@@ -226,6 +226,8 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         if (!are_in_kernels(springs_) || part_ != 1.0 || added_.size() > 0)
             return false;
         parts.measure = springs_.measure;
+        parts.kernels = springs_.energy.kernels;
+        parts.beside = springs_.energy.volume;
         parts.tetrahedra = nodes_;
         return springs_.domains.edges > 0.0 ? describe_edges(parts) : describe_nodes(parts);
     }
@@ -415,7 +417,8 @@ bool are_in_kernels(const CoupledSprings &springs) {
         return false;
     if (are_around_edges && springs.measure == StrainMeasure::elongation)
         return false;
-    return std::ranges::find(springs.energy.in_kernels, springs.measure) != springs.energy.in_kernels.end();
+    const auto &measures = springs.energy.in_kernels;
+    return springs.energy.kernels && std::ranges::find(measures, springs.measure) != measures.end();
 }
 
 CoupledSprings with_part_inside(CoupledSprings springs, double part) {

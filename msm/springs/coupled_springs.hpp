@@ -45,9 +45,9 @@ std::span<const CoupledSprings> all_coupled_springs();
 /// @throws support::InputError if there are none of that name
 const CoupledSprings &find_coupled_springs(std::string_view name);
 
-/// Whether the fast kernels know them: springs around nodes or edges, some of them inside tetrahedra, around nodes
-/// Hooke's with elongations, around both neo-Hookean ones with C or F, around edges alone with means of volumes. Others
-/// move by the scalar kernel.
+/// Whether the fast kernels know them: springs around nodes or edges, some of them inside tetrahedra, with a measure
+/// that SpringEnergy::in_kernels has, elongations around nodes alone, and with means of volumes around edges alone.
+/// Others move by the scalar kernel.
 bool are_in_kernels(const CoupledSprings &springs);
 
 /// The same with another part of the stiffness inside tetrahedra, taken from all other domains alike.

@@ -129,16 +129,14 @@ class VolumePenalty : public ElasticTerm {
 
     bool describe(StepParts &parts) const override {
         const bool has_means = mean_.size() > 0;
-        if (measure_ == logarithm_of_volume)
-            parts.change = has_means ? ResistedChange::mean_logarithm : ResistedChange::logarithm;
-        else if (measure_ != change_of_volume || has_means)
+        if ((parts.resisted_change && parts.resisted_change != measure_) || (has_means && !has_means_over_corners()))
             return false;
-        if (has_means && !has_means_over_corners())
-            return false;
+        parts.resisted_change = measure_;
+        parts.averages_volumes = has_means;
         const Eigen::VectorXd stiffness = modulus_.cwiseQuotient(rest_volume_);
         parts.tetrahedra = tetrahedra_;
         if (centre_.empty())
-            return parts.change == ResistedChange::relative && describe_tetrahedra(stiffness, parts);
+            return describe_tetrahedra(stiffness, parts);
         parts.volume_stiffness.assign(stiffness.begin(), stiffness.end());
         std::vector<std::array<int, 4>> corner_volume(tetrahedra_.size());
         for (int c = 0; c < share_.rows(); ++c)

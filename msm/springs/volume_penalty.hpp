@@ -24,19 +24,6 @@ struct NodalParts {
 /// @param body  at rest, positive volumes
 NodalParts nodal_parts(const core::Body &body);
 
-/// A measure g of a relative change of volume e = J - 1, with g = 0 and g' = 1 where there is none.
-struct VolumeMeasure {
-    double value;     ///< g
-    double slope;     ///< g'
-    double curvature; ///< g''
-};
-using MeasureVolume = VolumeMeasure (*)(double change);
-
-/// g = e
-VolumeMeasure change_of_volume(double change);
-/// g = ln (1 + e), minus infinity where no volume is left
-VolumeMeasure logarithm_of_volume(double change);
-
 /// Parts of a body that each resist a change of their volume.
 struct ControlVolumes {
     Eigen::SparseMatrix<double, Eigen::RowMajor> share; ///< (C, M) part of each tetrahedron that belongs to each, >= 0

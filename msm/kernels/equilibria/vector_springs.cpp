@@ -18,7 +18,7 @@ std::size_t in_slices(std::size_t count) {
     return (count + coupled_slice - 1) / coupled_slice * coupled_slice;
 }
 
-/// Where line k of a number stands in slices of so many lines.
+/// Place of line k of a number in slices of so many lines.
 std::size_t place(std::size_t number, std::size_t lines, std::size_t k) {
     const std::size_t lane = number % coupled_slice;
     return lines * (number - lane) + k * coupled_slice + lane;
@@ -26,7 +26,7 @@ std::size_t place(std::size_t number, std::size_t lines, std::size_t k) {
 
 bool are_around_nodes_alone(const StepParts &parts) {
     return !parts.coupled_modulus.empty() && parts.edges.empty() && parts.tetrahedron_stiffness.empty() &&
-           parts.change != ResistedChange::mean_logarithm && parts.is_removed.empty();
+           !parts.averages_volumes && parts.is_removed.empty();
 }
 
 void add_tetrahedra(const StepParts &parts, const Eigen::VectorXd &rest, CoupledArrays &arrays) {
@@ -79,13 +79,14 @@ void add_parts(const StepParts &parts, const Eigen::VectorXd &rest, CoupledArray
 } // namespace
 
 std::optional<CoupledArrays> coupled_arrays(const StepParts &parts, const std::vector<core::Vector3> &positions) {
-    if (!are_around_nodes_alone(parts))
+    const auto functions = parts.kernels ? parts.kernels().equilibrium(parts.measure) : EquilibriumFunctions{};
+    if (!functions.energy || !are_around_nodes_alone(parts))
         return std::nullopt;
     const auto rest = to_unknowns(positions);
     CoupledArrays arrays;
-    arrays.measure = parts.measure;
+    arrays.functions = functions;
     arrays.num_nodes = positions.size();
-    arrays.row_size = arrays.measure == StrainMeasure::deformation_gradient ? 12 : 8;
+    arrays.row_size = parts.measure == StrainMeasure::deformation_gradient ? 12 : 8;
     arrays.rest.resize(4 * positions.size(), 0.0);
     for (std::size_t i = 0; i < positions.size(); ++i)
         std::copy_n(positions[i].data(), 3, arrays.rest.data() + 4 * i);
@@ -131,7 +132,7 @@ class VectorKernel {
         const std::scoped_lock lock(mutex_);
         const double energy = energy_at(x);
         if (is_asked(energy)) {
-            coupled_force(arrays_, workspace_);
+            arrays_.functions.force(arrays_, workspace_);
             add_rows(workspace_.force, 1.0, force);
         }
         return energy;
@@ -141,18 +142,18 @@ class VectorKernel {
         const std::scoped_lock lock(mutex_);
         if (!knows(x)) {
             energy_at(x);
-            keep_coupled_stresses(arrays_, workspace_);
+            arrays_.functions.keep_stresses(arrays_, workspace_);
             stresses_at_ = x;
         }
         put_in_rows(u, workspace_.direction);
-        coupled_product(arrays_, workspace_);
+        arrays_.functions.product(arrays_, workspace_);
         add_rows(workspace_.force, -1.0, product);
     }
 
     void add_force_at_rest(const Eigen::VectorXd &u, double factor, Eigen::VectorXd &force) const {
         const std::scoped_lock lock(mutex_);
         put_in_rows(u, workspace_.direction);
-        coupled_product_at_rest(arrays_, workspace_);
+        arrays_.functions.product_at_rest(arrays_, workspace_);
         add_rows(workspace_.force, factor, force);
     }
 
@@ -162,7 +163,7 @@ class VectorKernel {
     double energy_at(const Eigen::VectorXd &x) const {
         stresses_at_.resize(0);
         put_in_rows(x - rest_, workspace_.displacement);
-        return coupled_energy(arrays_, workspace_);
+        return arrays_.functions.energy(arrays_, workspace_);
     }
     /// Whether means and stresses are those at x.
     bool knows(const Eigen::VectorXd &x) const { return stresses_at_.size() == x.size() && stresses_at_ == x; }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "msm/elastic_body.hpp"
+#include "msm/kernels/energy_kernels.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
 
 namespace livermark::msm {
@@ -18,11 +19,11 @@ inline constexpr std::size_t coupled_slice = 8;
 /// filled up with a tetrahedron of no volume; those of parts around nodes are filled up with zeros. What is averaged is
 /// in rows, one of each part, to which tetrahedra add four numbers at a time.
 struct CoupledArrays {
-    StrainMeasure measure = StrainMeasure::cauchy_green; ///< Hooke's law with elongations, neo-Hookean with the others
-    std::size_t num_nodes = 0;                           ///< N
-    std::size_t num_tetrahedra = 0;                      ///< a multiple of 8
-    std::size_t num_parts = 0;                           ///< a multiple of 8
-    std::size_t row_size = 0; ///< of a part: 8, or 12 of a deformation gradient; a relative volume is among it
+    EquilibriumFunctions functions;
+    std::size_t num_nodes = 0;      ///< N
+    std::size_t num_tetrahedra = 0; ///< a multiple of 8
+    std::size_t num_parts = 0;      ///< a multiple of 8
+    std::size_t row_size = 0;       ///< of a part: 8, or 12 of a deformation gradient; a relative volume is among it
 
     Aligned<double> rest;                  ///< (N, 4) positions [m]
     Aligned<std::int32_t> corner;          ///< slices of (4, 8): four times the node
@@ -39,7 +40,7 @@ struct CoupledArrays {
     Aligned<double> volume_modulus; ///< kappa [Pa]; zeros where nothing is left of lambda
 };
 
-/// What the kernels write to, for one thread at a time.
+/// Memory that the kernels write to, for one thread at a time.
 struct CoupledWorkspace {
     explicit CoupledWorkspace(const CoupledArrays &body);
 
@@ -56,22 +57,6 @@ struct CoupledWorkspace {
 /// @return nothing unless the parts are those of springs that are coupled around nodes, whole and with nothing beside
 /// them but volumes around nodes and the guard
 std::optional<CoupledArrays> coupled_arrays(const StepParts &parts, const std::vector<core::Vector3> &positions);
-
-/// Energy at the displacement, infinite where it has no value. Leaves the means of parts and what they push with.
-/// @return [J]
-double coupled_energy(const CoupledArrays &body, CoupledWorkspace &at);
-
-/// Elastic forces at the displacement, behind coupled_energy().
-void coupled_force(const CoupledArrays &body, CoupledWorkspace &at);
-
-/// Keeps the stresses of tetrahedra for coupled_product(), behind coupled_energy().
-void keep_coupled_stresses(const CoupledArrays &body, CoupledWorkspace &at);
-
-/// Minus the second derivative of the energy times the direction, behind keep_coupled_stresses().
-void coupled_product(const CoupledArrays &body, CoupledWorkspace &at);
-
-/// The same at rest, where nothing has to be known before.
-void coupled_product_at_rest(const CoupledArrays &body, CoupledWorkspace &at);
 
 /// The same body for those who look for its equilibria, with one term that finds energies, forces and products with
 /// second derivatives in vectors of double precision where the fast kernels know how: for springs that are coupled

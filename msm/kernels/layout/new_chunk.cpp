@@ -156,7 +156,7 @@ std::vector<Star> changed_stars(const StepParts &parts, const PartingChanges &ch
         std::array<int, 2> axis{};
         std::vector<Link> links;
     };
-    std::map<int, Links> of_part;
+    std::map<int, Links> part_links;
     for (const int before : changes.edge_parts) {
         if (before >= first_new || plan.star_of_part[before] == padding)
             continue;
@@ -169,14 +169,14 @@ std::vector<Star> changed_stars(const StepParts &parts, const PartingChanges &ch
                 if ((part < first_new ? part : changes.parent_edge_part[part - first_new]) != before)
                     continue;
                 const auto [axis, link] = edge_link(parts.tetrahedra[t], t, edge);
-                auto &of = of_part[part];
+                auto &of = part_links[part];
                 of.axis = axis;
                 of.links.push_back(link);
             }
         }
     }
     std::vector<Star> stars;
-    for (auto &[part, of] : of_part)
+    for (auto &[part, of] : part_links)
         stars.push_back(star_of(part, of.axis, std::move(of.links)));
     return stars;
 }
@@ -208,13 +208,7 @@ template <class T> StarLines lines_of_stars(std::vector<Star> stars, SlicedBody<
     for (const auto &star : lines.stars)
         lines.rims.push_back(star.rim);
     piece.star_start.assign(1, 0);
-    for (std::size_t first = 0; first < lines.stars.size(); first += slice_size) {
-        const auto rims = std::span(lines.rims).subspan(first, slice_size);
-        const std::size_t length = std::ranges::max_element(rims, {}, &Rim::size)->size();
-        piece.longest_star = std::max(piece.longest_star, length);
-        piece.star_start.push_back(piece.star_start.back() + static_cast<int>(length));
-        append_nodes(std::span(lines.stars).subspan(first, slice_size), length, rims, lines.node);
-    }
+    put_side_by_side(lines, piece);
     piece.chunk_stars.assign(piece.chunk_fans.size(), static_cast<int>(lines.stars.size()) / slice_size);
     piece.chunk_stars.front() = 0;
     lines.chunk_before.assign(piece.chunk_fans.size(), 0);
@@ -253,30 +247,6 @@ template <class T> void append_tetrahedra(const Lines &lines, SlicedPlan &plan, 
             take_out(static_cast<std::size_t>(plan.tetrahedron_place[t]), body);
             plan.tetrahedron_place[t] = static_cast<int>(first + k);
         }
-}
-
-template <class T>
-void append_stars(const StepParts &parts, StarLines lines, const SlicedBody<T> &piece, int places_before,
-                  SlicedPlan &plan, SlicedBody<T> &body) {
-    const std::size_t first = plan.stars.size();
-    for (const int node : lines.node)
-        body.star_corner.push_back(node == padding ? 0 : 4 * body.row_of_node[node]);
-    append_moved(piece.star_slot, 4 * places_before, body.star_slot);
-    append_running(piece.star_start, body.star_start);
-    append_running(piece.chunk_stars, body.chunk_stars);
-    body.longest_star = std::max(body.longest_star, piece.longest_star);
-    body.star_tetrahedron.resize(static_cast<std::size_t>(body.star_start.back()) * slice_size, T(0));
-    for (auto *values : {&body.star_modulus, &body.star_inverse_volume, &body.star_stiffness})
-        values->resize(first + lines.stars.size(), T(0));
-    plan.star_of_part.resize(parts.edge_modulus.size(), padding);
-    for (std::size_t k = 0; k < lines.stars.size(); ++k) {
-        plan.rim_size.push_back(static_cast<int>(lines.rims[k].size()));
-        if (lines.stars[k].rim.empty())
-            continue;
-        plan.star_of_part[lines.stars[k].part] = static_cast<int>(first + k);
-        put_star(parts, plan.rounded_rest, lines.stars[k], lines.rims[k], first + k, body);
-    }
-    std::ranges::move(lines.stars, std::back_inserter(plan.stars));
 }
 
 } // namespace
@@ -329,8 +299,13 @@ void add_chunk(const StepParts &parts, const PartingChanges &changes, std::span<
     append_running(piece.fan_start, body.fan_start);
     append_running(piece.chunk_fans, body.chunk_fans);
     append_running(piece.chunk_start, body.chunk_start);
-    if (body.is_around_edges())
-        append_stars(parts, std::move(stars), piece, places_before, plan, body);
+    if (!body.is_around_edges())
+        return;
+    append_moved(piece.star_slot, 4 * places_before, body.star_slot);
+    append_running(piece.star_start, body.star_start);
+    append_running(piece.chunk_stars, body.chunk_stars);
+    body.longest_star = std::max(body.longest_star, piece.longest_star);
+    append_stars(parts, std::move(stars), body, plan);
 }
 
 template void add_chunk(const StepParts &, const PartingChanges &, std::span<const int>, SlicedPlan &,

@@ -17,10 +17,10 @@ std::vector<std::array<int, 2>> lanes_of_new_nodes(const StepParts &parts, const
         const auto [i, j] = parts.edges[s];
         if (std::min(i, j) < first_new)
             continue;
-        int &of_i = mate[i - first_new], &of_j = mate[j - first_new];
-        if (of_i == padding && of_j == padding) {
-            of_i = j;
-            of_j = i;
+        int &mate_of_i = mate[i - first_new], &mate_of_j = mate[j - first_new];
+        if (mate_of_i == padding && mate_of_j == padding) {
+            mate_of_i = j;
+            mate_of_j = i;
         }
     }
     std::vector<std::array<int, 2>> lanes;
@@ -133,7 +133,7 @@ NewRows add_rows(const StepParts &parts, const PartingChanges &changes, SlicedPl
                 plan.node_of_row[body.row_of_node[node]] = node;
             }
     if (!parts.centre.empty())
-        result.of_volume = rows_of_new_volumes(parts, plan, map, body);
+        result.volume_row = rows_of_new_volumes(parts, plan, map, body);
     body.num_rows = padded(body.first_copy + static_cast<int>(body.copied_row.size()));
     map.first_copy = body.first_copy;
     map.num_rows = body.num_rows;
@@ -152,27 +152,27 @@ template NewRows add_rows(const StepParts &, const PartingChanges &, SlicedPlan 
 
 namespace {
 
-/// What numbers in SlicedBody::member stand for.
+/// Meaning of the numbers in SlicedBody::member.
 template <class T> struct MemberKind {
     bool are_places = false; ///< of tetrahedra on the lines, and not corners of fans
     int scale = 1;
 
     MemberKind(const StepParts &parts, const SlicedBody<T> &body) {
         const bool is_coupled = !parts.coupled_modulus.empty();
-        are_places = is_coupled && !parts.is_neo_hookean();
+        are_places = is_coupled && !parts.has_means_of_tensors();
         if (are_places)
             scale = 8;
         else if (is_coupled && body.mean_gradient.empty())
             scale = 4;
     }
 
-    /// Where nothing is.
+    /// Number where nothing is.
     int filler(const SlicedBody<T> &body) const {
         return scale * static_cast<int>(are_places ? body.rest_volume.size() : body.corner.size());
     }
 };
 
-/// What SlicedBody::member has of the tetrahedra around a node: places of these, or corners of fans.
+/// Numbers in SlicedBody::member of the tetrahedra around a node: places of these, or corners of fans.
 template <class T> class Members {
   public:
     Members(const StepParts &parts, const SlicedPlan &plan, const SlicedBody<T> &body)
@@ -313,7 +313,7 @@ void add_volumes(const StepParts &parts, const PartingChanges &changes, std::spa
         body.first_pull = padded(body.chunk_start.back() + 1);
         move_pulls(parts, changes, gradients, plan, body, sums);
     }
-    if (parts.change == ResistedChange::mean_logarithm) {
+    if (parts.averages_volumes) {
         for (auto &number : body.mean_volume)
             number = renumbered[number];
         std::vector<std::vector<int>> neighbours;

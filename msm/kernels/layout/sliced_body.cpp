@@ -102,7 +102,7 @@ template <class T> class StarUpdate {
         return start[slice + 1] - start[slice];
     }
 
-    /// Of a node of a lane as its lines are now, four times its place for forces.
+    /// Four times the place for forces of a node of a lane, as its lines are now.
     int slot_of(int lane, int corner) const {
         const std::size_t slice = lane / slice_size;
         std::size_t at = (body_.star_start[slice] + 2 * slice) * slice_size + lane % slice_size;
@@ -160,7 +160,7 @@ template <class T> class StarUpdate {
         body_.star_tetrahedron = std::move(tetrahedron);
     }
 
-    /// Of a slice as it was.
+    /// Length of a slice as it was.
     /// @param num_axis_lines  before the rim of each slice
     std::size_t first_line(std::size_t slice, std::size_t num_axis_lines) const {
         return static_cast<std::size_t>(body_.star_start[slice]) + num_axis_lines * slice;
@@ -192,9 +192,9 @@ template <class T> class StarUpdate {
                           more = is - rim.corners.size();
         std::size_t at = first_line(slice, 2) * slice_size + 2 * slice_size + rim.lane % slice_size;
         for (std::size_t k = 0; k < is; ++k, at += slice_size) {
-            const std::size_t of_rim = k < more ? 0 : k - more;
-            body_.star_corner[at] = 4 * body_.row_of_node[rim.corners[of_rim].node];
-            body_.star_slot[at] = rim.slots[of_rim];
+            const std::size_t rim_place = k < more ? 0 : k - more;
+            body_.star_corner[at] = 4 * body_.row_of_node[rim.corners[rim_place].node];
+            body_.star_slot[at] = rim.slots[rim_place];
         }
     }
 
@@ -219,7 +219,7 @@ void update_sliced_body(const StepParts &parts, const CutChanges &changes, Slice
         const int number = plan.number_of_volume[c];
         const auto members = plan.members.of(c);
         put_volume(parts, c, rest_volume(parts, plan.rest_volume, members), number, body);
-        if (parts.change == ResistedChange::mean_logarithm)
+        if (parts.averages_volumes)
             put_volume_mean(volume_mean(parts, plan.rest_volume, c, members), number, body);
         if (!body.mean_gradient.empty())
             put_mean_gradient(mean_gradient(parts, plan.rest, c, members), number, body);
@@ -261,12 +261,12 @@ template <class T> void add_positions(const PartingChanges &changes, SlicedPlan 
 void part_members(const StepParts &parts, const PartingChanges &changes, NumberLists &members) {
     const auto first_new = static_cast<int>(members.size());
     members.resize(parts.centre.size());
-    NewLists of_new;
+    NewLists new_lists;
     for (const int t : changes.tetrahedra)
         for (const int c : parts.corner_volume[t])
             if (c >= first_new)
-                of_new.add(c, t);
-    of_new.put_into(members);
+                new_lists.add(c, t);
+    new_lists.put_into(members);
     for (const int c : changes.volumes)
         if (c < first_new)
             leave_owners(c, parts.corner_volume, members);
@@ -284,7 +284,7 @@ RowMap part_sliced_body(const StepParts &parts, const PartingChanges &changes, S
         std::vector<int> row_of_volume;
         for (const int number : plan.number_of_volume)
             row_of_volume.push_back(body.volume_row[number]);
-        row_of_volume.insert(row_of_volume.end(), rows.of_volume.begin(), rows.of_volume.end());
+        row_of_volume.insert(row_of_volume.end(), rows.volume_row.begin(), rows.volume_row.end());
         add_chunk(parts, changes, row_of_volume, plan, body, sums);
         if (!parts.centre.empty()) {
             part_members(parts, changes, plan.members);

@@ -123,7 +123,7 @@ SpringLane lane_around(const std::array<int, 2> &nodes, const std::vector<Spring
 /// @param parts  with springs, between node numbers below num_nodes
 std::vector<SpringLane> spring_lanes(const StepParts &parts, int num_nodes);
 
-/// How many lines of neighbours some lanes side by side need: of shared ones, and of each node alone.
+/// Numbers of lines of neighbours that some lanes side by side need: of shared ones, and of each node alone.
 struct LineCounts {
     int shared = 0;
     std::array<int, 2> alone{};
@@ -141,7 +141,7 @@ inline NumberLists volume_members(const StepParts &parts) {
     return NumberLists(parts.corner_volume, parts.centre.size());
 }
 
-/// Of each tetrahedron at rest, removed ones included [m^3].
+/// Volume of each tetrahedron at rest, removed ones included [m^3].
 /// @param x  shape (3N) [m], at rest
 std::vector<double> rest_volumes(const StepParts &parts, const Eigen::VectorXd &x);
 
@@ -225,14 +225,14 @@ template <class T> struct SlicedBody {
     /// the following.
     Aligned<T> rest_length;
     Aligned<T>
-        inner_modulus; ///< (lines, 16) of springs inside a tetrahedron [Pa]; of neo-Hookean ones times its volume
-    Aligned<T> volume_modulus; ///< (lines, 16) of neo-Hookean springs inside a tetrahedron [Pa]
-    /// (volumes) of springs around a node, 1/16 of the shear modulus by volume [Pa/m^3]; of neo-Hookean ones a quarter
+        inner_modulus; ///< (lines, 16) of springs inside a tetrahedron [Pa]; with means of C or F times its volume
+    Aligned<T> volume_modulus; ///< (lines, 16) of springs inside a tetrahedron [Pa]
+    /// (volumes) of springs around a node, 1/16 of the shear modulus by volume [Pa/m^3]; with means of C a quarter
     /// of the shear modulus [Pa], with means of F the shear modulus times the volume [J]
     Aligned<T> coupled_modulus;
-    /// (volumes) of neo-Hookean springs alone, which have no rest_length: 1 over four times the volume at rest [1/m^3]
+    /// (volumes) with means of C or F alone, without rest_length: 1 over four times the volume at rest [1/m^3]
     Aligned<T> inverse_volume;
-    /// Of neo-Hookean springs around nodes with means of F alone, see mean_gradients(): where the neighbours in the
+    /// Springs around nodes with means of F alone have these, see mean_gradients(): where the neighbours in the
     /// control volumes begin, in units of 16 (volumes / 16 + 1), four times the row of each (lines, 16), and what is
     /// asked of their position less that of the node in the middle (lines, 4, 16), b [1/m] and k [N/m]
     std::vector<int> mean_start;
@@ -242,11 +242,11 @@ template <class T> struct SlicedBody {
     /// one for each volume, for the node in the middle. 0 if there are none
     int first_pull = 0;
 
-    /// Of springs around edges alone, see stars_around_edges(): where the polygons of 16 edges begin, in units of 16
-    /// (slices of stars + 1), first slice of each chunk of fans (chunks + 1), indices of the nodes (lines + 2 for each
-    /// slice, 16), which are both ends of the axis and the rim, where the force on each is added, the same shape, and 1
-    /// over six times the volume at rest between one node of the rim and the next (lines, 16) [1/m^3], 0 where there is
-    /// none
+    /// Springs around edges alone have these, see stars_around_edges(): where the polygons of 16 edges begin, in units
+    /// of 16 (slices of stars + 1), first slice of each chunk of fans (chunks + 1), indices of the nodes (lines + 2 for
+    /// each slice, 16), which are both ends of the axis and the rim, where the force on each is added, the same shape,
+    /// and 1 over six times the volume at rest between one node of the rim and the next (lines, 16) [1/m^3], 0 where
+    /// there is none
     std::vector<int> star_start, chunk_stars;
     Aligned<std::int32_t> star_corner, star_slot;
     Aligned<T> star_tetrahedron;
@@ -256,8 +256,8 @@ template <class T> struct SlicedBody {
     Aligned<T> rest_rows; ///< (rows, 4) of the nodes at rest [m]
     std::size_t longest_star = 0;
 
-    /// Where changes of volume are averaged: which control volumes are the neighbours of each, from mean_start on, and
-    /// their part in the mean (lines, 16); a quarter is its own
+    /// Neighbours where changes of volume are averaged: which control volumes are the neighbours of each, from
+    /// mean_start on, and their part in the mean (lines, 16); a quarter is its own
     Aligned<std::int32_t> mean_volume;
     Aligned<T> mean_weight;
 
@@ -270,17 +270,17 @@ template <class T> struct SlicedBody {
     std::vector<int> volume_row;
     std::vector<int> volume_start; ///< (volumes / 16 + 1) corners of fans in the volumes, in units of 16
     Aligned<std::int32_t> member;  ///< the corner; one behind the last where there is none. Where springs are coupled,
-                                   ///< eight times a tetrahedron around the node; four times a corner for neo-Hookean
-                                   ///< ones with means of C, the corner with means of F
-    /// (volumes) a quarter of the pressure for each m^3 gained [Pa/m^3], beside neo-Hookean springs a quarter of the
-    /// modulus [Pa]
+                                   ///< eight times a tetrahedron around the node; four times a corner with
+                                   ///< means of C, the corner with means of F
+    /// (volumes) a quarter of the pressure for each m^3 gained [Pa/m^3], beside springs with means of C or F a quarter
+    /// of the modulus [Pa]
     Aligned<T> volume_stiffness;
 };
 
-/// Where a spring is that is on no lines.
+/// Place of a spring that is on no lines.
 inline constexpr std::size_t no_place = static_cast<std::size_t>(-1);
 
-/// What has to be known of a sliced body to change it where tetrahedra are taken away or parted.
+/// Facts of a sliced body that are needed to change it where tetrahedra are taken away or parted.
 struct SlicedPlan {
     Eigen::VectorXd rest, rounded_rest; ///< (3N) [m], and in the precision of the kernels
     std::vector<double> rest_volume;    ///< (M) of tetrahedra, from rest [m^3]

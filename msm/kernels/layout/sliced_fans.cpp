@@ -148,26 +148,26 @@ template <class T> std::vector<int> volume_rows(const StepParts &parts, SlicedBo
 /// Tetrahedra in the control volume of each row.
 std::vector<std::vector<int>> tetrahedra_of_rows(const StepParts &parts, const std::vector<int> &row_of_volume,
                                                  const Lines &lines, int num_rows) {
-    std::vector<std::vector<int>> of_rows(num_rows);
+    std::vector<std::vector<int>> row_lists(num_rows);
     for (std::size_t at = 0; at < lines.tetrahedron.size(); ++at)
         if (lines.tetrahedron[at] != padding)
             for (const int c : parts.corner_volume[lines.tetrahedron[at]])
-                of_rows[row_of_volume[c]].push_back(static_cast<int>(at));
-    return of_rows;
+                row_lists[row_of_volume[c]].push_back(static_cast<int>(at));
+    return row_lists;
 }
 
 /// Corners of fans at each row, which have the sums over the tetrahedra there: less than half as many.
 template <class T> std::vector<std::vector<int>> corners_of_rows(const Lines &lines, const SlicedBody<T> &body) {
-    std::vector<std::vector<int>> of_rows(body.num_rows);
+    std::vector<std::vector<int>> row_lists(body.num_rows);
     for (std::size_t slice = 0; slice + 1 < body.fan_start.size(); ++slice) {
         const std::size_t first = first_corner(body, slice);
         for (auto at = first; at < first_corner(body, slice + 1); ++at) {
             const bool is_filled_up = at >= first + 3 * slice_size && lines.node[at] == lines.node[at - slice_size];
             if (lines.node[at] != padding && !is_filled_up)
-                of_rows[body.corner[at] / 4].push_back(static_cast<int>(at));
+                row_lists[body.corner[at] / 4].push_back(static_cast<int>(at));
         }
     }
-    return of_rows;
+    return row_lists;
 }
 
 /// @param num_neighbours  shape (C) of each control volume, which take longer than its members; empty if nobody asks
@@ -176,14 +176,14 @@ template <class T>
 std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume,
                                const std::vector<std::size_t> &num_neighbours, const Lines &lines,
                                SlicedBody<T> &body) {
-    const bool is_coupled = !parts.coupled_modulus.empty() && !parts.is_neo_hookean();
-    const auto of_rows =
+    const bool is_coupled = !parts.coupled_modulus.empty() && !parts.has_means_of_tensors();
+    const auto row_lists =
         is_coupled ? tetrahedra_of_rows(parts, row_of_volume, lines, body.num_rows) : corners_of_rows(lines, body);
     std::vector<int> volumes(row_of_volume.size());
     std::iota(volumes.begin(), volumes.end(), 0);
     std::ranges::sort(volumes, {}, [&](int c) { return row_of_volume[c]; });
     const auto length = [&](int c) {
-        return std::pair(num_neighbours.empty() ? 0 : num_neighbours[c], of_rows[row_of_volume[c]].size());
+        return std::pair(num_neighbours.empty() ? 0 : num_neighbours[c], row_lists[row_of_volume[c]].size());
     };
     sort_in_windows(volumes, num_neighbours.empty() ? volume_window : volume_window_with_neighbours,
                     [&](int a, int b) { return length(a) > length(b); });
@@ -191,7 +191,7 @@ std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &r
     std::vector<std::vector<int>> members;
     for (const int c : volumes) {
         number[c] = static_cast<int>(members.size());
-        members.push_back(of_rows[row_of_volume[c]]);
+        members.push_back(row_lists[row_of_volume[c]]);
         body.volume_row.push_back(row_of_volume[c]);
     }
     body.volume_row.resize(padded(static_cast<int>(volumes.size())), body.num_rows);
@@ -205,7 +205,7 @@ std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &r
     return number; // springs that are coupled put other numbers down, see put_volume()
 }
 
-/// Of things that each control volume has some of.
+/// Sizes of lists, one for each control volume.
 template <class Lists> std::vector<std::size_t> sizes(const Lists &lists) {
     std::vector<std::size_t> size;
     for (const auto &list : lists)
@@ -271,10 +271,10 @@ std::vector<std::vector<int>> force_places(const Lines &lines, const StarLines &
         const int first = 4 * body.chunk_start.back(); // a fan of nothing adds nothing
         if (node == padding)
             return first;
-        auto &of_node = places[body.row_of_node[node]];
-        if (of_node.empty() || of_node.back() < first)
-            of_node.push_back(4 * num_places++);
-        return of_node.back();
+        auto &node_places = places[body.row_of_node[node]];
+        if (node_places.empty() || node_places.back() < first)
+            node_places.push_back(4 * num_places++);
+        return node_places.back();
     };
     for (std::size_t chunk = 0; chunk + 1 < body.chunk_fans.size(); ++chunk) {
         const std::size_t end = first_corner(body, body.chunk_fans[chunk + 1]);

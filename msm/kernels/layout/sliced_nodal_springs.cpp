@@ -15,13 +15,13 @@ MeanGradient mean_gradient(const StepParts &parts, const Eigen::VectorXd &x, int
     double sum = 0.0; // of the volume
     for (const int t : members) {
         const auto &nodes = parts.tetrahedra[t];
-        const auto of_tetrahedron = volume_gradient(x, nodes);
-        const auto &gradient = of_tetrahedron.gradient; // V_t g_tj
-        const double modulus = parts.inner_modulus[t] / of_tetrahedron.volume;
+        const auto tetrahedron = volume_gradient(x, nodes);
+        const auto &gradient = tetrahedron.gradient; // V_t g_tj
+        const double modulus = parts.inner_modulus[t] / tetrahedron.volume;
         const auto i = std::ranges::find(parts.corner_volume[t], volume) - parts.corner_volume[t].begin();
         const bool is_there = parts.is_there(t);
         if (is_there)
-            sum += 0.25 * of_tetrahedron.volume;
+            sum += 0.25 * tetrahedron.volume;
         for (int j = 0; j < 4; ++j) {
             if (j == i)
                 continue;
@@ -70,11 +70,11 @@ double rest_volume(const StepParts &parts, std::span<const double> volumes, std:
 
 std::vector<VolumeNeighbour> volume_mean(const StepParts &parts, std::span<const double> volumes, int volume,
                                          std::span<const int> members) {
-    const double of_volume = rest_volume(parts, volumes, members);
+    const double own = rest_volume(parts, volumes, members);
     std::vector<VolumeNeighbour> shared;
     shared.reserve(members.size());
     for (const int t : members) {
-        const double part = parts.is_there(t) ? volumes[t] / (16.0 * of_volume) : 0.0;
+        const double part = parts.is_there(t) ? volumes[t] / (16.0 * own) : 0.0;
         for (const int other : parts.corner_volume[t]) {
             if (other == volume)
                 continue;
@@ -89,7 +89,7 @@ std::vector<VolumeNeighbour> volume_mean(const StepParts &parts, std::span<const
 }
 
 VolumeMeans volume_means(const StepParts &parts, const std::vector<core::Vector3> &positions) {
-    if (parts.change != ResistedChange::mean_logarithm)
+    if (!parts.averages_volumes)
         return {};
     const auto volumes = rest_volumes(parts, to_unknowns(positions));
     const auto members = volume_members(parts);
@@ -177,7 +177,7 @@ void slice_shapes(const StepParts &parts, const Eigen::VectorXd &x, const Lines 
         return;
     body.rest_gradient =
         values_on_lines<T>(lines, body, [&](const std::array<int, 4> &nodes) { return gradients(x, nodes); });
-    if (are_around_nodes && !parts.is_neo_hookean())
+    if (are_around_nodes && !parts.has_means_of_tensors())
         body.rest_length =
             values_on_lines<T>(lines, body, [&](const std::array<int, 4> &nodes) { return lengths(x, nodes); });
 }
@@ -194,8 +194,8 @@ void slice_mean_gradients(const StepParts &parts, const std::vector<int> &number
                           SlicedBody<T> &body) {
     std::vector<std::vector<int>> neighbours(body.volume_row.size());
     for (std::size_t c = 0; c < gradients.size(); ++c)
-        for (const auto &of_neighbour : gradients[c])
-            neighbours[number_of_volume[c]].push_back(4 * body.row_of_node[of_neighbour.node]);
+        for (const auto &neighbour : gradients[c])
+            neighbours[number_of_volume[c]].push_back(4 * body.row_of_node[neighbour.node]);
     body.mean_start.assign(1, 0);
     append_lists(std::move(neighbours), 4 * body.num_rows, body.mean_start, body.mean_node);
     body.mean_gradient.assign(4 * body.mean_node.size(), T(0));
@@ -205,18 +205,18 @@ void slice_mean_gradients(const StepParts &parts, const std::vector<int> &number
         const int number = number_of_volume[c], lane = number % slice_size;
         int line = body.mean_start[number / slice_size];
         places[body.row_of_node[parts.centre[c]]].push_back(4 * (first_in_middle + number));
-        for (const auto &of_neighbour : gradients[c])
-            places[body.row_of_node[of_neighbour.node]].push_back(4 * (body.first_pull + line++ * slice_size + lane));
+        for (const auto &neighbour : gradients[c])
+            places[body.row_of_node[neighbour.node]].push_back(4 * (body.first_pull + line++ * slice_size + lane));
         put_mean_gradient(gradients[c], number, body);
     }
 }
 
 } // namespace
 
-template <class T> void put_mean_gradient(const MeanGradient &of_volume, int number, SlicedBody<T> &body) {
+template <class T> void put_mean_gradient(const MeanGradient &own, int number, SlicedBody<T> &body) {
     const auto line = static_cast<std::size_t>(body.mean_start[number / slice_size]);
     T *at = body.mean_gradient.data() + 4 * line * slice_size + number % slice_size;
-    for (const auto &[node, gradient, stiffness] : of_volume)
+    for (const auto &[node, gradient, stiffness] : own)
         for (const double number_of_line : {gradient.x(), gradient.y(), gradient.z(), stiffness}) {
             *at = static_cast<T>(number_of_line);
             at += slice_size;
@@ -224,20 +224,20 @@ template <class T> void put_mean_gradient(const MeanGradient &of_volume, int num
 }
 
 template <class T> void put_volume(const StepParts &parts, int c, double rest_volume, int number, SlicedBody<T> &body) {
-    const bool is_neo_hookean = parts.is_neo_hookean();
+    const bool has_tensors = parts.has_means_of_tensors();
     if (!parts.volume_stiffness.empty()) {
         const double quarter = 0.25 * parts.volume_stiffness[c];
-        body.volume_stiffness[number] = static_cast<T>(is_neo_hookean ? quarter * rest_volume : quarter);
+        body.volume_stiffness[number] = static_cast<T>(has_tensors ? quarter * rest_volume : quarter);
     }
     if (!parts.coupled_modulus.empty()) {
         double factor = 0.25;
-        if (!is_neo_hookean)
+        if (!has_tensors)
             factor = rest_volume > 0.0 ? 1.0 / (16.0 * rest_volume) : 0.0;
         else if (parts.measure == StrainMeasure::deformation_gradient)
             factor = rest_volume;
         body.coupled_modulus[number] = static_cast<T>(parts.coupled_modulus[c] * factor);
     }
-    if (is_neo_hookean)
+    if (has_tensors)
         body.inverse_volume[number] = static_cast<T>(rest_volume > 0.0 ? 0.25 / rest_volume : 0.0);
 }
 
@@ -247,23 +247,23 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
                          const Lines &lines, std::vector<std::vector<int>> &places, SlicedBody<T> &body) {
     if (parts.coupled_modulus.empty() && parts.edge_modulus.empty())
         return;
-    const bool is_neo_hookean = parts.is_neo_hookean();
+    const bool has_tensors = parts.has_means_of_tensors();
     const auto volumes = rest_volumes(parts, to_unknowns(positions));
     auto inner = parts.inner_modulus;
-    if (is_neo_hookean)
+    if (has_tensors)
         for (std::size_t t = 0; t < inner.size(); ++t)
             inner[t] *= volumes[t];
     body.inner_modulus = on_lines<T>(inner, lines);
-    if (is_neo_hookean)
+    if (has_tensors)
         body.volume_modulus = on_lines<T>(parts.inner_modulus, lines);
     if (!gradients.empty())
         slice_mean_gradients(parts, number_of_volume, gradients, places, body);
     else if (parts.edge_modulus.empty())
         for (auto &member : body.member)
-            member *= is_neo_hookean ? 4 : 8;
+            member *= has_tensors ? 4 : 8;
     if (!parts.coupled_modulus.empty())
         body.coupled_modulus.assign(body.volume_row.size(), T(0));
-    if (is_neo_hookean)
+    if (has_tensors)
         body.inverse_volume.assign(body.volume_row.size(), T(0));
     const auto members = volume_members(parts);
     for (int c = 0; c < static_cast<int>(parts.centre.size()); ++c)

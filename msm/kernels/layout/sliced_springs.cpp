@@ -10,7 +10,7 @@
 
 namespace livermark::msm {
 
-/// Where the lines of a pair of slices are filled up, at the end of which they are.
+/// Fills up the lines of a pair of slices, at the end of which they are.
 template <class T> class PairLines {
   public:
     /// On new lines behind those that are there.

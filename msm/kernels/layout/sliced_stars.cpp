@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <span>
 #include <tuple>
@@ -133,6 +134,21 @@ int chunk_of_star(const Star &star, const std::vector<int> &chunk_of_tetrahedron
     return std::ranges::max_element(count, fewer)->first;
 }
 
+/// Puts the nodes of a slice of stars behind those that are there.
+/// @param length  of the longest rim
+void append_nodes(std::span<const Star> stars, std::size_t length, std::span<const Rim> rims, std::vector<int> &nodes) {
+    const std::size_t at = nodes.size();
+    nodes.resize(at + (length + 2) * slice_size, padding);
+    for (std::size_t lane = 0; lane < slice_size; ++lane) {
+        if (rims[lane].empty())
+            continue;
+        for (std::size_t end = 0; end < 2; ++end)
+            nodes[at + end * slice_size + lane] = stars[lane].axis[end];
+        for (std::size_t k = 0; k < length; ++k)
+            nodes[at + (2 + k) * slice_size + lane] = corner_of(rims[lane], length, k).node;
+    }
+}
+
 std::vector<Rim> all_rims(const std::vector<Star> &stars, std::size_t first) {
     std::vector<Rim> rims;
     for (std::size_t lane = 0; lane < slice_size; ++lane)
@@ -161,16 +177,13 @@ template <class T> std::vector<Star> in_lanes(std::vector<Star> stars, const Sli
     return ordered;
 }
 
-void append_nodes(std::span<const Star> stars, std::size_t length, std::span<const Rim> rims, std::vector<int> &nodes) {
-    const std::size_t at = nodes.size();
-    nodes.resize(at + (length + 2) * slice_size, padding);
-    for (std::size_t lane = 0; lane < slice_size; ++lane) {
-        if (rims[lane].empty())
-            continue;
-        for (std::size_t end = 0; end < 2; ++end)
-            nodes[at + end * slice_size + lane] = stars[lane].axis[end];
-        for (std::size_t k = 0; k < length; ++k)
-            nodes[at + (2 + k) * slice_size + lane] = corner_of(rims[lane], length, k).node;
+template <class T> void put_side_by_side(StarLines &lines, SlicedBody<T> &body) {
+    for (std::size_t first = 0; first < lines.stars.size(); first += slice_size) {
+        const auto rims = std::span(lines.rims).subspan(first, slice_size);
+        const std::size_t length = std::ranges::max_element(rims, {}, &Rim::size)->size();
+        body.longest_star = std::max(body.longest_star, length);
+        body.star_start.push_back(body.star_start.back() + static_cast<int>(length));
+        append_nodes(std::span(lines.stars).subspan(first, slice_size), length, rims, lines.node);
     }
 }
 
@@ -179,13 +192,13 @@ template <class T> StarLines star_lines(const StepParts &parts, const Lines &lin
     if (parts.edge_modulus.empty())
         return result;
     const auto chunk_of_tetrahedron = chunks_of_tetrahedra(parts, lines, body);
-    std::vector<std::vector<Star>> of_chunk(body.chunk_fans.size() - 1);
+    std::vector<std::vector<Star>> stars_of_chunk(body.chunk_fans.size() - 1);
     for (auto &star : stars_around_edges(parts))
-        of_chunk[chunk_of_star(star, chunk_of_tetrahedron)].push_back(std::move(star));
+        stars_of_chunk[chunk_of_star(star, chunk_of_tetrahedron)].push_back(std::move(star));
     body.star_start.assign(1, 0);
     body.chunk_stars.assign(1, 0);
     result.chunk_before.assign(1, 0);
-    for (auto &stars : of_chunk) {
+    for (auto &stars : stars_of_chunk) {
         auto ordered = in_lanes(std::move(stars), body);
         ordered.resize(padded(static_cast<int>(ordered.size())));
         for (std::size_t first = 0; first < ordered.size(); first += slice_size)
@@ -199,13 +212,7 @@ template <class T> StarLines star_lines(const StepParts &parts, const Lines &lin
         result.rims.push_back(star.rim.empty() ? star.rim
                                                : rim_without(star, parts.is_removed,
                                                              parts.measure == StrainMeasure::deformation_gradient));
-    for (std::size_t first = 0; first < result.stars.size(); first += slice_size) {
-        const auto rims = std::span(result.rims).subspan(first, slice_size);
-        const std::size_t length = std::ranges::max_element(rims, {}, &Rim::size)->size();
-        body.longest_star = std::max(body.longest_star, length);
-        body.star_start.push_back(body.star_start.back() + static_cast<int>(length));
-        append_nodes(std::span(result.stars).subspan(first, slice_size), length, rims, result.node);
-    }
+    put_side_by_side(result, body);
     return result;
 }
 
@@ -224,16 +231,34 @@ void put_star(const StepParts &parts, const Eigen::VectorXd &x, const Star &star
             continue;
         }
         const auto &nodes = parts.tetrahedra[t];
-        const auto [of_tetrahedron, gradient] = volume_gradient(x, nodes);
+        const auto [tetrahedron_volume, gradient] = volume_gradient(x, nodes);
         const auto corner = [&](int node) { return std::ranges::find(nodes, node) - nodes.begin(); };
-        volume += of_tetrahedron;
-        stiffness -= parts.inner_modulus[t] / of_tetrahedron *
+        volume += tetrahedron_volume;
+        stiffness -= parts.inner_modulus[t] / tetrahedron_volume *
                      gradient[corner(star.axis[0])].dot(gradient[corner(star.axis[1])]);
-        inverse = static_cast<T>(1.0 / (6.0 * of_tetrahedron));
+        inverse = static_cast<T>(1.0 / (6.0 * tetrahedron_volume));
     }
     body.star_modulus[s] = static_cast<T>(parts.edge_modulus[star.part] / 36.0);
     body.star_inverse_volume[s] = static_cast<T>(volume > 0.0 ? 1.0 / (6.0 * volume) : 0.0);
     body.star_stiffness[s] = static_cast<T>(stiffness);
+}
+
+template <class T> void append_stars(const StepParts &parts, StarLines lines, SlicedBody<T> &body, SlicedPlan &plan) {
+    const std::size_t first = plan.stars.size();
+    for (const int node : lines.node)
+        body.star_corner.push_back(node == padding ? 0 : 4 * body.row_of_node[node]);
+    body.star_tetrahedron.resize(static_cast<std::size_t>(body.star_start.back()) * slice_size, T(0));
+    for (auto *values : {&body.star_modulus, &body.star_inverse_volume, &body.star_stiffness})
+        values->resize(first + lines.stars.size(), T(0));
+    plan.star_of_part.resize(parts.edge_modulus.size(), padding);
+    for (std::size_t k = 0; k < lines.stars.size(); ++k) {
+        plan.rim_size.push_back(static_cast<int>(lines.rims[k].size()));
+        if (lines.stars[k].rim.empty())
+            continue;
+        plan.star_of_part[lines.stars[k].part] = static_cast<int>(first + k);
+        put_star(parts, plan.rounded_rest, lines.stars[k], lines.rims[k], first + k, body);
+    }
+    std::ranges::move(lines.stars, std::back_inserter(plan.stars));
 }
 
 template <class T>
@@ -250,20 +275,7 @@ void slice_stars(const StepParts &parts, const std::vector<core::Vector3> &posit
                 body.rest_rows[4 * static_cast<std::size_t>(body.row_of_node[i]) + static_cast<std::size_t>(c)] =
                     static_cast<T>(positions[i][c]);
     plan.rounded_rest = to_unknowns(at_rest);
-    for (const int node : lines.node)
-        body.star_corner.push_back(node == padding ? 0 : 4 * body.row_of_node[node]);
-    body.star_tetrahedron.assign(static_cast<std::size_t>(body.star_start.back()) * slice_size, T(0));
-    for (auto *values : {&body.star_modulus, &body.star_inverse_volume, &body.star_stiffness})
-        values->assign(lines.stars.size(), T(0));
-    plan.star_of_part.assign(parts.edge_modulus.size(), padding);
-    for (std::size_t s = 0; s < lines.stars.size(); ++s) {
-        plan.rim_size.push_back(static_cast<int>(lines.rims[s].size()));
-        if (lines.stars[s].rim.empty())
-            continue;
-        plan.star_of_part[lines.stars[s].part] = static_cast<int>(s);
-        put_star(parts, plan.rounded_rest, lines.stars[s], lines.rims[s], s, body);
-    }
-    plan.stars = std::move(lines.stars);
+    append_stars(parts, std::move(lines), body, plan);
 }
 
 template std::vector<Star> in_lanes(std::vector<Star>, const SlicedBody<float> &);
@@ -272,8 +284,12 @@ template void put_star(const StepParts &, const Eigen::VectorXd &, const Star &,
                        std::size_t, SlicedBody<float> &);
 template void put_star(const StepParts &, const Eigen::VectorXd &, const Star &, const std::vector<Star::Corner> &,
                        std::size_t, SlicedBody<double> &);
+template void put_side_by_side(StarLines &, SlicedBody<float> &);
+template void put_side_by_side(StarLines &, SlicedBody<double> &);
 template StarLines star_lines(const StepParts &, const Lines &, SlicedBody<float> &);
 template StarLines star_lines(const StepParts &, const Lines &, SlicedBody<double> &);
+template void append_stars(const StepParts &, StarLines, SlicedBody<float> &, SlicedPlan &);
+template void append_stars(const StepParts &, StarLines, SlicedBody<double> &, SlicedPlan &);
 template void slice_stars(const StepParts &, const std::vector<core::Vector3> &, StarLines, SlicedBody<float> &,
                           SlicedPlan &);
 template void slice_stars(const StepParts &, const std::vector<core::Vector3> &, StarLines, SlicedBody<double> &,

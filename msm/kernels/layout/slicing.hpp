@@ -11,8 +11,8 @@
 
 namespace livermark::msm {
 
-/// What springs that take the mean of the deformation gradient over a control volume around a node i ask of where its
-/// neighbours are,
+/// Weights of the neighbours of a node i for springs that take the mean of the deformation gradient over a control
+/// volume around it,
 ///     F = sum over neighbours j of (x_j - x_i) b_j^T,   b_j = sum over tetrahedra t with i and j of V_t / (4 V_i)
 ///     g_tj,
 /// with the gradients g_tj of the barycentric coordinates at rest. These sum to zero in each tetrahedron, so x_i needs
@@ -25,7 +25,7 @@ struct NeighbourGradient {
 };
 using MeanGradient = std::vector<NeighbourGradient>;
 
-/// Of one control volume. Neighbours whose tetrahedra are all removed stay, with zeros.
+/// Gradient of one control volume. Neighbours whose tetrahedra are all removed stay, with zeros.
 /// @param x        shape (3N) [m], at rest
 /// @param members  of the volume
 MeanGradient mean_gradient(const StepParts &parts, const Eigen::VectorXd &x, int volume, std::span<const int> members);
@@ -106,7 +106,7 @@ template <class T> std::vector<Fan> fan_order(std::vector<Fan> fans, SlicedBody<
 /// @param body  told where fans begin
 template <class T> Lines lines_of(const std::vector<Fan> &fans, SlicedBody<T> &body);
 
-/// Where the corners of a slice of fans begin, and those of a slice of stars.
+/// First of the corners of a slice of fans, and of a slice of stars.
 template <class T> std::size_t first_corner(const SlicedBody<T> &body, std::size_t fan_slice) {
     return (static_cast<std::size_t>(body.fan_start[fan_slice]) + 3 * fan_slice) * slice_size;
 }
@@ -118,7 +118,7 @@ template <class T> std::size_t first_star_corner(const SlicedBody<T> &body, std:
 /// @param place  on the lines
 template <class T> void take_out(std::size_t place, SlicedBody<T> &body);
 
-/// What springs that are coupled have to know of each tetrahedron at rest.
+/// Shapes of tetrahedra at rest for springs that are coupled.
 /// @param x  shape (3N) [m], at rest
 template <class T>
 void slice_shapes(const StepParts &parts, const Eigen::VectorXd &x, const Lines &lines, SlicedBody<T> &body);
@@ -140,7 +140,7 @@ struct StarLines {
 template <class T>
 std::vector<std::vector<int>> force_places(const Lines &lines, const StarLines &stars, SlicedBody<T> &body);
 
-/// Of a polygon as one that is longer, its first node again and again with no volume between.
+/// Corner of a polygon that is made longer by its first node again and again, with no volume between.
 inline Star::Corner corner_of(const std::vector<Star::Corner> &rim, std::size_t length, std::size_t k) {
     const std::size_t more = length - rim.size();
     return k < more ? Star::Corner{rim.front().node, -1} : rim[k - more];
@@ -148,16 +148,17 @@ inline Star::Corner corner_of(const std::vector<Star::Corner> &rim, std::size_t 
 
 using Rim = std::vector<Star::Corner>;
 
-/// Those with as many nodes behind each other, long ones first, and in each such group those that are next to each
+/// Stars with as many nodes behind each other, long ones first, and in each such group those that are next to each
 /// other in the same lane: sixteen side by side would all add forces to one node, and each has to wait for the one
 /// before.
 template <class T> std::vector<Star> in_lanes(std::vector<Star> stars, const SlicedBody<T> &body);
 
-/// Puts the nodes of a slice of stars behind those that are there.
-/// @param length  of the longest rim
-void append_nodes(std::span<const Star> stars, std::size_t length, std::span<const Rim> rims, std::vector<int> &nodes);
+/// Gives the stars of each slice as many lines as the longest of them has.
+/// @param lines  with stars and rims; told the nodes
+/// @param body   told where slices begin
+template <class T> void put_side_by_side(StarLines &lines, SlicedBody<T> &body);
 
-/// What the tetrahedra of a star are at rest, on lines that are there.
+/// Tetrahedra of a star at rest, on lines that are there.
 /// @param x     shape (3N) [m], at rest, in the precision of the kernels
 /// @param rim   as it is now, or where all of its nodes stay as it was: what is removed has no volume
 /// @param lane  of all stars
@@ -169,7 +170,12 @@ void put_star(const StepParts &parts, const Eigen::VectorXd &x, const Star &star
 /// @param body  with its fans; told where stars begin
 template <class T> StarLines star_lines(const StepParts &parts, const Lines &lines, SlicedBody<T> &body);
 
-/// What stars have to know at rest.
+/// Puts stars behind those that are there.
+/// @param lines  whose slices and places for forces the body has
+/// @param plan   told where stars are
+template <class T> void append_stars(const StepParts &parts, StarLines lines, SlicedBody<T> &body, SlicedPlan &plan);
+
+/// Stars at rest.
 /// @param positions  shape (N) [m], at rest
 /// @param plan  told where stars are
 template <class T>
@@ -184,7 +190,7 @@ struct VolumeNeighbour {
 };
 using VolumeMeans = std::vector<std::vector<VolumeNeighbour>>;
 
-/// Of one control volume, ascending. Neighbours whose tetrahedra are all removed stay, with zeros.
+/// Neighbours of one control volume, ascending. Neighbours whose tetrahedra are all removed stay, with zeros.
 /// @param volumes  of tetrahedra, from rest_volumes()
 /// @param members  of the volume
 std::vector<VolumeNeighbour> volume_mean(const StepParts &parts, std::span<const double> volumes, int volume,
@@ -200,13 +206,13 @@ void slice_volume_means(const VolumeMeans &means, const std::vector<int> &number
 /// The mean of one of them, on lines that are there.
 template <class T> void put_volume_mean(const std::vector<VolumeNeighbour> &mean, int number, SlicedBody<T> &body);
 
-/// What a control volume resists with.
+/// Moduli of a control volume.
 /// @param rest_volume  of the volume [m^3]
 /// @param number       of the volume in the sliced body
 template <class T>
 void put_volume(const StepParts &parts, int volume, double rest_volume, int number, SlicedBody<T> &body);
 
-/// What is asked of the neighbours of a control volume, on lines that are there.
+/// Weights of the neighbours of a control volume, on lines that are there.
 template <class T> void put_mean_gradient(const MeanGradient &gradient, int number, SlicedBody<T> &body);
 
 /// The parts that springs coupled around nodes have, and what those around edges have besides their stars.
@@ -223,7 +229,7 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
 // stars around their edges and the control volumes around their nodes. Lanes that they leave do nothing. Nodes keep
 // their rows, and new ones have rows behind them.
 
-/// Where rows are when some were put in before the copies.
+/// Places of rows when some were put in before the copies.
 struct RowMap {
     int first_copy_before = 0, num_rows_before = 0, first_copy = 0, num_rows = 0;
     std::vector<int> copy; ///< of each copy before, which copy it is now
@@ -243,7 +249,7 @@ struct RowMap {
 
 struct NewRows {
     RowMap map;
-    std::vector<int> of_volume; ///< the row of each new control volume
+    std::vector<int> volume_row; ///< the row of each new control volume
 };
 
 /// Gives new nodes rows, those that springs join in one lane, and new control volumes rows or copies.
@@ -285,7 +291,7 @@ template <class T>
 void add_chunk(const StepParts &parts, const PartingChanges &changes, std::span<const int> row_of_volume,
                SlicedPlan &plan, SlicedBody<T> &body, ForceSums<T> &sums);
 
-/// What stands in SlicedBody::member where there is nothing.
+/// Number in SlicedBody::member where there is nothing.
 template <class T> int filler_of_members(const StepParts &parts, const SlicedBody<T> &body);
 
 /// Puts the control volumes that have changed behind the others.

@@ -48,8 +48,8 @@ std::vector<std::vector<SpringEnd>> spring_ends(const std::vector<std::array<int
     for (std::size_t s = 0; s < edges.size(); ++s)
         for (int end = 0; end < 2; ++end)
             ends[edges[s][end]].push_back({edges[s][1 - end], static_cast<int>(s)});
-    for (auto &of_node : ends)
-        std::ranges::stable_sort(of_node, {}, &SpringEnd::neighbour);
+    for (auto &node_ends : ends)
+        std::ranges::stable_sort(node_ends, {}, &SpringEnd::neighbour);
     return ends;
 }
 

@@ -1,5 +1,5 @@
 // What coupled springs take means of, in tetrahedra and around nodes. Written once for each vector unit: see
-// coupled_equilibria.cpp.
+// take_steps.cpp.
 #if defined(LIVERMARK_COUPLED_MEANS_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIVERMARK_COUPLED_MEANS_INL_HPP
 #undef LIVERMARK_COUPLED_MEANS_INL_HPP
@@ -10,7 +10,7 @@
 #include <array>
 
 #include "msm/kernels/equilibria/vector_springs.hpp"
-#include "msm/kernels/simd/neo_hookean_law-inl.hpp"
+#include "msm/kernels/simd/strains-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -43,12 +43,6 @@ template <class D> HWY_INLINE OfCorners<D> fetch_arms(D d, const Aligned<double>
 
 template <class D> HWY_INLINE OfCorners<D> plus(const OfCorners<D> &a, const OfCorners<D> &b) {
     return {plus(a.a, b.a), plus(a.b, b.b), plus(a.c, b.c)};
-}
-template <class D> HWY_INLINE Columns<D> plus(const Columns<D> &a, const Columns<D> &b) {
-    return {plus(a.x, b.x), plus(a.y, b.y), plus(a.z, b.z)};
-}
-template <class D> HWY_INLINE Columns<D> scaled(hn::Vec<D> factor, const Columns<D> &a) {
-    return {scaled<D>(factor, a.x), scaled<D>(factor, a.y), scaled<D>(factor, a.z)};
 }
 /// A : B
 template <class D> HWY_INLINE hn::Vec<D> contraction(const Columns<D> &a, const Columns<D> &b) {
@@ -103,7 +97,6 @@ template <class D> HWY_INLINE Columns<D> value_of(const std::array<Rows<D>, 3> &
 
 /// Means of C: values are 2 E, and stresses by them are those of Piola and Kirchhoff, the second.
 template <class D> struct MeansOfStrains {
-    using Law = NeoHookeanLaw<D>;
     using Value = Symmetric<D>;
     using MeanRows = std::array<Rows<D>, 2>;
 
@@ -116,25 +109,25 @@ template <class D> struct MeansOfStrains {
           f(plus_identity(d, h)) {}
 
     HWY_INLINE Value value(D /*d*/) const { return twice_strain_of<D>(h); }
-    HWY_INLINE Value rate(D /*d*/, const OfCorners<D> & /*arms*/, const Columns<D> &of_f) const {
-        return twice_strain_rate<D>(f, of_f);
+    HWY_INLINE Value rate(D /*d*/, const OfCorners<D> & /*arms*/, const Columns<D> &f_rate) const {
+        return twice_strain_rate<D>(f, f_rate);
     }
     /// The stress that turns with a tetrahedron.
     HWY_INLINE static Symmetric<D> turning_stress(const Value &pushed, const Symmetric<D> &inner) {
         return plus<D>(pushed, inner);
     }
-    /// What pulls the corners inwards, for each m^3.
+    /// Pulls on the corners inwards, for each m^3.
     HWY_INLINE OfCorners<D> pull(D /*d*/, const Value &pushed, const Symmetric<D> &inner,
-                                 const Columns<D> &of_volume) const {
-        return pulls<D>(plus<D>(product<D>(f, plus<D>(pushed, inner)), of_volume), gradient);
+                                 const Columns<D> &volume_stress) const {
+        return pulls<D>(plus<D>(product<D>(f, plus<D>(pushed, inner)), volume_stress), gradient);
     }
     /// Its rate.
     /// @param turning  the stress that was there
     HWY_INLINE OfCorners<D> pull_rate(D /*d*/, const OfCorners<D> & /*arms*/, const Columns<D> &rate,
                                       const Value &pushed, const Symmetric<D> &inner, const Symmetric<D> &turning,
-                                      const Columns<D> &of_volume) const {
+                                      const Columns<D> &volume_stress) const {
         const auto p = plus<D>(product<D>(f, plus<D>(pushed, inner)), product<D>(rate, turning));
-        return pulls<D>(plus<D>(p, of_volume), gradient);
+        return pulls<D>(plus<D>(p, volume_stress), gradient);
     }
 
     HWY_INLINE static Symmetric<D> twice_strain(const Value &mean) { return mean; }
@@ -160,18 +153,18 @@ template <class D> struct MeansOfGradients : MeansOfStrains<D> {
         : MeansOfStrains<D>(d, at, place) {}
 
     HWY_INLINE Value value(D /*d*/) const { return this->h; }
-    HWY_INLINE Value rate(D /*d*/, const OfCorners<D> & /*arms*/, const Columns<D> &of_f) const { return of_f; }
+    HWY_INLINE Value rate(D /*d*/, const OfCorners<D> & /*arms*/, const Columns<D> &f_rate) const { return f_rate; }
     HWY_INLINE static Symmetric<D> turning_stress(const Value & /*pushed*/, const Symmetric<D> &inner) { return inner; }
     HWY_INLINE OfCorners<D> pull(D /*d*/, const Value &pushed, const Symmetric<D> &inner,
-                                 const Columns<D> &of_volume) const {
+                                 const Columns<D> &volume_stress) const {
         const auto p = plus<D>(pushed, product<D>(this->f, inner));
-        return pulls<D>(plus<D>(p, of_volume), this->gradient);
+        return pulls<D>(plus<D>(p, volume_stress), this->gradient);
     }
     HWY_INLINE OfCorners<D> pull_rate(D /*d*/, const OfCorners<D> & /*arms*/, const Columns<D> &rate,
                                       const Value &pushed, const Symmetric<D> &inner, const Symmetric<D> &turning,
-                                      const Columns<D> &of_volume) const {
+                                      const Columns<D> &volume_stress) const {
         const auto p = plus<D>(product<D>(this->f, inner), product<D>(rate, turning));
-        return pulls<D>(plus<D>(plus<D>(pushed, p), of_volume), this->gradient);
+        return pulls<D>(plus<D>(plus<D>(pushed, p), volume_stress), this->gradient);
     }
 
     HWY_INLINE static Symmetric<D> twice_strain(const Value &mean) { return twice_strain_of<D>(mean); }
@@ -199,7 +192,6 @@ template <class D> HWY_INLINE OfEdges<D> edges_of(const OfCorners<D> &arms) {
 
 /// Means of elongations: values are 2 E = 2 D q with q = 2 l0 (l - l0) of the edges, see tetrahedron.hpp.
 template <class D> struct MeansOfElongations : MeansOfStrains<D> {
-    using Law = HookeLaw<D>;
     using Value = Symmetric<D>;
 
     OfCorners<D> rest, arms; ///< nodes less the first one: at rest, and their displacements
@@ -218,36 +210,36 @@ template <class D> struct MeansOfElongations : MeansOfStrains<D> {
             const auto twice = hn::Mul(hn::Set(d, 2.0), rest_length);
             return hn::Div(hn::Mul(twice, square_change), hn::Add(length, rest_length));
         };
-        return of_stretches(d, stretch(moved.ab, at_rest.ab), stretch(moved.ac, at_rest.ac),
-                            stretch(moved.ad, at_rest.ad), stretch(moved.bc, at_rest.bc), stretch(moved.bd, at_rest.bd),
-                            stretch(moved.cd, at_rest.cd));
+        return from_stretches(d, stretch(moved.ab, at_rest.ab), stretch(moved.ac, at_rest.ac),
+                              stretch(moved.ad, at_rest.ad), stretch(moved.bc, at_rest.bc),
+                              stretch(moved.bd, at_rest.bd), stretch(moved.cd, at_rest.cd));
     }
-    HWY_INLINE Value rate(D d, const OfCorners<D> &of_arms, const Columns<D> & /*of_f*/) const {
-        const auto now = edges_of(plus(rest, arms)), at_rest = edges_of(rest), u = edges_of(of_arms);
+    HWY_INLINE Value rate(D d, const OfCorners<D> &arm_rates, const Columns<D> & /*f_rate*/) const {
+        const auto now = edges_of(plus(rest, arms)), at_rest = edges_of(rest), u = edges_of(arm_rates);
         const auto stretch = [&](const Vec3<D> &span, const Vec3<D> &rest_span, const Vec3<D> &rate) HWY_ATTR {
             return hn::Mul(hn::Mul(hn::Set(d, 2.0), relative_rest_length(span, rest_span)), dot(span, rate));
         };
-        return of_stretches(d, stretch(now.ab, at_rest.ab, u.ab), stretch(now.ac, at_rest.ac, u.ac),
-                            stretch(now.ad, at_rest.ad, u.ad), stretch(now.bc, at_rest.bc, u.bc),
-                            stretch(now.bd, at_rest.bd, u.bd), stretch(now.cd, at_rest.cd, u.cd));
+        return from_stretches(d, stretch(now.ab, at_rest.ab, u.ab), stretch(now.ac, at_rest.ac, u.ac),
+                              stretch(now.ad, at_rest.ad, u.ad), stretch(now.bc, at_rest.bc, u.bc),
+                              stretch(now.bd, at_rest.bd, u.bd), stretch(now.cd, at_rest.cd, u.cd));
     }
     /// With the tensions T = -g_i . S g_j of edges ij, which pull with l0 / l of the edge.
     HWY_INLINE OfCorners<D> pull(D d, const Value &pushed, const Symmetric<D> &inner,
-                                 const Columns<D> &of_volume) const {
+                                 const Columns<D> &volume_stress) const {
         const auto now = edges_of(plus(rest, arms)), at_rest = edges_of(rest);
         const auto tension = tensions(d, plus<D>(pushed, inner));
         const auto edge = [&](const hn::Vec<D> &of, const Vec3<D> &span, const Vec3<D> &rest_span)
                               HWY_ATTR { return scaled<D>(hn::Mul(of, relative_rest_length(span, rest_span)), span); };
-        const auto of_volumes = pulls<D>(of_volume, this->gradient);
-        return plus(of_volumes,
+        const auto volume_pulls = pulls<D>(volume_stress, this->gradient);
+        return plus(volume_pulls,
                     on_corners({edge(tension[0], now.ab, at_rest.ab), edge(tension[1], now.ac, at_rest.ac),
                                 edge(tension[2], now.ad, at_rest.ad), edge(tension[3], now.bc, at_rest.bc),
                                 edge(tension[4], now.bd, at_rest.bd), edge(tension[5], now.cd, at_rest.cd)}));
     }
-    HWY_INLINE OfCorners<D> pull_rate(D d, const OfCorners<D> &of_arms, const Columns<D> & /*rate*/,
+    HWY_INLINE OfCorners<D> pull_rate(D d, const OfCorners<D> &arm_rates, const Columns<D> & /*rate*/,
                                       const Value &pushed, const Symmetric<D> &inner, const Symmetric<D> &turning,
-                                      const Columns<D> &of_volume) const {
-        const auto now = edges_of(plus(rest, arms)), at_rest = edges_of(rest), u = edges_of(of_arms);
+                                      const Columns<D> &volume_stress) const {
+        const auto now = edges_of(plus(rest, arms)), at_rest = edges_of(rest), u = edges_of(arm_rates);
         const auto more = tensions(d, plus<D>(pushed, inner)), there = tensions(d, turning);
         // d (l0 / l x) = l0 / l (u - x (x . u) / l^2)
         const auto edge = [&](const hn::Vec<D> &of, const hn::Vec<D> &was, const Vec3<D> &span,
@@ -256,13 +248,13 @@ template <class D> struct MeansOfElongations : MeansOfStrains<D> {
             const auto factor = relative_rest_length(span, rest_span);
             return scaled<D>(factor, plus_scaled<D>(scaled<D>(was, rate), hn::NegMulAdd(was, along, of), span));
         };
-        const auto of_volumes = pulls<D>(of_volume, this->gradient);
-        return plus(of_volumes, on_corners({edge(more[0], there[0], now.ab, at_rest.ab, u.ab),
-                                            edge(more[1], there[1], now.ac, at_rest.ac, u.ac),
-                                            edge(more[2], there[2], now.ad, at_rest.ad, u.ad),
-                                            edge(more[3], there[3], now.bc, at_rest.bc, u.bc),
-                                            edge(more[4], there[4], now.bd, at_rest.bd, u.bd),
-                                            edge(more[5], there[5], now.cd, at_rest.cd, u.cd)}));
+        const auto volume_pulls = pulls<D>(volume_stress, this->gradient);
+        return plus(volume_pulls, on_corners({edge(more[0], there[0], now.ab, at_rest.ab, u.ab),
+                                              edge(more[1], there[1], now.ac, at_rest.ac, u.ac),
+                                              edge(more[2], there[2], now.ad, at_rest.ad, u.ad),
+                                              edge(more[3], there[3], now.bc, at_rest.bc, u.bc),
+                                              edge(more[4], there[4], now.bd, at_rest.bd, u.bd),
+                                              edge(more[5], there[5], now.cd, at_rest.cd, u.cd)}));
     }
 
   private:
@@ -277,23 +269,23 @@ template <class D> struct MeansOfElongations : MeansOfStrains<D> {
     }
 
     /// 2 E = -1/2 sum of q_ij (g_i g_j^T + g_j g_i^T)
-    HWY_INLINE Symmetric<D> of_stretches(D d, hn::Vec<D> ab, hn::Vec<D> ac, hn::Vec<D> ad, hn::Vec<D> bc, hn::Vec<D> bd,
-                                         hn::Vec<D> cd) const {
+    HWY_INLINE Symmetric<D> from_stretches(D d, hn::Vec<D> ab, hn::Vec<D> ac, hn::Vec<D> ad, hn::Vec<D> bc,
+                                           hn::Vec<D> bd, hn::Vec<D> cd) const {
         const Vec3<D> &b = this->gradient.a, &c = this->gradient.b, &e = this->gradient.c;
         const auto first = first_gradient(d);
         // The sum over the ends j > i of each i comes first.
         const auto zero = hn::Zero(d);
-        const Vec3<D> of_first = combined<D>(ab, b, ac, c, ad, e), of_b = combined<D>(bc, c, bd, e, zero, e),
-                      of_c = scaled<D>(cd, e);
+        const Vec3<D> along_first = combined<D>(ab, b, ac, c, ad, e), along_b = combined<D>(bc, c, bd, e, zero, e),
+                      along_c = scaled<D>(cd, e);
         const auto half = hn::Set(d, -0.5);
         const auto diagonal = [&](auto component) HWY_ATTR {
             return hn::Neg(
-                hn::MulAdd(component(first), component(of_first),
-                           hn::MulAdd(component(b), component(of_b), hn::Mul(component(c), component(of_c)))));
+                hn::MulAdd(component(first), component(along_first),
+                           hn::MulAdd(component(b), component(along_b), hn::Mul(component(c), component(along_c)))));
         };
         const auto beside = [&](auto one, auto other) HWY_ATTR {
             const auto half_of = [&](auto i, auto j) HWY_ATTR {
-                return hn::MulAdd(i(first), j(of_first), hn::MulAdd(i(b), j(of_b), hn::Mul(i(c), j(of_c))));
+                return hn::MulAdd(i(first), j(along_first), hn::MulAdd(i(b), j(along_b), hn::Mul(i(c), j(along_c))));
             };
             return hn::Mul(half, hn::Add(half_of(one, other), half_of(other, one)));
         };
@@ -306,9 +298,9 @@ template <class D> struct MeansOfElongations : MeansOfStrains<D> {
     HWY_INLINE std::array<hn::Vec<D>, 6> tensions(D d, const Symmetric<D> &stress) const {
         const auto &[b, c, e] = this->gradient;
         const auto first = first_gradient(d);
-        const auto of_b = product<D>(stress, b), of_c = product<D>(stress, c), of_e = product<D>(stress, e);
-        return {hn::Neg(dot(first, of_b)), hn::Neg(dot(first, of_c)), hn::Neg(dot(first, of_e)),
-                hn::Neg(dot(b, of_c)),     hn::Neg(dot(b, of_e)),     hn::Neg(dot(c, of_e))};
+        const auto along_b = product<D>(stress, b), along_c = product<D>(stress, c), along_e = product<D>(stress, e);
+        return {hn::Neg(dot(first, along_b)), hn::Neg(dot(first, along_c)), hn::Neg(dot(first, along_e)),
+                hn::Neg(dot(b, along_c)),     hn::Neg(dot(b, along_e)),     hn::Neg(dot(c, along_e))};
     }
     /// Pulls of edges on the ends behind them, added up for corners 1 to 3.
     HWY_INLINE static OfCorners<D> on_corners(const OfEdges<D> &pull) {

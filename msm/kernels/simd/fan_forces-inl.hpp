@@ -7,13 +7,15 @@
 #define LIVERMARK_FAN_FORCES_INL_HPP
 #endif
 
-#include "msm/kernels/simd/vectors-inl.hpp"
-#include "msm/kernels/step_workspace.hpp"
+#include <algorithm>
+#include <type_traits>
+
+#include "msm/kernels/simd/strains-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
 
-/// What a fan of tetrahedra turns around.
+/// Edge that a fan of tetrahedra turns around.
 template <class D> struct Axis {
     Rows<D> start;
     Vec3<D> direction;
@@ -56,23 +58,44 @@ template <class D> struct FanRates<true, D> {
     }
 };
 
-/// Six times the volume between two nodes of the rim, and beta times how fast it grows.
-template <bool is_damped, class D, class T>
-HWY_INLINE hn::Vec<D> volume_between(D d, const StepWorkspace<T> &at, [[maybe_unused]] int now, const RimNode<D> &from,
-                                     const RimNode<D> &to, const std::int32_t *corner_of_to,
-                                     FanRates<is_damped, D> &rates) {
-    auto volume = dot(from.lever, to.arm);
-    if constexpr (is_damped) {
-        const auto next = difference(fetch(d, at.velocity_rows[now].data(), corner_of_to), rates.start);
-        const auto growth =
-            hn::Add(hn::Sub(dot(from.lever, next), dot(to.lever, rates.arm)), dot(cross(from.arm, to.arm), rates.axis));
-        volume = hn::MulAdd(hn::Set(d, static_cast<T>(at.beta)), growth, volume);
-        rates.arm = next;
-    }
-    return volume;
-}
+/// Walk from node to node of the rims of fans side by side.
+template <bool is_damped, class T> struct FanWalk {
+    using D = Lanes<T>;
 
-/// Where the fans of a slice have their numbers.
+    const T *rows;
+    const std::int32_t *corner; ///< of the next node
+    Axis<D> axis;
+    FanRates<is_damped, D> rates;
+    RimNode<D> from, to;
+
+    /// @param start  of the axis
+    HWY_INLINE FanWalk(const StepWorkspace<T> &at, int now, const std::int32_t *start)
+        : rows(at.rows[now].data()), corner(start + 2 * slice_size), axis(fetch_axis(D(), rows, start)) {
+        rates.begin(D(), at, now, start);
+        to = fetch_rim(D(), axis, rows, corner);
+    }
+    HWY_INLINE void next() {
+        from = to;
+        corner += slice_size;
+        to = fetch_rim(D(), axis, rows, corner);
+    }
+    HWY_INLINE hn::Vec<D> pressure() const { return hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure)); }
+
+    /// Six times the volume between both nodes, and beta times how fast it grows.
+    HWY_INLINE hn::Vec<D> volume(const StepWorkspace<T> &at, [[maybe_unused]] int now) {
+        auto result = dot(from.lever, to.arm);
+        if constexpr (is_damped) {
+            const auto arm = difference(fetch(D(), at.velocity_rows[now].data(), corner), rates.start);
+            const auto growth = hn::Add(hn::Sub(dot(from.lever, arm), dot(to.lever, rates.arm)),
+                                        dot(cross(from.arm, to.arm), rates.axis));
+            result = hn::MulAdd(hn::Set(D(), static_cast<T>(at.beta)), growth, result);
+            rates.arm = arm;
+        }
+        return result;
+    }
+};
+
+/// Places of the numbers of the fans of a slice.
 struct FanLines {
     std::size_t corner, first, end; ///< of the start of the axis, of the first tetrahedron, and behind the last
 
@@ -100,7 +123,7 @@ template <class D> struct CornerSum {
     }
 };
 
-/// Of control volumes of a slice, those from `lane` on, the sum over the corners of fans there.
+/// Sum over the corners of fans in control volumes of a slice, those from `lane` on.
 /// @param values  of each corner
 template <class D, class T>
 HWY_INLINE hn::Vec<D> sum_at_corners(D d, const SlicedBody<T> &body, const Aligned<T> &values, int volume_slice,
@@ -159,6 +182,12 @@ template <class D> struct LargestDeficit {
     HWY_INLINE void see(D d, hn::Vec<D> watched, hn::Vec<D> volume) {
         deficit = hn::Max(deficit, hn::IfThenElseZero(hn::Gt(watched, hn::Zero(d)), hn::Sub(watched, volume)));
     }
+    /// A mean that springs are coupled by: how much det C lacks of what makes the trace of C^-1 four.
+    HWY_INLINE void see(D d, const CauchyGreen<D> &of) {
+        using T = hn::TFromD<D>;
+        const auto wanted = hn::MulSub(hn::Set(d, T(0.25)), of.adjugate_trace, hn::Set(d, T(1)));
+        deficit = hn::Max(deficit, hn::Sub(wanted, of.exact_change));
+    }
     /// @param slice  index into StepWorkspace::deficit
     template <class T> HWY_INLINE void keep(D d, StepWorkspace<T> &at, int slice) const {
         if (!at.deficit.empty())
@@ -166,7 +195,7 @@ template <class D> struct LargestDeficit {
     }
 };
 
-/// What pushes the corners of tetrahedra outwards because of their own volume: their pressures, and the guard against
+/// Push on the corners of tetrahedra, outwards, because of their own volume: their pressures, and the guard against
 /// inversion.
 /// @param volume   six times the volume, with what damps it
 /// @param plain    six times the volume
@@ -203,44 +232,97 @@ HWY_INLINE hn::Vec<D> push_on(D d, const SlicedBody<T> &body, hn::Vec<D> pressur
     return hn::Mul(push, hn::Set(d, T(1.0 / 6.0)));
 }
 
+/// Puts down a sixth of what pushes the corners of tetrahedra outwards because of their volume: the guard, and springs
+/// inside, of which mu F pulls, see Energy::push_inside().
+/// @param volume   six times the volume
+/// @param t        place on the lines
+/// @param largest  told what the guard sees
+template <template <class> class Energy, class D, class T>
+HWY_INLINE void put_push_inside(D d, StepWorkspace<T> &at, hn::Vec<D> volume, std::size_t t,
+                                LargestDeficit<D> &largest) {
+    const auto &body = at.body;
+    const auto sixth = hn::Set(d, T(1.0 / 6.0));
+    const auto least = hn::Set(d, static_cast<T>(std::max(1e-12, at.least_stretch * at.least_stretch)));
+    // What fills up a fan has no volume.
+    const auto rest_volume = hn::Max(hn::Load(d, body.rest_volume.data() + t), hn::Set(d, T(1e-30)));
+    const auto j = hn::Div(hn::Mul(volume, sixth), rest_volume);
+    const auto spring_push = Energy<D>::push_inside(d, j, hn::Max(hn::Mul(j, j), least));
+    const auto push = hn::MulAdd(hn::Load(d, body.volume_modulus.data() + t), spring_push,
+                                 push_of_volume(d, body, volume, volume, t, largest));
+    hn::Store(hn::Mul(sixth, push), d, at.push.data() + t);
+}
+
+/// Volumes without springs that are coupled.
+template <class D> struct NoEnergy {};
+
+/// Volume that the tetrahedra at each corner of the fans of a slice have gained, and beta times how fast they do.
+/// @tparam Energy  of springs around edges or with means of F: then rates stay apart, and the push of springs inside is
+///                 put down; NoEnergy without such springs
+template <bool is_damped, template <class> class Energy, class T>
+HWY_NOINLINE void volume_gains(StepWorkspace<T> &at, int now, int slice) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const auto &body = at.body;
+    const auto sixth = hn::Set(d, T(1.0 / 6.0));
+    constexpr bool has_energy = !std::is_same_v<Energy<D>, NoEnergy<D>>;
+    LargestDeficit<D> largest{D()};
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        const FanLines lines(body, slice, lane);
+        FanWalk<is_damped, T> fan(at, now, body.corner.data() + lines.corner);
+        CornerSum<D> gains{D()};
+        [[maybe_unused]] CornerSum<D> growth{D()};
+        std::size_t rim = lines.corner + 2 * slice_size;
+        for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim += slice_size) {
+            fan.next();
+            const auto share = hn::Load(d, body.volume_share.data() + t);
+            auto volume = hn::Mul(share, fan.volume(at, now));
+            if constexpr (is_damped && has_energy) {
+                const auto plain = hn::Mul(share, dot(fan.from.lever, fan.to.arm));
+                growth.add(D(), hn::Mul(hn::Sub(volume, plain), sixth), at.gain_rate.data() + rim);
+                volume = plain;
+            }
+            if constexpr (has_energy)
+                put_push_inside<Energy>(D(), at, volume, t, largest);
+            gains.add(D(), hn::MulSub(volume, sixth, hn::Load(d, body.rest_volume.data() + t)), at.gain.data() + rim);
+        }
+        gains.finish(D(), at.gain.data() + lines.corner, at.gain.data() + rim);
+        if constexpr (is_damped && has_energy)
+            growth.finish(D(), at.gain_rate.data() + lines.corner, at.gain_rate.data() + rim);
+    }
+    if constexpr (has_energy)
+        largest.keep(D(), at, slice);
+}
+
 template <class D, class T>
 HWY_INLINE void add_force(D d, const Vec3<D> &force, Aligned<T> &forces, const std::int32_t *slot) {
     scatter_add(d, force.x, force.y, force.z, forces.data(), slot);
 }
 
-/// What they do to the nodes of the fans of a slice. Each node of a rim gets one force from the tetrahedra before and
+/// Forces on the nodes of the fans of a slice. Each node of a rim gets one force from the tetrahedra before and
 /// after it; the forces of a tetrahedron have no resultant, so the start of the axis gets what is left.
 template <bool is_damped, class T> HWY_INLINE void fan_forces(StepWorkspace<T> &at, int now, int slice) {
     using D = Lanes<T>;
     constexpr D d;
     const auto &body = at.body;
-    const T *rows = at.rows[now].data();
     LargestDeficit<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
-        const auto *corner = body.corner.data() + lines.corner;
         const auto *slot = body.force_slot.data() + lines.corner;
-        const auto axis = fetch_axis(D(), rows, corner);
-        FanRates<is_damped, D> rates;
-        rates.begin(d, at, now, corner);
-        corner += 2 * slice_size;
-        auto from = fetch_rim(D(), axis, rows, corner);
+        FanWalk<is_damped, T> fan(at, now, body.corner.data() + lines.corner);
         const auto zero = hn::Zero(d);
         Vec3<D> before{zero, zero, zero}, on_rim = before, on_end = before;
         const auto *rim_slot = slot + 2 * slice_size;
         for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim_slot += slice_size) {
-            corner += slice_size;
-            const auto to = fetch_rim(D(), axis, rows, corner);
-            const auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
-            const auto plain = is_damped ? dot(from.lever, to.arm) : volume;
-            const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
+            fan.next();
+            const auto volume = fan.volume(at, now);
+            const auto plain = is_damped ? dot(fan.from.lever, fan.to.arm) : volume;
+            const auto pressure = fan.pressure();
             const auto push = push_on(D(), body, pressure, volume, plain, t, largest);
-            const auto force = minus(before, scaled<D>(push, to.lever));
+            const auto force = minus(before, scaled<D>(push, fan.to.lever));
             add_force(D(), force, at.corner_force, rim_slot);
             on_rim = plus(on_rim, force);
-            on_end = plus(on_end, scaled<D>(push, cross(from.arm, to.arm)));
-            before = scaled<D>(push, from.lever);
-            from = to;
+            on_end = plus(on_end, scaled<D>(push, cross(fan.from.arm, fan.to.arm)));
+            before = scaled<D>(push, fan.from.lever);
         }
         add_force(D(), before, at.corner_force, rim_slot);
         add_force(D(), on_end, at.corner_force, slot + slice_size);
@@ -259,23 +341,11 @@ HWY_INLINE Vec3<D> plus_corner_forces(D d, const StepWorkspace<T> &at, int slice
     Blocks<D> sum{zero, zero, zero, zero};
     for (std::size_t s = static_cast<std::size_t>(body.sum_start[slice]) * slice_size + lane; s < end; s += slice_size)
         sum = plus<D>(sum, fetch_blocks(d, at.corner_force.data(), body.sum.data() + s));
-    const auto of_fans = transposed<D>(d, sum);
-    return plus(force, Vec3<D>{of_fans.x, of_fans.y, of_fans.z});
+    const auto fan_sum = transposed<D>(d, sum);
+    return plus(force, Vec3<D>{fan_sum.x, fan_sum.y, fan_sum.z});
 }
 
 // What stresses do to fans of tetrahedra.
-
-/// Vectors of three corners of a tetrahedron: of the end of the axis (a) and of the nodes of the rim (b and c).
-template <class D> struct OfCorners { Vec3<D> a, b, c; };
-
-/// Gradients of the barycentric coordinates at rest.
-/// @param t  place on the lines
-template <class D, class T>
-HWY_INLINE OfCorners<D> rest_gradients(D d, const SlicedBody<T> &body, std::size_t t, std::size_t lane) {
-    const T *at = body.rest_gradient.data() + 9 * (t - lane) + lane;
-    const auto load = [&](int k) HWY_ATTR { return hn::Load(d, at + k * slice_size); };
-    return {{load(0), load(1), load(2)}, {load(3), load(4), load(5)}, {load(6), load(7), load(8)}};
-}
 
 /// The stress of a mean without what has relaxed of it.
 /// @param mean  number of the control volume or star
@@ -319,63 +389,6 @@ template <class D> struct FanPulls {
         return minus(Vec3<D>{zero, zero, zero}, pull);
     }
 };
-
-// Gradient, strain and stress of tetrahedra in which displacements are linear.
-
-/// The gradient of a field that is linear in a tetrahedron, or a stress of Piola's: what it makes of three directions.
-template <class D> struct Columns { Vec3<D> x, y, z; };
-
-/// @param field  less its value at the start of the axis
-template <class D> HWY_INLINE Columns<D> gradient(const OfCorners<D> &field, const OfCorners<D> &rest) {
-    return {combined<D>(rest.a.x, field.a, rest.b.x, field.b, rest.c.x, field.c),
-            combined<D>(rest.a.y, field.a, rest.b.y, field.b, rest.c.y, field.c),
-            combined<D>(rest.a.z, field.a, rest.b.z, field.b, rest.c.z, field.c)};
-}
-
-/// F^T F - 1, twice Green's strain. All six stretches of edges are in it (springs/tetrahedron.hpp), and with the
-/// gradient F it takes neither lengths nor as many digits from tetrahedra that are thin.
-template <class D> HWY_INLINE Symmetric<D> twice_strain(D d, const Columns<D> &f) {
-    const auto one = hn::Set(d, hn::TFromD<D>(1));
-    return {hn::Sub(dot(f.x, f.x), one),
-            hn::Sub(dot(f.y, f.y), one),
-            hn::Sub(dot(f.z, f.z), one),
-            dot(f.x, f.y),
-            dot(f.y, f.z),
-            dot(f.z, f.x)};
-}
-
-/// F^T R + R^T F, how fast that grows where F grows by R.
-template <class D> HWY_INLINE Symmetric<D> twice_strain_rate(const Columns<D> &f, const Columns<D> &rate) {
-    const auto both = [](const Vec3<D> &a, const Vec3<D> &b, const Vec3<D> &rate_of_a, const Vec3<D> &rate_of_b)
-                          HWY_ATTR { return hn::Add(dot(a, rate_of_b), dot(b, rate_of_a)); };
-    return {both(f.x, f.x, rate.x, rate.x), both(f.y, f.y, rate.y, rate.y), both(f.z, f.z, rate.z, rate.z),
-            both(f.x, f.y, rate.x, rate.y), both(f.y, f.z, rate.y, rate.z), both(f.z, f.x, rate.z, rate.x)};
-}
-
-/// lambda (tr E) 1 + 2 mu E
-/// @param twice_strain  2 E
-template <class D>
-HWY_INLINE Symmetric<D> stress(hn::Vec<D> half_lambda, hn::Vec<D> shear_modulus, const Symmetric<D> &twice_strain) {
-    const auto &[xx, yy, zz, xy, yz, zx] = twice_strain;
-    const auto mean = hn::Mul(half_lambda, hn::Add(xx, hn::Add(yy, zz)));
-    return {hn::MulAdd(shear_modulus, xx, mean), hn::MulAdd(shear_modulus, yy, mean),
-            hn::MulAdd(shear_modulus, zz, mean), hn::Mul(shear_modulus, xy),
-            hn::Mul(shear_modulus, yz),          hn::Mul(shear_modulus, zx)};
-}
-
-/// F S.
-template <class D> HWY_INLINE Columns<D> product(const Columns<D> &f, const Symmetric<D> &stress) {
-    return {combined<D>(stress.xx, f.x, stress.xy, f.y, stress.zx, f.z),
-            combined<D>(stress.xy, f.x, stress.yy, f.y, stress.yz, f.z),
-            combined<D>(stress.zx, f.x, stress.yz, f.y, stress.zz, f.z)};
-}
-
-/// What a stress pulls the corners inwards with, P g of each.
-/// @param p  first stress of Piola and Kirchhoff, times the volume
-template <class D> HWY_INLINE OfCorners<D> pulls(const Columns<D> &p, const OfCorners<D> &rest) {
-    const auto along = [&](const Vec3<D> &g) HWY_ATTR { return combined<D>(g.x, p.x, g.y, p.y, g.z, p.z); };
-    return {along(rest.a), along(rest.b), along(rest.c)};
-}
 
 } // namespace livermark::msm::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

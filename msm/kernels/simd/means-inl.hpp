@@ -1,4 +1,4 @@
-// Means around nodes of the Cauchy-Green tensor: tetrahedra put their own down at the corners of fans. Written once for
+// Means around nodes, of the Cauchy-Green tensor and the deformation gradient. Written once for
 // each vector unit: see take_steps.cpp.
 #if defined(LIVERMARK_MEANS_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIVERMARK_MEANS_INL_HPP
@@ -10,11 +10,36 @@
 #include <algorithm>
 #include <array>
 
-#include "msm/kernels/simd/neo_hookean_law-inl.hpp"
-#include "msm/kernels/simd/nodal_springs-inl.hpp"
+#include "msm/kernels/simd/fan_forces-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
+
+/// A strain or a stress, and another number, from eight numbers behind each other.
+template <class D> struct SymmetricAndMore {
+    Symmetric<D> tensor;
+    hn::Vec<D> more;
+};
+/// Puts stresses down in the rows of control volumes behind each other, where fetch_stress() finds them.
+template <class D, class T>
+HWY_INLINE void store_stress(D d, const Symmetric<D> &stress, std::size_t first_volume, StepWorkspace<T> &at) {
+    HWY_ALIGN std::array<T, 4 * slice_size> first_four, other_two;
+    const auto &[xx, yy, zz, xy, yz, zx] = stress;
+    hn::StoreInterleaved4(xx, yy, zz, xy, d, first_four.data());
+    hn::StoreInterleaved4(yz, zx, hn::Zero(d), hn::Zero(d), d, other_two.data());
+    for (std::size_t i = 0; i < hn::Lanes(d); ++i) {
+        const auto row = 4 * static_cast<std::size_t>(at.body.volume_row[first_volume + i]);
+        std::copy_n(first_four.data() + 4 * i, 4, at.stress[0].data() + row);
+        std::copy_n(other_two.data() + 4 * i, 4, at.stress[1].data() + row);
+    }
+}
+
+/// Stress at a node of a fan.
+template <class D, class T>
+HWY_INLINE Symmetric<D> fetch_stress(D d, const StepWorkspace<T> &at, const std::int32_t *corner) {
+    const auto a = fetch(d, at.stress[0].data(), corner), b = fetch(d, at.stress[1].data(), corner);
+    return {a.x, a.y, a.z, a.w, b.x, b.y};
+}
 
 /// Twice a strain, times a volume, and a volume gained. Sums of them over the tetrahedra at a corner of a fan.
 template <class D> HWY_INLINE SymmetricAndMore<D> plus(const SymmetricAndMore<D> &a, const SymmetricAndMore<D> &b) {
@@ -27,7 +52,7 @@ HWY_INLINE void store(D d, const SymmetricAndMore<D> &value, std::array<Aligned<
     hn::StoreInterleaved4(yz, zx, value.more, hn::Zero(d), d, at[1].data() + 4 * corner);
 }
 
-/// What the tetrahedra of a fan have, put down at its corners as sums over those that meet there.
+/// Values of the tetrahedra of a fan, put down at its corners as sums over those that meet there.
 template <class D> struct CornerSums {
     SymmetricAndMore<D> before, sum;
 
@@ -50,46 +75,39 @@ template <class D> struct CornerSums {
     }
 };
 
-/// Of the fans of a slice, for the means around nodes, and the push of what springs inside do.
-template <bool is_damped, class T> HWY_NOINLINE void corner_strains(StepWorkspace<T> &at, int now, int slice) {
+/// Strains of the fans of a slice, for the means around nodes, and the push of springs inside.
+template <bool is_damped, template <class> class Energy, class T>
+HWY_NOINLINE void corner_strains(StepWorkspace<T> &at, int now, int slice) {
     using D = Lanes<T>;
     constexpr D d;
     const auto &body = at.body;
-    const T *rows = at.rows[now].data();
     const auto sixth = hn::Set(d, T(1.0 / 6.0));
     LargestDeficit<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
-        const auto *corner = body.corner.data() + lines.corner;
-        const auto axis = fetch_axis(D(), rows, corner);
-        FanRates<is_damped, D> rates;
-        rates.begin(d, at, now, corner);
-        corner += 2 * slice_size;
-        auto from = fetch_rim(D(), axis, rows, corner);
+        FanWalk<is_damped, T> fan(at, now, body.corner.data() + lines.corner);
         std::size_t rim = lines.corner + 2 * slice_size;
         CornerSums<D> strains{D()};
         [[maybe_unused]] CornerSums<D> growth{D()};
         for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim += slice_size) {
-            corner += slice_size;
-            const auto to = fetch_rim(D(), axis, rows, corner);
+            fan.next();
             const auto rest = rest_gradients(D(), body, t, lane);
-            const auto f = gradient<D>({axis.direction, from.arm, to.arm}, rest);
+            const auto f = gradient<D>({fan.axis.direction, fan.from.arm, fan.to.arm}, rest);
             const auto rest_volume = hn::Load(d, body.rest_volume.data() + t);
             const auto share = hn::Load(d, body.volume_share.data() + t);
-            const auto volume = hn::Mul(share, dot(from.lever, to.arm));
-            put_push_inside(D(), at, volume, t, largest);
+            const auto volume = hn::Mul(share, dot(fan.from.lever, fan.to.arm));
+            put_push_inside<Energy>(D(), at, volume, t, largest);
             strains.add(D(), {scaled<D>(rest_volume, twice_strain(D(), f)), hn::MulSub(volume, sixth, rest_volume)},
                         at.corner_strain, rim);
             if constexpr (is_damped) {
-                const auto before = rates;
-                const auto damped = hn::Mul(share, volume_between<true>(D(), at, now, from, to, corner, rates));
-                const auto rate = gradient<D>({rates.axis, before.arm, rates.arm}, rest);
+                const auto before = fan.rates;
+                const auto damped = hn::Mul(share, fan.volume(at, now));
+                const auto rate = gradient<D>({fan.rates.axis, before.arm, fan.rates.arm}, rest);
                 const auto factor = hn::Mul(hn::Set(d, static_cast<T>(at.beta)), rest_volume);
                 growth.add(D(),
                            {scaled<D>(factor, twice_strain_rate<D>(f, rate)), hn::Mul(hn::Sub(damped, volume), sixth)},
                            at.corner_rate, rim);
             }
-            from = to;
         }
         strains.finish(D(), at.corner_strain, lines.corner, rim);
         if constexpr (is_damped)
@@ -98,7 +116,7 @@ template <bool is_damped, class T> HWY_NOINLINE void corner_strains(StepWorkspac
     largest.keep(D(), at, slice);
 }
 
-/// Of 16 control volumes, what the corners of fans there have: eight numbers for each.
+/// Sums over the corners of fans in 16 control volumes: eight numbers for each.
 template <class T>
 HWY_INLINE void sum_of_corners(const StepWorkspace<T> &at, const std::array<Aligned<T>, 2> &corners, int volume_slice,
                                T *first_four, T *other_four) {
@@ -142,7 +160,7 @@ template <class D, class T> HWY_INLINE SymmetricAndMore<D> load_both(D d, const 
     return {{xx, yy, zz, xy, yz, zx}, more};
 }
 
-/// Of a slice of control volumes, the means of C of neo-Hookean springs, and what becomes of their stresses.
+/// Means of C in a slice of control volumes, and what becomes of their stresses.
 template <bool is_damped, class T> class MeansOfC {
     using D = Lanes<T>;
 
@@ -175,10 +193,7 @@ template <bool is_damped, class T> class MeansOfC {
     /// @param faded  what has relaxed of the stress inside, times the volume; null if nothing does
     HWY_INLINE static Columns<D> first_stress(const Columns<D> &f, hn::Vec<D> rest_volume, Stress sum,
                                               hn::Vec<D> inside, const T *faded) {
-        sum = scaled<D>(rest_volume, sum);
-        sum.xx = hn::Add(sum.xx, inside);
-        sum.yy = hn::Add(sum.yy, inside);
-        sum.zz = hn::Add(sum.zz, inside);
+        sum = plus_identity<D>(scaled<D>(rest_volume, sum), inside);
         if (faded)
             sum = minus<D>(sum, load_six(D(), faded));
         return product<D>(f, sum);
@@ -199,11 +214,7 @@ template <bool is_damped, class T> class MeansOfC {
 
 // Means around nodes of the deformation gradient.
 
-template <class D> HWY_INLINE Columns<D> plus(const Columns<D> &a, const Columns<D> &b) {
-    return {plus(a.x, b.x), plus(a.y, b.y), plus(a.z, b.z)};
-}
-
-/// Of a slice of control volumes, the means of F of neo-Hookean springs, and what becomes of their stresses. Both a
+/// Means of F in a slice of control volumes, and what becomes of their stresses. Both a
 /// mean and its forces are sums over the neighbours of a node (slicing.hpp), so tetrahedra put down nothing but
 /// the volume that they gain, and fetch nothing but positions and pressures.
 template <bool is_damped, class T> class MeansOfF {
@@ -220,13 +231,13 @@ template <bool is_damped, class T> class MeansOfF {
     /// C - I of the mean of F, and the relative change of volume, of those from `lane` on.
     HWY_INLINE SymmetricAndMore<D> mean(std::size_t lane) {
         f_ = mean_gradient<true>(at_.rows[now_].data(), lane);
-        return {twice_strain(D(), f_), of_volume(at_.gain, lane)};
+        return {twice_strain(D(), f_), relative_change(at_.gain, lane)};
     }
     /// beta times how fast both grow; called behind mean().
     HWY_INLINE SymmetricAndMore<D> rate(std::size_t lane) {
         const auto beta = hn::Set(D(), static_cast<T>(at_.beta));
-        const auto of_f = mean_gradient<false>(at_.velocity_rows[now_].data(), lane);
-        return {scaled<D>(beta, twice_strain_rate<D>(f_, of_f)), of_volume(at_.gain_rate, lane)};
+        const auto f_rate = mean_gradient<false>(at_.velocity_rows[now_].data(), lane);
+        return {scaled<D>(beta, twice_strain_rate<D>(f_, f_rate)), relative_change(at_.gain_rate, lane)};
     }
 
     /// Puts down the forces: -P b on each neighbour with P = F S, and what is left on the node in the middle, with the
@@ -285,7 +296,7 @@ template <bool is_damped, class T> class MeansOfF {
     }
 
     /// @param values  of the corners of fans
-    HWY_INLINE hn::Vec<D> of_volume(const Aligned<T> &values, std::size_t lane) const {
+    HWY_INLINE hn::Vec<D> relative_change(const Aligned<T> &values, std::size_t lane) const {
         if (at_.body.volume_stiffness.empty())
             return hn::Zero(D());
         const std::size_t first = static_cast<std::size_t>(volume_slice_) * slice_size + lane;

@@ -26,7 +26,7 @@ template <class D> HWY_INLINE Vec3<D> everywhere(D d, const core::Vector3 &v) {
     return {hn::Set(d, static_cast<T>(v.x())), hn::Set(d, static_cast<T>(v.y())), hn::Set(d, static_cast<T>(v.z()))};
 }
 
-/// Of the lanes, in one order on every machine with as many of them.
+/// Sum of the lanes, in one order on every machine with as many of them.
 template <class D> HWY_INLINE double lane_sum(D d, hn::Vec<D> v) {
     HWY_ALIGN hn::TFromD<D> lanes[64 / sizeof(hn::TFromD<D>)];
     hn::Store(v, d, lanes);
@@ -72,24 +72,24 @@ template <class T> ScaledMassSums sums_of(const ScaledMassArrays<T> &part) {
     using D = Lanes<T>;
     constexpr D d;
     const auto none = everywhere(d, core::Vector3::Zero());
-    auto of_x = none, of_v = none, of_a = none, x_cross_a = none;
+    auto sum_x = none, sum_v = none, sum_a = none, x_cross_a = none;
     Moment<D> x_and_x{none, none, none}, x_and_rest = x_and_x, x_and_v = x_and_x;
     for (std::size_t i = 0; i < part.size; i += hn::Lanes(d)) {
         const auto m = hn::Load(d, part.mass.data() + i);
         const auto x = load(d, part.x.data(), part.size, i), v = load(d, part.v.data(), part.size, i),
                    a = load(d, part.a.data(), part.size, i);
         const auto weighted = scaled<D>(m, x);
-        of_x = plus<D>(of_x, weighted);
-        of_v = plus_scaled<D>(of_v, m, v);
-        of_a = plus_scaled<D>(of_a, m, a);
+        sum_x = plus<D>(sum_x, weighted);
+        sum_v = plus_scaled<D>(sum_v, m, v);
+        sum_a = plus_scaled<D>(sum_a, m, a);
         x_cross_a = plus<D>(x_cross_a, cross<D>(weighted, a));
         add_product<D>(x_and_x, weighted, x);
         add_product<D>(x_and_rest, weighted, load(d, part.rest.data(), part.size, i));
         add_product<D>(x_and_v, weighted, v);
     }
-    return {.of_x = lane_sums(d, of_x),
-            .of_v = lane_sums(d, of_v),
-            .of_a = lane_sums(d, of_a),
+    return {.sum_x = lane_sums(d, sum_x),
+            .sum_v = lane_sums(d, sum_v),
+            .sum_a = lane_sums(d, sum_a),
             .x_and_x = lane_sums(d, x_and_x),
             .x_and_rest = lane_sums(d, x_and_rest),
             .x_and_v = lane_sums(d, x_and_v),
@@ -170,37 +170,14 @@ SlowMomenta less_slow(ScaledMassArrays<T> &part, const Eigen::Matrix3d &turned_b
     return {lane_sums(d, linear), lane_sums(d, angular)};
 }
 
-ScaledMassSums sums_of_float(const ScaledMassArrays<float> &part) {
-    return sums_of(part);
+ScaledMassFunctions<float> functions_of_float() {
+    return {sums_of<float>, strays_of<float>, less_slow<float>};
 }
-void strays_of_float(ScaledMassArrays<float> &part, const ScaledMassMotion &motion, std::vector<double> &weights) {
-    strays_of(part, motion, weights);
-}
-SlowMomenta less_slow_float(ScaledMassArrays<float> &part, const Eigen::Matrix3d &turn,
-                            const std::vector<double> &weights) {
-    return less_slow(part, turn, weights);
-}
-// Where there are no vectors of float64 the first of these refuses, and the others are not reached.
-ScaledMassSums sums_of_double([[maybe_unused]] const ScaledMassArrays<double> &part) {
+ScaledMassFunctions<double> functions_of_double() {
 #if HWY_HAVE_FLOAT64
-    return sums_of(part);
+    return {sums_of<double>, strays_of<double>, less_slow<double>};
 #else
     throw std::logic_error("masses in double precision need vectors of float64, which are not there");
-#endif
-}
-void strays_of_double([[maybe_unused]] ScaledMassArrays<double> &part, [[maybe_unused]] const ScaledMassMotion &motion,
-                      [[maybe_unused]] std::vector<double> &weights) {
-#if HWY_HAVE_FLOAT64
-    strays_of(part, motion, weights);
-#endif
-}
-SlowMomenta less_slow_double([[maybe_unused]] ScaledMassArrays<double> &part,
-                             [[maybe_unused]] const Eigen::Matrix3d &turn,
-                             [[maybe_unused]] const std::vector<double> &weights) {
-#if HWY_HAVE_FLOAT64
-    return less_slow(part, turn, weights);
-#else
-    return {};
 #endif
 }
 
@@ -210,22 +187,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::msm {
 
-LIVERMARK_DISPATCH(template <> ScaledMassSums scaled_mass_sums, sums_of_float, (const ScaledMassArrays<float> &part),
-                   (part))
-LIVERMARK_DISPATCH(template <> ScaledMassSums scaled_mass_sums, sums_of_double, (const ScaledMassArrays<double> &part),
-                   (part))
-LIVERMARK_DISPATCH(template <> void find_strays, strays_of_float,
-                   (ScaledMassArrays<float> & part, const ScaledMassMotion &motion, std::vector<double> &weights),
-                   (part, motion, weights))
-LIVERMARK_DISPATCH(template <> void find_strays, strays_of_double,
-                   (ScaledMassArrays<double> & part, const ScaledMassMotion &motion, std::vector<double> &weights),
-                   (part, motion, weights))
-LIVERMARK_DISPATCH(template <> SlowMomenta subtract_slow, less_slow_float,
-                   (ScaledMassArrays<float> & part, const Eigen::Matrix3d &turn, const std::vector<double> &weights),
-                   (part, turn, weights))
-LIVERMARK_DISPATCH(template <> SlowMomenta subtract_slow, less_slow_double,
-                   (ScaledMassArrays<double> & part, const Eigen::Matrix3d &turn, const std::vector<double> &weights),
-                   (part, turn, weights))
+LIVERMARK_DISPATCH(template <> ScaledMassFunctions<float> scaled_mass_functions, functions_of_float, (), ())
+LIVERMARK_DISPATCH(template <> ScaledMassFunctions<double> scaled_mass_functions, functions_of_double, (), ())
 
 } // namespace livermark::msm
 #endif

@@ -63,7 +63,7 @@ HWY_INLINE hn::Vec<D> move_within(D d, Fine<hn::TFromD<D>> value, hn::Vec<D> fac
 /// A component of some nodes where the next stage is to be evaluated.
 template <class D> struct Motion { hn::Vec<D> position, velocity; };
 
-/// Where the numbers of one component of some nodes are.
+/// Places of the numbers of one component of some nodes.
 template <class T> struct Component {
     Fine<T> position, velocity;
     T *acceleration, *for_position, *for_velocity; ///< not looked at by methods of one stage
@@ -77,12 +77,12 @@ HWY_INLINE Component<T> component_without_stages(StepWorkspace<T> &at, int slice
 
 template <class T>
 HWY_INLINE Component<T> component_with_stages(StepWorkspace<T> &at, int slice, std::size_t c, std::size_t lane) {
-    auto of_node = component_without_stages(at, slice, c, lane);
+    auto node_component = component_without_stages(at, slice, c, lane);
     auto &stages = at.stages[slice];
-    of_node.acceleration = stages.acceleration[c].data() + lane;
-    of_node.for_position = stages.for_position[c].data() + lane;
-    of_node.for_velocity = stages.for_velocity[c].data() + lane;
-    return of_node;
+    node_component.acceleration = stages.acceleration[c].data() + lane;
+    node_component.for_position = stages.for_position[c].data() + lane;
+    node_component.for_velocity = stages.for_velocity[c].data() + lane;
+    return node_component;
 }
 
 /// Adds factor * change, or begins with it.
@@ -194,7 +194,7 @@ template <class T> class RungeKutta {
     bool is_first_, is_last_;
 };
 
-/// Where a node of a slice has copies of its row, these follow it.
+/// Copies of the rows of a slice follow their nodes.
 template <bool is_damped, class T> HWY_INLINE void write_copies(StepWorkspace<T> &at, int next, int slice) {
     const auto &body = at.body;
     for (int c = body.copy_start[slice]; c < body.copy_start[slice + 1]; ++c) {
@@ -211,8 +211,8 @@ template <bool is_damped, class T> HWY_INLINE void write_copies(StepWorkspace<T>
 template <bool is_damped, class Scheme, class D, class T>
 HWY_INLINE void advance(D d, const Scheme &scheme, StepWorkspace<T> &at, int now, int slice, std::size_t lane,
                         Vec3<D> force) {
-    const auto of_x = scheme.component(at, slice, 0, lane), of_y = scheme.component(at, slice, 1, lane),
-               of_z = scheme.component(at, slice, 2, lane);
+    const auto x_component = scheme.component(at, slice, 0, lane), y_component = scheme.component(at, slice, 1, lane),
+               z_component = scheme.component(at, slice, 2, lane);
     const std::size_t row = (static_cast<std::size_t>(slice) * slice_size + lane) * 4;
     T *to = at.rows[1 - now].data() + row;
     [[maybe_unused]] T *velocity_to = nullptr;
@@ -226,12 +226,13 @@ HWY_INLINE void advance(D d, const Scheme &scheme, StepWorkspace<T> &at, int now
     }
     const auto &per_mass = at.nodes[slice].free_per_mass;
     const auto alpha = hn::Set(d, static_cast<T>(at.alpha));
-    const auto acceleration = [&](const hn::Vec<D> &total, std::size_t c, const auto &of_node) HWY_ATTR {
-        return hn::NegMulAdd(alpha, scheme.velocity_now(d, of_node), hn::Mul(total, load(per_mass, c)));
+    const auto acceleration = [&](const hn::Vec<D> &total, std::size_t c, const auto &node_component) HWY_ATTR {
+        return hn::NegMulAdd(alpha, scheme.velocity_now(d, node_component), hn::Mul(total, load(per_mass, c)));
     };
-    const Vec3<D> a{acceleration(force.x, 0, of_x), acceleration(force.y, 1, of_y), acceleration(force.z, 2, of_z)};
-    const Motion<D> x = scheme.advance(d, a.x, of_x), y = scheme.advance(d, a.y, of_y),
-                    z = scheme.advance(d, a.z, of_z);
+    const Vec3<D> a{acceleration(force.x, 0, x_component), acceleration(force.y, 1, y_component),
+                    acceleration(force.z, 2, z_component)};
+    const Motion<D> x = scheme.advance(d, a.x, x_component), y = scheme.advance(d, a.y, y_component),
+                    z = scheme.advance(d, a.z, z_component);
     hn::StoreInterleaved4(x.position, y.position, z.position, hn::Zero(d), d, to);
     if constexpr (is_damped)
         hn::StoreInterleaved4(x.velocity, y.velocity, z.velocity, hn::Zero(d), d, velocity_to);
@@ -239,7 +240,7 @@ HWY_INLINE void advance(D d, const Scheme &scheme, StepWorkspace<T> &at, int now
 
 // The stages of Runge-Kutta-Chebyshev methods on a slice of nodes.
 
-/// Where the numbers of one component of some nodes are: of stage j, which is evaluated, and of stage j - 1, in whose
+/// Places of the numbers of one component of some nodes: of stage j, which is evaluated, and of stage j - 1, in whose
 /// place stage j + 1 is written.
 template <class T> struct ChebyshevComponent {
     Fine<T> position, velocity;

@@ -13,7 +13,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
 
-/// Where nodes are and, where stiffness damps, how fast they go.
+/// Positions of nodes and, where stiffness damps, velocities.
 template <bool is_damped, class D> struct Ends { Rows<D> position, velocity; };
 
 template <bool is_damped, class T>
@@ -40,13 +40,13 @@ HWY_INLINE Ends<is_damped, Lanes<T>> own_ends(const StepWorkspace<T> &at, int no
     return ends;
 }
 
-/// What has to be known of a line of springs to add up their forces: these are tension times span.
+/// Factors of a line of springs that add up their forces: these are tension times span.
 template <class D> struct Pull {
     hn::Vec<D> tension; ///< k (1 - l0/l + beta l'/l) [N/m]
     Vec3<D> span;
 };
 
-/// Of springs from here to there.
+/// Tension of springs from here to there.
 /// @param spring  k and, 16 further, k l0 / 2
 template <bool is_damped, class T>
 HWY_INLINE Pull<Lanes<T>> pull(const StepWorkspace<T> &at, const T *spring, const Ends<is_damped, Lanes<T>> &here,

@@ -14,7 +14,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
 
-/// Where the stars of a slice have their numbers: see SlicedBody.
+/// Places of the numbers of the stars of a slice: see SlicedBody.
 struct StarPlaces {
     std::size_t corner, tetrahedron; ///< of the start of the axis, and of what is between the first two of the rim
     std::size_t length;              ///< of the rim
@@ -45,10 +45,10 @@ template <bool is_damped, class T> class StarFetch {
 
     HWY_INLINE const StarArm<D> &axis() const { return axis_; }
 
-    /// Of a node of the rim.
+    /// Arm of a node of the rim.
     HWY_INLINE StarArm<D> operator[](std::size_t k) const { return arm(corner_ + (2 + k) * slice_size); }
 
-    /// How fast a node goes beside the start of the axis. They are fetched again: those who need it have no time to
+    /// Velocities less that of the start of the axis. They are fetched again: those who need it have no time to
     /// lose.
     HWY_INLINE Vec3<D> axis_velocity() const { return velocity(corner_ + slice_size); }
     HWY_INLINE Vec3<D> velocity(std::size_t k) const { return velocity(corner_ + (2 + k) * slice_size); }
@@ -91,15 +91,12 @@ template <class D> HWY_INLINE Vec3<D> plus_cross(const Vec3<D> &sum, const Vec3<
 template <class D> HWY_INLINE void add_product(Columns<D> &matrix, const Vec3<D> &v, const Vec3<D> &g) {
     matrix = {plus_scaled<D>(matrix.x, g.x, v), plus_scaled<D>(matrix.y, g.y, v), plus_scaled<D>(matrix.z, g.z, v)};
 }
-template <class D> HWY_INLINE Columns<D> scaled(hn::Vec<D> factor, const Columns<D> &matrix) {
-    return {scaled<D>(factor, matrix.x), scaled<D>(factor, matrix.y), scaled<D>(factor, matrix.z)};
-}
 /// M g
 template <class D> HWY_INLINE Vec3<D> product(const Columns<D> &matrix, const Vec3<D> &g) {
     return combined<D>(g.x, matrix.x, g.y, matrix.y, g.z, matrix.z);
 }
 
-/// What is kept of the nodes of a rim: vectors of three lines each, one behind the other. Vectors that are handed from
+/// Memory for the nodes of a rim: vectors of three lines each, one behind the other. Vectors that are handed from
 /// one node to the next in variables would be copied in halves, which waits for the memory.
 template <class T, std::size_t num_vectors> class StarCorners {
     using D = Lanes<T>;
@@ -235,35 +232,36 @@ template <bool is_damped, class T> class StarsOfC {
   private:
     static constexpr std::size_t position = 0, rest = 1, lever = 2, column = 3, normal = 6;
 
-    HWY_INLINE static Columns<D> of_tetrahedron(const Vec3<D> &axis, const Vec3<D> &from, const Vec3<D> &to,
-                                                const Vec3<D> &of_axis, const Vec3<D> &from_lever,
-                                                const Vec3<D> &to_lever) {
+    HWY_INLINE static Columns<D> matrix_of_tetrahedron(const Vec3<D> &axis, const Vec3<D> &from, const Vec3<D> &to,
+                                                       const Vec3<D> &axis_normal, const Vec3<D> &from_lever,
+                                                       const Vec3<D> &to_lever) {
         const auto column = [&](const hn::Vec<D> &n, const hn::Vec<D> &l, const hn::Vec<D> &m) HWY_ATTR {
             const auto value = [&](const hn::Vec<D> &x, const hn::Vec<D> &t, const hn::Vec<D> &f)
                                    HWY_ATTR { return hn::NegMulAdd(m, f, hn::MulAdd(l, t, hn::Mul(n, x))); };
             return Vec3<D>{value(axis.x, to.x, from.x), value(axis.y, to.y, from.y), value(axis.z, to.z, from.z)};
         };
-        return {column(of_axis.x, from_lever.x, to_lever.x), column(of_axis.y, from_lever.y, to_lever.y),
-                column(of_axis.z, from_lever.z, to_lever.z)};
+        return {column(axis_normal.x, from_lever.x, to_lever.x), column(axis_normal.y, from_lever.y, to_lever.y),
+                column(axis_normal.z, from_lever.z, to_lever.z)};
     }
 
     HWY_INLINE void put(std::size_t k, const Fetch &fetch) {
-        const auto of_axis = cross(corners_.get(k, rest), corners_.get(k + 1, rest));
+        const auto axis_normal = cross(corners_.get(k, rest), corners_.get(k + 1, rest));
         const auto from_lever = corners_.get(k, lever), to_lever = corners_.get(k + 1, lever);
         const auto inverse = hn::Load(D(), inverse_ + k * slice_size);
-        const auto a = of_tetrahedron(fetch.axis().position, corners_.get(k, position), corners_.get(k + 1, position),
-                                      of_axis, from_lever, to_lever);
+        const auto a = matrix_of_tetrahedron(fetch.axis().position, corners_.get(k, position),
+                                             corners_.get(k + 1, position), axis_normal, from_lever, to_lever);
         mean_ = plus_scaled<D>(
             mean_, inverse, {dot(a.x, a.x), dot(a.y, a.y), dot(a.z, a.z), dot(a.x, a.y), dot(a.y, a.z), dot(a.z, a.x)});
         if constexpr (is_damped)
-            rate_ = plus_scaled<D>(rate_, inverse,
-                                   twice_strain_rate<D>(a, of_tetrahedron(fetch.axis_velocity(), fetch.velocity(k),
-                                                                          fetch.velocity((k + 1) % length_), of_axis,
-                                                                          from_lever, to_lever)));
+            rate_ =
+                plus_scaled<D>(rate_, inverse,
+                               twice_strain_rate<D>(a, matrix_of_tetrahedron(fetch.axis_velocity(), fetch.velocity(k),
+                                                                             fetch.velocity((k + 1) % length_),
+                                                                             axis_normal, from_lever, to_lever)));
         corners_.set(k, column, a.x);
         corners_.set(k, column + 1, a.y);
         corners_.set(k, column + 2, a.z);
-        corners_.set(k, normal, of_axis);
+        corners_.set(k, normal, axis_normal);
     }
 
     StarCorners<T, 7> corners_;

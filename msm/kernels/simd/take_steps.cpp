@@ -9,9 +9,6 @@
 
 #include "core/support/vector_dispatch.hpp"
 #include "msm/kernels/simd/fan_forces-inl.hpp"
-#include "msm/kernels/simd/neo_hookean_law-inl.hpp"
-#include "msm/kernels/simd/neo_hookean_springs-inl.hpp"
-#include "msm/kernels/simd/nodal_springs-inl.hpp"
 #include "msm/kernels/simd/schemes-inl.hpp"
 #include "msm/kernels/simd/spring_forces-inl.hpp"
 #include "msm/kernels/threads/thread_pool.hpp"
@@ -27,57 +24,30 @@ HWY_NOINLINE void chunk_forces(StepWorkspace<T> &at, int now, int thread, int ch
     std::fill(at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk]),
               at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk + 1]), T(0));
     const int end = body.chunk_fans[chunk + 1];
-    if (body.is_around_edges()) {
-        const auto forces = body.measure == StrainMeasure::deformation_gradient
-                                ? edge_spring_forces<is_damped, StarsOfF, T>
-                                : edge_spring_forces<is_damped, StarsOfC, T>;
+    if (at.coupled.star_forces)
         for (int slice = body.chunk_stars[chunk]; slice < body.chunk_stars[chunk + 1]; ++slice)
-            forces(at, now, thread, slice);
-    }
-    if (body.has_volumes_in_fans())
+            at.coupled.star_forces(at, now, thread, slice);
+    if (at.coupled.fan_forces)
         for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
-            neo_hookean_spring_forces<is_damped, MeansOfF>(at, now, slice);
-    else if (!body.inverse_volume.empty())
-        for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
-            neo_hookean_spring_forces<is_damped, MeansOfC>(at, now, slice);
-    else if (!body.coupled_modulus.empty())
-        for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
-            nodal_spring_forces(at, now, slice);
+            at.coupled.fan_forces(at, now, slice);
     else
         for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
             fan_forces<is_damped>(at, now, slice);
 }
 
-/// What the fans need to know of the nodes around them: stresses and pressures. All threads call it.
+/// Stresses and pressures around nodes, which the fans need. All threads call it.
 template <bool is_damped, class T>
 HWY_NOINLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrier &barrier) {
     const auto [first_fan, last_fan] = at.fan_slices[thread];
     const auto [first, last] = at.volume_slices[thread];
-    const bool is_coupled = !at.body.coupled_modulus.empty();
-    const bool is_neo_hookean = !at.body.inverse_volume.empty(), has_gradients = !at.body.mean_gradient.empty();
+    const auto put_means = at.coupled.put_means ? at.coupled.put_means : volume_gains<is_damped, NoEnergy, T>;
     for (int slice = first_fan; slice < last_fan; ++slice)
-        if (at.body.has_volumes_in_fans())
-            volume_gains<is_damped, true>(at, now, slice);
-        else if (is_neo_hookean)
-            corner_strains<is_damped>(at, now, slice);
-        else if (is_coupled)
-            nodal_strains<is_damped>(at, now, slice);
-        else
-            volume_gains<is_damped, false>(at, now, slice);
+        put_means(at, now, slice);
     barrier.wait();
-    if (at.body.is_around_edges()) {
-        mean_pressures<is_damped>(at, now, at.volume_slices[thread], barrier);
-        return;
-    }
+    if (at.coupled.stresses)
+        return at.coupled.stresses(at, now, thread, barrier);
     for (int slice = first; slice < last; ++slice)
-        if (has_gradients)
-            neo_hookean_stresses<is_damped, MeansOfF>(at, now, slice);
-        else if (is_neo_hookean)
-            neo_hookean_stresses<is_damped, MeansOfC>(at, now, slice);
-        else if (is_coupled)
-            nodal_stresses(at, now, slice);
-        else
-            pressures(at, now, slice);
+        pressures(at, now, slice);
     barrier.wait();
 }
 

@@ -233,7 +233,7 @@ template <class D> HWY_INLINE Vec3<D> product(const Symmetric<D> &a, const Vec3<
     return {dot(Vec3<D>{a.xx, a.xy, a.zx}, v), dot(Vec3<D>{a.xy, a.yy, a.yz}, v), dot(Vec3<D>{a.zx, a.yz, a.zz}, v)};
 }
 
-/// Where the first of six numbers of each of many things stands, in slices of shape (6, 16).
+/// Place of the first of six numbers of each of many things, in slices of shape (6, 16).
 HWY_INLINE std::size_t first_of_six(std::size_t number) {
     const std::size_t lane = number % slice_size;
     return 6 * (number - lane) + lane;

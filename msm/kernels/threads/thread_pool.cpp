@@ -10,9 +10,10 @@ namespace livermark::msm {
 
 namespace {
 
-/// How often a thread looks whether the last one has come before it lets others have the core.
+/// Number of looks of a thread whether the last one has come before it lets others have the core.
 constexpr int patience = 2000;
-/// How often a thread looks for new work, and how often it then lets others have the core, before it goes to sleep.
+/// Number of looks of a thread for new work, and of times that it then lets others have the core, before it goes to
+/// sleep.
 constexpr int num_looks = 4000, num_yields = 100;
 
 } // namespace

@@ -6,8 +6,8 @@
 
 namespace livermark::msm {
 
-/// Where the threads of a pool wait for each other. It spins, because a phase of a step takes microseconds and to be
-/// woken takes as long; after a while it lets others have the core.
+/// Barrier at which the threads of a pool wait for each other. It spins, because a phase of a step takes microseconds
+/// and to be woken takes as long; after a while it lets others have the core.
 class Barrier {
   public:
     explicit Barrier(int num_threads) : num_threads_(num_threads) {}

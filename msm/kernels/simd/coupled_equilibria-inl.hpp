@@ -1,19 +1,24 @@
-// Highway compiles this file once for each vector unit, and the machine's best one is taken when the program runs.
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "msm/kernels/simd/coupled_equilibria.cpp"
-#include <algorithm>
-#include <hwy/foreach_target.h> // has to come before highway.h
-#include <limits>
-#include <stdexcept>
+// Energies, forces and products with second derivatives of coupled springs at equilibria. Written once for each vector
+// unit: see take_steps.cpp.
+#if defined(LIVERMARK_COUPLED_EQUILIBRIA_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIVERMARK_COUPLED_EQUILIBRIA_INL_HPP
+#undef LIVERMARK_COUPLED_EQUILIBRIA_INL_HPP
+#else
+#define LIVERMARK_COUPLED_EQUILIBRIA_INL_HPP
+#endif
 
-#include "core/support/vector_dispatch.hpp"
+#include <algorithm>
+#include <limits>
+
+#include "msm/kernels/energy_kernels.hpp"
 #include "msm/kernels/equilibria/vector_springs.hpp"
 #include "msm/kernels/simd/coupled_means-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
 
-#if HWY_HAVE_FLOAT64
+// The live page looks for no equilibria: see cmake/portable.cmake.
+#if HWY_HAVE_FLOAT64 && !defined(LIVERMARK_WITHOUT_EQUILIBRIA)
 
 using CoupledLanes = hn::CappedTag<double, coupled_slice>;
 
@@ -57,16 +62,16 @@ template <class MeanRows> class PartRows {
         for (std::size_t lane = 0; lane < coupled_slice; ++lane)
             index_[lane] = static_cast<std::int32_t>(row_size * lane);
     }
-    template <class D> HWY_INLINE MeanRows load(D d, const Aligned<double> &of_parts, std::size_t first) const {
+    template <class D> HWY_INLINE MeanRows load(D d, const Aligned<double> &part_data, std::size_t first) const {
         MeanRows rows;
         for (std::size_t r = 0; r < rows.size(); ++r)
-            rows[r] = fetch(d, of_parts.data() + row_size_ * first + 4 * r, index_);
+            rows[r] = fetch(d, part_data.data() + row_size_ * first + 4 * r, index_);
         return rows;
     }
     template <class D>
-    HWY_INLINE void store(D d, const MeanRows &rows, Aligned<double> &of_parts, std::size_t first) const {
+    HWY_INLINE void store(D d, const MeanRows &rows, Aligned<double> &part_data, std::size_t first) const {
         for (std::size_t r = 0; r < rows.size(); ++r)
-            put_rows(d, rows[r], of_parts.data() + row_size_ * first + 4 * r, index_);
+            put_rows(d, rows[r], part_data.data() + row_size_ * first + 4 * r, index_);
     }
 
   private:
@@ -91,10 +96,10 @@ HWY_INLINE void add_to_parts(D d, const MeanRows &rows, const TetrahedraPlace &p
 
 /// The sum over the parts around the corners.
 template <class MeanRows, class D>
-HWY_INLINE MeanRows sum_of_parts(D d, const Aligned<double> &of_parts, const TetrahedraPlace &place) {
+HWY_INLINE MeanRows sum_of_parts(D d, const Aligned<double> &part_data, const TetrahedraPlace &place) {
     MeanRows sums;
     for (std::size_t r = 0; r < sums.size(); ++r) {
-        const double *rows = of_parts.data() + 4 * r;
+        const double *rows = part_data.data() + 4 * r;
         sums[r] = plus<D>(plus<D>(fetch(d, rows, place.part(0)), fetch(d, rows, place.part(1))),
                           plus<D>(fetch(d, rows, place.part(2)), fetch(d, rows, place.part(3))));
     }
@@ -115,7 +120,7 @@ HWY_INLINE void take_pulls(D d, const OfCorners<D> &pull, const TetrahedraPlace 
     add(minus(nothing, pull.c), 3);
 }
 
-/// What a tetrahedron lacks of the volume below which the guard pushes it back, relative; zero above.
+/// Part of its volume that a tetrahedron lacks where the guard pushes it back; zero above.
 template <class D> HWY_INLINE hn::Vec<D> deficit(D d, const TetrahedraPlace &place, hn::Vec<D> change) {
     const auto least = hn::Load(d, place.body.least_relative_volume.data() + place.line(1, 0));
     return hn::Max(hn::Zero(d), hn::Sub(hn::Sub(least, hn::Set(d, 1.0)), change));
@@ -141,7 +146,7 @@ template <class Visit> HWY_INLINE void each_tetrahedra(const CoupledArrays &body
 /// Puts down sums of what is averaged, and of relative changes of volume.
 /// @param least_volume  told the least J
 /// @return energy of the springs inside tetrahedra and of the guard [J]
-template <template <class> class Means>
+template <template <class> class Energy, template <class> class Means>
 double add_up_means(const CoupledArrays &body, CoupledWorkspace &at, double &least_volume) {
     using D = CoupledLanes;
     using Of = Means<D>;
@@ -155,7 +160,7 @@ double add_up_means(const CoupledArrays &body, CoupledWorkspace &at, double &lea
         const std::size_t t = place.line(1, 0);
         const auto volume = hn::Load(d, body.volume.data() + t);
         const auto modulus = hn::Load(d, body.inner_modulus.data() + t);
-        energy = hn::MulAdd(volume, typename Of::Law(d, modulus, Of::twice_strain(value)).energy(d), energy);
+        energy = hn::MulAdd(volume, Energy<D>(d, modulus, Of::twice_strain(value)).energy(d), energy);
         if (!body.guard_modulus.empty()) {
             const auto lack = deficit(d, place, change);
             const auto stiffness = hn::Mul(hn::Load(d, body.guard_modulus.data() + t), volume);
@@ -173,7 +178,7 @@ double add_up_means(const CoupledArrays &body, CoupledWorkspace &at, double &lea
 /// Makes means of the sums, and puts down what parts push with.
 /// @param least_volume  told det F of means of F
 /// @return energy of springs and volumes around nodes [J]
-template <template <class> class Means>
+template <template <class> class Energy, template <class> class Means>
 double push_of_parts(const CoupledArrays &body, CoupledWorkspace &at, double &least_volume) {
     using D = CoupledLanes;
     using Of = Means<D>;
@@ -188,14 +193,14 @@ double push_of_parts(const CoupledArrays &body, CoupledWorkspace &at, double &le
             row = scaled<D>(weight, row);
         part_rows.store(d, rows, at.mean, c);
         const auto value = value_of<D>(rows);
-        const typename Of::Law law(d, hn::Load(d, body.part_modulus.data() + c), Of::twice_strain(value));
+        const Energy<D> law(d, hn::Load(d, body.part_modulus.data() + c), Of::twice_strain(value));
         const auto kappa = hn::Load(d, body.volume_modulus.data() + c);
-        const auto of_volume = Of::Law::volume(d, rows[0].w);
-        const auto density = hn::MulAdd(hn::Mul(half, kappa), of_volume.square, law.energy(d));
+        const auto volume_part = Energy<D>::volume(d, rows[0].w);
+        const auto density = hn::MulAdd(hn::Mul(half, kappa), volume_part.square, law.energy(d));
         energy = hn::MulAdd(hn::Load(d, body.part_volume.data() + c), density, energy);
         least = hn::Min(least, Of::determinant(d, value));
         const auto stress = scaled<D>(quarter, Of::stress(d, value, law.stress(d)));
-        part_rows.store(d, rows_of(d, stress, hn::Mul(quarter, hn::Mul(kappa, of_volume.slope))), at.push, c);
+        part_rows.store(d, rows_of(d, stress, hn::Mul(quarter, hn::Mul(kappa, volume_part.slope))), at.push, c);
     }
     HWY_ALIGN double lanes[coupled_slice];
     hn::Store(least, d, lanes);
@@ -203,24 +208,26 @@ double push_of_parts(const CoupledArrays &body, CoupledWorkspace &at, double &le
     return sum_of_lanes(d, energy);
 }
 
-template <template <class> class Means> double energy_of(const CoupledArrays &body, CoupledWorkspace &at) {
+template <template <class> class Energy, template <class> class Means>
+double energy_of(const CoupledArrays &body, CoupledWorkspace &at) {
     double least_volume = 1.0;
-    double energy = add_up_means<Means>(body, at, least_volume);
-    energy += push_of_parts<Means>(body, at, least_volume);
-    const bool is_possible = Means<CoupledLanes>::Law::is_finite || least_volume > 0.0;
+    double energy = add_up_means<Energy, Means>(body, at, least_volume);
+    energy += push_of_parts<Energy, Means>(body, at, least_volume);
+    const bool is_possible = Energy<CoupledLanes>::is_finite || least_volume > 0.0;
     return is_possible ? energy : std::numeric_limits<double>::infinity();
 }
 
 /// The pressure of a tetrahedron, with that of the guard.
 template <class D>
-HWY_INLINE hn::Vec<D> pressure(D d, const TetrahedraPlace &place, hn::Vec<D> of_parts, hn::Vec<D> change) {
+HWY_INLINE hn::Vec<D> pressure(D d, const TetrahedraPlace &place, hn::Vec<D> part_data, hn::Vec<D> change) {
     if (place.body.guard_modulus.empty())
-        return of_parts;
+        return part_data;
     const auto modulus = hn::Load(d, place.body.guard_modulus.data() + place.line(1, 0));
-    return hn::NegMulAdd(modulus, deficit(d, place, change), of_parts);
+    return hn::NegMulAdd(modulus, deficit(d, place, change), part_data);
 }
 
-template <template <class> class Means> void force_of(const CoupledArrays &body, CoupledWorkspace &at) {
+template <template <class> class Energy, template <class> class Means>
+void force_of(const CoupledArrays &body, CoupledWorkspace &at) {
     using D = CoupledLanes;
     using Of = Means<D>;
     constexpr D d;
@@ -229,7 +236,7 @@ template <template <class> class Means> void force_of(const CoupledArrays &body,
         const Of of(d, at, place);
         const std::size_t t = place.line(1, 0);
         const auto volume = hn::Load(d, body.volume.data() + t);
-        const typename Of::Law inner(d, hn::Load(d, body.inner_modulus.data() + t), Of::twice_strain(of.value(d)));
+        const Energy<D> inner(d, hn::Load(d, body.inner_modulus.data() + t), Of::twice_strain(of.value(d)));
         const auto pushed = sum_of_parts<typename Of::MeanRows>(d, at.push, place);
         const auto p = hn::Mul(volume, pressure(d, place, pushed[0].w, change_of_volume<D>(of.h)));
         take_pulls(d,
@@ -253,14 +260,15 @@ HWY_INLINE void store_turning(D d, const Symmetric<D> &s, hn::Vec<D> pressure, c
     store(pressure, 6);
 }
 
-template <template <class> class Means> void keep_stresses(const CoupledArrays &body, CoupledWorkspace &at) {
+template <template <class> class Energy, template <class> class Means>
+void keep_stresses(const CoupledArrays &body, CoupledWorkspace &at) {
     using D = CoupledLanes;
     using Of = Means<D>;
     constexpr D d;
     each_tetrahedra(body, [&](const TetrahedraPlace &place) HWY_ATTR {
         const Of of(d, at, place);
         const auto modulus = hn::Load(d, body.inner_modulus.data() + place.line(1, 0));
-        const typename Of::Law inner(d, modulus, Of::twice_strain(of.value(d)));
+        const Energy<D> inner(d, modulus, Of::twice_strain(of.value(d)));
         const auto pushed = sum_of_parts<typename Of::MeanRows>(d, at.push, place);
         store_turning(d, Of::turning_stress(value_of<D>(pushed), inner.stress(d)),
                       pressure(d, place, pushed[0].w, change_of_volume<D>(of.h)), place, at.stress);
@@ -268,7 +276,8 @@ template <template <class> class Means> void keep_stresses(const CoupledArrays &
 }
 
 /// Rates of means along the direction become rates of what parts push with.
-template <template <class> class Means> void push_rates_of_parts(const CoupledArrays &body, CoupledWorkspace &at) {
+template <template <class> class Energy, template <class> class Means>
+void push_rates_of_parts(const CoupledArrays &body, CoupledWorkspace &at) {
     using D = CoupledLanes;
     using Of = Means<D>;
     constexpr D d;
@@ -281,16 +290,17 @@ template <template <class> class Means> void push_rates_of_parts(const CoupledAr
         for (auto &row : rates)
             row = scaled<D>(weight, row);
         const auto mean = value_of<D>(means), rate = value_of<D>(rates);
-        const typename Of::Law law(d, hn::Load(d, body.part_modulus.data() + c), Of::twice_strain(mean));
+        const Energy<D> law(d, hn::Load(d, body.part_modulus.data() + c), Of::twice_strain(mean));
         const auto second_rate = law.stress_rate(d, Of::twice_strain_rate_of(d, mean, rate));
         const auto stress = Of::stress_rate(d, mean, rate, law.stress(d), second_rate);
         const auto kappa = hn::Load(d, body.volume_modulus.data() + c);
-        const auto of_volume = hn::Mul(hn::Mul(kappa, Of::Law::volume(d, means[0].w).curvature), rates[0].w);
-        part_rows.store(d, rows_of(d, scaled<D>(quarter, stress), hn::Mul(quarter, of_volume)), at.mean_rate, c);
+        const auto volume_part = hn::Mul(hn::Mul(kappa, Energy<D>::volume(d, means[0].w).curvature), rates[0].w);
+        part_rows.store(d, rows_of(d, scaled<D>(quarter, stress), hn::Mul(quarter, volume_part)), at.mean_rate, c);
     }
 }
 
-template <template <class> class Means> void product_of(const CoupledArrays &body, CoupledWorkspace &at) {
+template <template <class> class Energy, template <class> class Means>
+void product_of(const CoupledArrays &body, CoupledWorkspace &at) {
     using D = CoupledLanes;
     using Of = Means<D>;
     constexpr D d;
@@ -304,7 +314,7 @@ template <template <class> class Means> void product_of(const CoupledArrays &bod
         add_to_parts(d, rows_of(d, scaled<D>(volume, of.rate(d, arms, rate)), hn::Mul(volume, change_rate)), place,
                      at.mean_rate);
     });
-    push_rates_of_parts<Means>(body, at);
+    push_rates_of_parts<Energy, Means>(body, at);
     std::fill(at.force.begin(), at.force.end(), 0.0);
     each_tetrahedra(body, [&](const TetrahedraPlace &place) HWY_ATTR {
         const Of of(d, at, place);
@@ -313,7 +323,7 @@ template <template <class> class Means> void product_of(const CoupledArrays &bod
         const std::size_t t = place.line(1, 0);
         const auto volume = hn::Load(d, body.volume.data() + t);
         const auto value_rate = of.rate(d, arms, rate);
-        const typename Of::Law inner(d, hn::Load(d, body.inner_modulus.data() + t), Of::twice_strain(of.value(d)));
+        const Energy<D> inner(d, hn::Load(d, body.inner_modulus.data() + t), Of::twice_strain(of.value(d)));
         const auto pushed = sum_of_parts<typename Of::MeanRows>(d, at.mean_rate, place);
         const auto load = [&](std::size_t k) HWY_ATTR { return hn::Load(d, at.stress.data() + place.line(7, k)); };
         const Symmetric<D> turning{load(0), load(1), load(2), load(3), load(4), load(5)};
@@ -325,12 +335,12 @@ template <template <class> class Means> void product_of(const CoupledArrays &bod
             pressure_rate =
                 hn::MulAdd(hn::IfThenElseZero(pushes, modulus), contraction<D>(cofactors, rate), pressure_rate);
         }
-        const auto of_volume = plus<D>(scaled<D>(hn::Mul(volume, pressure_rate), cofactors),
-                                       scaled<D>(hn::Mul(volume, load(6)), cofactor_rate<D>(of.f, rate)));
+        const auto volume_part = plus<D>(scaled<D>(hn::Mul(volume, pressure_rate), cofactors),
+                                         scaled<D>(hn::Mul(volume, load(6)), cofactor_rate<D>(of.f, rate)));
         const auto inner_rate = inner.stress_rate(d, Of::twice_strain_rate_of(d, of.value(d), value_rate));
         take_pulls(d,
                    of.pull_rate(d, arms, rate, scaled<D>(volume, value_of<D>(pushed)), scaled<D>(volume, inner_rate),
-                                scaled<D>(volume, turning), of_volume),
+                                scaled<D>(volume, turning), volume_part),
                    place, at.force);
     });
 }
@@ -346,8 +356,8 @@ template <class D> HWY_INLINE Symmetric<D> small_strain(D d, const Columns<D> &r
             hn::Mul(half, hn::Add(r.z.x, r.x.z))};
 }
 
-/// At rest all measures of strain are the same, and so are the laws.
-void product_at_rest(const CoupledArrays &body, CoupledWorkspace &at) {
+/// At rest all measures of strain are the same, and so are the energies.
+inline void product_at_rest(const CoupledArrays &body, CoupledWorkspace &at) {
     using D = CoupledLanes;
     using MeanRows = std::array<Rows<D>, 2>;
     constexpr D d;
@@ -378,68 +388,22 @@ void product_at_rest(const CoupledArrays &body, CoupledWorkspace &at) {
         const std::size_t t = place.line(1, 0);
         const auto pushed = sum_of_parts<MeanRows>(d, at.mean_rate, place);
         const auto inner = stress(d, hn::Load(d, body.inner_modulus.data() + t), strain_of(place, rest));
-        auto s = plus<D>(value_of<D>(pushed), inner);
-        s.xx = hn::Add(s.xx, pushed[0].w);
-        s.yy = hn::Add(s.yy, pushed[0].w);
-        s.zz = hn::Add(s.zz, pushed[0].w);
-        s = scaled<D>(hn::Load(d, body.volume.data() + t), s);
+        const auto total = plus_identity<D>(plus<D>(value_of<D>(pushed), inner), pushed[0].w);
+        const auto s = scaled<D>(hn::Load(d, body.volume.data() + t), total);
         take_pulls(d, OfCorners<D>{product<D>(s, rest.a), product<D>(s, rest.b), product<D>(s, rest.c)}, place,
                    at.force);
     });
 }
 
-double coupled_energy_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
-    using enum StrainMeasure;
-    if (body.measure == elongation)
-        return energy_of<MeansOfElongations>(body, at);
-    return body.measure == cauchy_green ? energy_of<MeansOfStrains>(body, at) : energy_of<MeansOfGradients>(body, at);
-}
-
-void coupled_force_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
-    using enum StrainMeasure;
-    if (body.measure == elongation)
-        return force_of<MeansOfElongations>(body, at);
-    return body.measure == cauchy_green ? force_of<MeansOfStrains>(body, at) : force_of<MeansOfGradients>(body, at);
-}
-
-void keep_coupled_stresses_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
-    using enum StrainMeasure;
-    if (body.measure == elongation)
-        return keep_stresses<MeansOfElongations>(body, at);
-    return body.measure == cauchy_green ? keep_stresses<MeansOfStrains>(body, at)
-                                        : keep_stresses<MeansOfGradients>(body, at);
-}
-
-void coupled_product_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
-    using enum StrainMeasure;
-    if (body.measure == elongation)
-        return product_of<MeansOfElongations>(body, at);
-    return body.measure == cauchy_green ? product_of<MeansOfStrains>(body, at) : product_of<MeansOfGradients>(body, at);
-}
-
-void coupled_product_at_rest_in_vectors(const CoupledArrays &body, CoupledWorkspace &at) {
-    product_at_rest(body, at);
+template <template <class> class Energy, template <class> class Means> EquilibriumFunctions equilibrium_functions() {
+    return {energy_of<Energy, Means>, force_of<Energy, Means>, keep_stresses<Energy, Means>, product_of<Energy, Means>,
+            product_at_rest};
 }
 
 #else
 
-[[noreturn]] void refuse() {
-    throw std::logic_error("equilibria in vectors need float64, which is not there");
-}
-double coupled_energy_in_vectors(const CoupledArrays & /*body*/, CoupledWorkspace & /*at*/) {
-    refuse();
-}
-void coupled_force_in_vectors(const CoupledArrays & /*body*/, CoupledWorkspace & /*at*/) {
-    refuse();
-}
-void keep_coupled_stresses_in_vectors(const CoupledArrays & /*body*/, CoupledWorkspace & /*at*/) {
-    refuse();
-}
-void coupled_product_in_vectors(const CoupledArrays & /*body*/, CoupledWorkspace & /*at*/) {
-    refuse();
-}
-void coupled_product_at_rest_in_vectors(const CoupledArrays & /*body*/, CoupledWorkspace & /*at*/) {
-    refuse();
+template <template <class> class Energy, template <class> class Means> EquilibriumFunctions equilibrium_functions() {
+    return {};
 }
 
 #endif
@@ -447,19 +411,4 @@ void coupled_product_at_rest_in_vectors(const CoupledArrays & /*body*/, CoupledW
 } // namespace livermark::msm::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
-#if HWY_ONCE
-namespace livermark::msm {
-
-LIVERMARK_DISPATCH(double coupled_energy, coupled_energy_in_vectors, (const CoupledArrays &body, CoupledWorkspace &at),
-                   (body, at))
-LIVERMARK_DISPATCH(void coupled_force, coupled_force_in_vectors, (const CoupledArrays &body, CoupledWorkspace &at),
-                   (body, at))
-LIVERMARK_DISPATCH(void keep_coupled_stresses, keep_coupled_stresses_in_vectors,
-                   (const CoupledArrays &body, CoupledWorkspace &at), (body, at))
-LIVERMARK_DISPATCH(void coupled_product, coupled_product_in_vectors, (const CoupledArrays &body, CoupledWorkspace &at),
-                   (body, at))
-LIVERMARK_DISPATCH(void coupled_product_at_rest, coupled_product_at_rest_in_vectors,
-                   (const CoupledArrays &body, CoupledWorkspace &at), (body, at))
-
-} // namespace livermark::msm
-#endif
+#endif // LIVERMARK_COUPLED_EQUILIBRIA_INL_HPP
