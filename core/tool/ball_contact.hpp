@@ -9,22 +9,22 @@
 #include "core/mesh/places.hpp"
 #include "core/tool/touching_tool.hpp"
 
-/// A rigid ball that moves and touches facets between point masses: contact without adhesion, with Coulomb friction,
-/// for all methods that take steps of time.
+/// A rigid ball or plate that moves and touches facets between point masses: contact without adhesion, with Coulomb
+/// friction, for all methods that take steps of time.
 namespace livermark::core {
 
-/// The ball in a step: its centre goes straight from one place to the other.
+/// The tool in a step: its centre goes straight from one place to the other.
 struct BallStep {
     Vector3 from = Vector3::Zero(), to = Vector3::Zero(); ///< [m]
-    double radius = 0.0;                                  ///< R [m], > 0
-    double friction = 0.0;                                ///< mu, >= 0
+    ToolShape shape;
+    double friction = 0.0; ///< mu, >= 0
 };
 
-/// What the ball exerts on a point, N n + T with n from the centre to the point, N >= 0 and |T| <= mu N: a step of
-/// Gauss-Seidel from the force that it exerts so far. With d the distance of the point from the centre, s its way
-/// relative to the ball's across n, N included, and C its compliance along these,
-///     N = max(0, N' + (R - d - c N') / (C + c)),   T = T' - s / C, shortened to mu N.
-/// Where forces stay as they are, the point is inside the ball by c N and sticks where the cone allows it. (Moreau
+/// What the tool exerts on a point, N n + T with n of core::gap_to(), N >= 0 and |T| <= mu N: a step of
+/// Gauss-Seidel from the force that it exerts so far. With the gap g of the point, s its way
+/// relative to the tool's across n, N included, and C its compliance along these,
+///     N = max(0, N' - (g + c N') / (C + c)),   T = T' - s / C, shortened to mu N.
+/// Where forces stay as they are, the point is inside the tool by c N and sticks where the cone allows it. (Moreau
 /// 1988, Unilateral contact and dry friction, section 5; Macklin et al. 2016, XPBD, MIG, section 4)
 /// @param start       where the point was when the step began [m]
 /// @param now         where it is, with what the force so far has displaced it by [m]
@@ -45,7 +45,7 @@ class BallContact {
   public:
     /// @param facets     whose nodes may be constrained
     /// @param divisions  parts of a side of each
-    BallContact(const std::vector<TouchedFacet> &facets, int divisions, double radius, double friction);
+    BallContact(const std::vector<TouchedFacet> &facets, int divisions, const ToolShape &shape, double friction);
 
     /// Where the centre goes in the step or frame to come.
     void set_way(const Vector3 &from, const Vector3 &to);
@@ -53,7 +53,7 @@ class BallContact {
     /// A part of that way: step s of 0 ... n - 1.
     BallStep part(int step, int num_steps) const;
 
-    /// Chooses the facets that the ball may come to on its way: those within a quarter of its radius, and within twice
+    /// Chooses the facets that the ball may come to on its way: those within a quarter of its reach, and within twice
     /// what the nodes around have moved by since it was called before.
     /// @param position  of a node: int -> Vector3 [m]
     template <class Position> void look_around(const Position &position) {
@@ -100,7 +100,7 @@ class BallContact {
                 const auto &shape = points_[q].shape;
                 auto &force = force_[number(f, q)];
                 const Vector3 now = shape[0] * x[0] + shape[1] * x[1] + shape[2] * x[2];
-                if (force.isZero(0.0) && (now - step.to).squaredNorm() >= step.radius * step.radius)
+                if (force.isZero(0.0) && is_outside(step.shape, now - step.to))
                     continue;
                 const Vector3 before =
                     shape[0] * start(nodes[0]) + shape[1] * start(nodes[1]) + shape[2] * start(nodes[2]);
@@ -179,7 +179,8 @@ class BallContact {
     std::vector<int> nodes_, near_, near_nodes_;
     std::vector<Vector3> before_; ///< of nodes_, when they were looked at; empty before
     Vector3 from_ = Vector3::Zero(), to_ = Vector3::Zero(), impulse_ = Vector3::Zero();
-    double radius_, friction_;
+    ToolShape shape_;
+    double friction_;
 };
 
 } // namespace livermark::core

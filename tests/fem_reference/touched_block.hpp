@@ -15,7 +15,7 @@ inline core::Problem touched_block(double friction, const core::Vector3 &press,
     auto load_case = empty_load_case(body->mesh);
     prescribe(load_case, body->mesh, "z_min", core::Vector3::Zero());
     constexpr double radius = 0.04;
-    load_case.touching = core::TouchingTool{.radius = radius,
+    load_case.touching = core::TouchingTool{.shape = radius,
                                             .start = {0.047, 0.052, touched_size.z() + radius},
                                             .press = press,
                                             .slide = slide,

@@ -26,7 +26,7 @@ inline core::Problem touched_block(const TouchedBlock &block = {}) {
     load_case.path = block.path;
     prescribe(load_case, body->mesh, "z_min", core::Vector3::Zero());
     const core::Vector3 top(0.5 * block.size.x(), 0.5 * block.size.y(), block.size.z() + block.radius);
-    load_case.touching = core::TouchingTool{.radius = block.radius,
+    load_case.touching = core::TouchingTool{.shape = block.radius,
                                             .start = top + block.aside,
                                             .press = block.press,
                                             .friction = block.friction,

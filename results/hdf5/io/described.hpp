@@ -39,6 +39,10 @@ template <class Value> struct Words;
 
 template <> struct Words<core::Regime> { static constexpr std::array all{core::Regime::small, core::Regime::large}; };
 
+template <> struct Words<core::ToolFace> {
+    static constexpr std::array all{core::ToolFace::ball, core::ToolFace::round, core::ToolFace::square};
+};
+
 template <> struct Words<core::SolutionStatus> {
     static constexpr std::array all{core::SolutionStatus::ok, core::SolutionStatus::diverged,
                                     core::SolutionStatus::not_converged};

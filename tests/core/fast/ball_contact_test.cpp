@@ -146,7 +146,7 @@ TEST(BallContact, SeesAllFacetsThatItMayMeet) {
         const auto corners = core::corners_of(mesh, f);
         const Vector3 centre = ball.start + ball.press;
         if (problem.load_case.may_touch(f) &&
-            (core::nearest_of_triangle(corners, centre) - centre).norm() < ball.radius) {
+            (core::nearest_of_triangle(corners, centre) - centre).norm() < ball.shape.radius) {
             for (const int node : nodes)
                 EXPECT_NE(std::ranges::find(contact.near(), node), contact.near().end());
         }
@@ -166,7 +166,7 @@ TEST(BallContact, SweepsEndInThePenaltyAndStayThere) {
     const auto facets = core::touched_facets(*problem.body, problem.load_case);
     const auto &ball = *problem.load_case.touching;
     constexpr double yields = 1e-3; // [m/N]
-    core::BallContact contact(facets, 2, ball.radius, 0.0);
+    core::BallContact contact(facets, 2, ball.shape.radius, 0.0);
     contact.set_way(ball.start + ball.press, ball.start + ball.press);
     std::vector<Vector3> x = mesh.points, given(x.size(), Vector3::Zero());
     const auto position = [&](int node) { return x[node]; };
@@ -190,7 +190,7 @@ TEST(BallContact, SweepsEndInThePenaltyAndStayThere) {
             Vector3 d = -(ball.start + ball.press);
             for (std::size_t k = 0; k < 3; ++k)
                 d += point.shape[k] * x[facet.nodes[k]];
-            if (const double depth = ball.radius - d.norm(); depth > 0.0)
+            if (const double depth = ball.shape.radius - d.norm(); depth > 0.0)
                 by_penalty += point.part * facet.area * facet.penalty * depth * d.normalized();
         }
     EXPECT_NEAR(force.z(), by_penalty.z(), 1e-6 * force.norm());

@@ -231,7 +231,7 @@ TEST(ToolPlace, OfABallHasTheRadiusOfItsContactAlongThePath) {
     EXPECT_TRUE(core::contact_radii_in_edges(cube.mesh, cube.load_case).empty());
     cube.load_case.path = {0.1, 0.3, 1.0};
     cube.load_case.touching =
-        core::TouchingTool{.radius = 0.012, .start = {0.05, 0.05, 0.112}, .press = {0.0, 0.0, -0.01}, .constraint = 0};
+        core::TouchingTool{.shape = 0.012, .start = {0.05, 0.05, 0.112}, .press = {0.0, 0.0, -0.01}, .constraint = 0};
     auto radii = core::contact_radii_in_edges(cube.mesh, cube.load_case);
     ASSERT_EQ(radii.size(), 3U);
     const double edge = (2.0 + std::numbers::sqrt2) / 3.0 * 0.1 / 3.0;

@@ -42,7 +42,7 @@ TEST(TouchingTool, GapAndNormalAreThoseOfABall) {
     EXPECT_NEAR(outside.size, 0.003, 1e-15);
     EXPECT_EQ(outside.normal, Vector3(0.0, 0.0, -1.0));
     EXPECT_NEAR(inside.size, -0.003, 1e-15);
-    const core::TouchingTool ball{.radius = ball_radius, .start = {0.0, 0.0, 0.05}, .press = {0.0, 0.0, -0.01}};
+    const core::TouchingTool ball{.shape = ball_radius, .start = {0.0, 0.0, 0.05}, .press = {0.0, 0.0, -0.01}};
     EXPECT_NEAR((ball.centre_at(0.5) - Vector3(0.0, 0.0, 0.045)).norm(), 0.0, 1e-15);
     auto sliding = ball;
     sliding.slide = {0.004, 0.0, 0.0};
@@ -57,7 +57,7 @@ TEST(TouchingTool, DoesNothingWithoutContact) {
     const auto contact = core::touch(law, ball_radius, outside, memory);
     EXPECT_FALSE(contact.touches());
     EXPECT_EQ(contact.traction(), Vector3::Zero());
-    EXPECT_TRUE(core::contact_stiffness(law, outside, memory, contact).all().isZero(0.0));
+    EXPECT_TRUE(core::contact_stiffness(law, ball_radius, outside, memory, contact).all().isZero(0.0));
     EXPECT_EQ(core::after_step(law, outside, memory, contact).anchor, outside);
     // What augmentation has added pulls nothing: pressures are never negative.
     EXPECT_EQ(core::touch(law, ball_radius, outside, {100.0, outside}).pressure, 0.0);
@@ -85,7 +85,7 @@ TEST(TouchingTool, StiffnessIsTheDerivativeOfTheTraction) {
         ASSERT_TRUE(contact.touches());
         slipping += contact.slips ? 1 : 0;
         sticking += contact.slips ? 0 : 1;
-        const auto stiffness = core::contact_stiffness(at.law, at.from_centre, at.memory, contact);
+        const auto stiffness = core::contact_stiffness(at.law, ball_radius, at.from_centre, at.memory, contact);
         constexpr double step = 1e-9;
         for (int k = 0; k < 3; ++k) {
             const Vector3 along = step * Vector3::Unit(k);
@@ -140,7 +140,7 @@ TEST(TouchingTool, IsPartOfWhatALoadCaseDoes) {
     EXPECT_FALSE(core::is_driven(load_case));
     EXPECT_FALSE(load_case.may_touch(1));
     auto pressed = load_case;
-    pressed.touching = core::TouchingTool{.radius = ball_radius, .start = {0.0, 0.0, 1.0}, .press = {0.0, 0.0, -0.01}};
+    pressed.touching = core::TouchingTool{.shape = ball_radius, .start = {0.0, 0.0, 1.0}, .press = {0.0, 0.0, -0.01}};
     EXPECT_TRUE(core::is_driven(pressed));
     EXPECT_FALSE(pressed.may_touch(0));
     EXPECT_TRUE(pressed.may_touch(1));

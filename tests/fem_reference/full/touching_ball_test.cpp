@@ -42,7 +42,7 @@ struct CutOut {
         for (const auto *patch : {"x_min", "x_max", "y_min", "y_max", "z_min"})
             tests::prescribe(load_case, body->mesh, patch, Vector3::Zero());
         load_case.conditions.push_back({"touch", core::ConditionKind::touch});
-        load_case.touching = core::TouchingTool{.radius = HalfSpace::ball_radius,
+        load_case.touching = core::TouchingTool{.shape = HalfSpace::ball_radius,
                                                 .start = {0.0, 0.0, HalfSpace::ball_radius},
                                                 .press = {0.0, 0.0, -HalfSpace::depth},
                                                 .constraint = load_case.num_constraints() - 1};
@@ -166,7 +166,7 @@ ShearedColumn shear_column(double part_of_slip, double beyond) {
                                           hyperelastic::material_law("neo_hookean"),
                                           hyperelastic::TetrahedronRule::four_points);
     const auto &ball = *problem.load_case.touching;
-    const hyperelastic::ContactSettings settings{.stiffness = penalty * std::sqrt(ball.radius * ball.press.norm()) /
+    const hyperelastic::ContactSettings settings{.stiffness = penalty * std::sqrt(ball.shape.radius * ball.press.norm()) /
                                                               tests::SimpleShear::young_modulus,
                                                  .max_augmentations = 0};
     const auto path = follow_ball(problem, elements,
@@ -213,7 +213,7 @@ struct DraggedHalfSpace {
             tests::prescribe(load_case, body->mesh, patch, Vector3::Zero());
         load_case.conditions.push_back({"touch", core::ConditionKind::touch});
         load_case.touching =
-            core::TouchingTool{.radius = tests::HalfSpace::ball_radius,
+            core::TouchingTool{.shape = tests::HalfSpace::ball_radius,
                                .start = {0.0, 0.0, tests::HalfSpace::ball_radius},
                                .press = {way * space.way_to_slip(friction), 0.0, -tests::HalfSpace::depth},
                                .friction = friction,
@@ -319,7 +319,7 @@ TEST(TouchingBall, NewtonsMethodFollowsADeepPressInFewIterations) {
     auto load_case = tests::empty_load_case(body->mesh);
     tests::prescribe(load_case, body->mesh, "z_min", Vector3::Zero());
     constexpr double radius = 0.012;
-    load_case.touching = core::TouchingTool{.radius = radius,
+    load_case.touching = core::TouchingTool{.shape = radius,
                                             .start = {0.0231, 0.0253, size.z() + radius},
                                             .press = {0.0, 0.0, -0.01},
                                             .friction = 0.3,

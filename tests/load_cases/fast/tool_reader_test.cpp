@@ -76,7 +76,7 @@ TEST(MovingBall, BeginsWhereItTouchesThePlaceThatItsToolPushes) {
     const auto ball =
         load_cases::with_touching_ball(parse_poke(poke_conditions + poking_tool + "radius = 0.012\n"), mesh, 0.3);
     ASSERT_TRUE(ball.touching);
-    EXPECT_EQ(ball.touching->radius, 0.012);
+    EXPECT_EQ(ball.touching->shape.radius, 0.012);
     EXPECT_EQ(ball.touching->friction, 0.3);
     EXPECT_EQ(ball.constraint_names()[ball.touching->constraint], "finger");
     EXPECT_LT((ball.touching->start - core::Vector3(0.112, 0.05, 0.05)).norm(), 1e-9);

@@ -63,7 +63,7 @@ TouchedMotion move_under_ball(const std::string &name, const core::Problem &prob
                 for (std::size_t k = 0; k < 3; ++k)
                     from_centre +=
                         point.shape[k] * (mesh.points[facet.nodes[k]] + result.displacement.back()[facet.nodes[k]]);
-                result.deepest = std::max(result.deepest, ball.radius - from_centre.norm());
+                result.deepest = std::max(result.deepest, ball.shape.radius - from_centre.norm());
             }
     }
     return result;
