@@ -43,4 +43,31 @@ struct HalfSpace {
     }
 };
 
+/// A rigid round punch on that half-space whose flat face ends in parabolas of a radius of curvature (I. N. Sneddon
+/// 1965, The relation between load and penetration in the axisymmetric Boussinesq problem for a punch of arbitrary
+/// profile, Int. J. Eng. Sci. 3; M. Ciavarella, D. A. Hills, G. Monno 1998, The influence of rounded edges on
+/// indentation by a flat punch, Proc. Inst. Mech. Eng. C 212). It touches in a radius c = a / cos(phi).
+struct RoundedPunch {
+    double size, edge_radius; ///< a, r [m]
+
+    double contact_radius(double phi) const { return size / std::cos(phi); }
+    /// c^2 / r (sin(phi) - phi cos(phi))
+    double depth(double phi) const {
+        return std::pow(contact_radius(phi), 2) / edge_radius * (std::sin(phi) - phi * std::cos(phi));
+    }
+    /// Force over E*: 2 c^2 / r (c (sin(phi) - sin(phi)^3 / 3) - a (phi + sin(phi) cos(phi)) / 2) [m^2]. Without edges
+    /// it is Boussinesq's 2 a d.
+    double force(double phi) const {
+        const double c = contact_radius(phi), sine = std::sin(phi);
+        return 2.0 * c * c / edge_radius *
+               (c * (sine - std::pow(sine, 3) / 3.0) - 0.5 * size * (phi + sine * std::cos(phi)));
+    }
+    double phi_at(double depth_to_reach) const {
+        double low = 0.0, high = 1.5;
+        for (int halving = 0; halving < 60; ++halving)
+            (depth(0.5 * (low + high)) < depth_to_reach ? low : high) = 0.5 * (low + high);
+        return low;
+    }
+};
+
 } // namespace livermark::tests

@@ -41,6 +41,25 @@ TEST(BallForce, PutsPointsOutOfTheBallAndLeavesOthersWhereTheyAre) {
         }
 }
 
+TEST(BallForce, PutsPointsOutOfPlates) {
+    RandomPoints points;
+    for (const auto face : {core::ToolFace::round, core::ToolFace::square})
+        for (const double friction : {0.0, 0.3})
+            for (int k = 0; k < 200; ++k) {
+                const core::ToolShape plate(face, 1.0, 0.2, {0.1, -0.2, 1.0});
+                const core::BallStep step{Vector3::Zero(), points.near({0, 0, 0}, 0.1), plate, friction};
+                const auto start = points.near({0.6, 0, 0.5}, 0.8), now = points.near({0.6, 0, 0.2}, 0.8);
+                const auto gap = core::gap_to(plate, now - step.to);
+                const Vector3 force = core::ball_force(step, start, now, Vector3::Zero(), soft);
+                EXPECT_EQ(force == Vector3::Zero(), gap.size >= 0.0);
+                const double inwards = force.dot(gap.normal);
+                EXPECT_GE((now + soft * force - step.to).dot(gap.normal) - (now - step.to).dot(gap.normal) + gap.size,
+                          -1e-12);
+                EXPECT_GE(inwards, 0.0);
+                EXPECT_LE((force - inwards * gap.normal).norm(), friction * inwards + 1e-12);
+            }
+}
+
 /// It never pulls, and friction is within its cone and against the way along the ball.
 TEST(BallForce, KeepsToTheConeOfFriction) {
     RandomPoints points;

@@ -1,7 +1,11 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <string>
 
 #include "core/tool/tool_stiffness.hpp"
+#include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/test_meshes.hpp"
@@ -53,6 +57,37 @@ TEST(Touch, BallJustTouchesTheBodyAtRestAndSinksIn) {
     EXPECT_LT((places[0].middle - Vector3(0.05, 0.05, 0.1)).norm(), 1e-9);
 }
 
+TEST(Touch, PlateJustTouchesTheBodyAtRestWithItsFace) {
+    for (const auto *plate : {"round", "square"}) {
+        const auto shaped =
+            with_other_text(touching_ball, "radius = 0.02\n", fmt::format("plate = \"{}\"\nsize = 0.02\n", plate));
+        const auto touching = parse_touch(held_block + shaped).touching.value();
+        EXPECT_EQ(core::to_string(touching.shape.face), std::string(plate));
+        EXPECT_EQ(touching.shape.size, 0.02);
+        EXPECT_NEAR(touching.shape.radius, 0.002, 1e-15); // a tenth
+        EXPECT_LT((touching.shape.axis - Vector3(0.0, 0.0, -1.0)).norm(), 1e-12);
+        EXPECT_LT((touching.start - Vector3(0.05, 0.05, 0.102)).norm(), 1e-9);
+        EXPECT_LT((touching.first_point() - Vector3(0.05, 0.05, 0.1)).norm(), 1e-9);
+        EXPECT_EQ(parse_touch(held_block + shaped + "edge_radius = 0.004\n").touching->shape.radius, 0.004);
+    }
+}
+
+/// A plate that comes beside a step of the body touches it with its edge, and lower down where that is round.
+TEST(Touch, PlateFirstTouchesWhatStandsOut) {
+    auto mesh = block_to_touch();
+    for (auto &point : mesh.points)
+        if (point.z() > 0.099 && point.x() > 0.099)
+            point.z() += 0.01;
+    const core::ToolShape plate(core::ToolFace::square, 0.02, 0.004, {0.0, 0.0, -1.0});
+    const auto touch = load_cases::first_touch(mesh, {0.05, 0.05, 0.1}, {0.0, 0.0, -1.0}, plate);
+    // The ramp rises by 0.4 from x = 0.075 on, and the edge has its centres at x = 0.07, 4 mm before the face.
+    const double ramp = 0.1 + 0.4 * (0.07 - 0.075) + 0.004 * std::sqrt(1.0 + 0.4 * 0.4);
+    const double on_flat = 0.104;
+    EXPECT_NEAR(touch.centre.z(), std::max(ramp, on_flat), 2e-4);
+    const auto beside = load_cases::first_touch(mesh, {0.07, 0.05, 0.1}, {0.0, 0.0, -1.0}, plate);
+    EXPECT_NEAR(beside.centre.z(), 0.1 + 0.4 * (0.09 - 0.075) + 0.004 * std::sqrt(1.0 + 0.4 * 0.4), 2e-4);
+}
+
 TEST(Touch, FrictionAndSlideMayBeLeftOut) {
     const auto smooth = parse_touch(held_block + with_other_text(touching_ball, "friction = 0.3", ""));
     EXPECT_EQ(smooth.touching->friction, 0.0);
@@ -80,6 +115,14 @@ TEST(Touch, IsRefusedWhereItIsNone) {
             "has to be the only load");
     refused(changed("radius = 0.02", "radius = 0.0"), "has to be positive");
     refused(changed("depth = 0.01", "depth = -0.01"), "has to be positive");
+    const std::string round = "plate = \"round\"\nsize = 0.02";
+    refused(changed("radius = 0.02", "size = 0.02"), "is not of a ball");
+    refused(changed("radius = 0.02", "radius = 0.02\n" + round), "is not of a plate");
+    refused(changed("radius = 0.02", "plate = \"oval\"\nsize = 0.02"), "write \"round\" or \"square\"");
+    refused(changed("radius = 0.02", "plate = \"round\""), "things are missing");
+    refused(changed("radius = 0.02", "plate = \"round\"\nsize = 0.0"), "has to be positive");
+    refused(changed("radius = 0.02", round + "\nedge_radius = -0.001"), "has to be positive");
+    refused(with_other_text(changed("depth = 0.01", "depth = 0.05"), "radius = 0.02", round), "a larger size");
     refused(changed("depth = 0.01", "depth = 0.041"), "under the surface");
     refused(changed("friction = 0.3", "friction = -0.3"), "zero or more");
     refused(changed("friction", "frictoin"), "frictoin");

@@ -29,7 +29,7 @@ double force_of_springs(int bricks_across, int bricks_down, double sunk) {
     tests::TouchedBlock block;
     block.size = {0.06, 0.06, thickness};
     block.bricks = {bricks_across, bricks_across, bricks_down};
-    block.radius = radius;
+    block.shape = radius;
     block.press = {0.0, 0.0, -sunk};
     block.path = {0.5, 1.0};
     const auto problem = tests::touched_block(block);
