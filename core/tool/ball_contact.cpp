@@ -11,11 +11,11 @@ namespace livermark::core {
 
 namespace {
 
-/// Of its reach, the radius of a ball: nodes within it beyond the ball may be touched, whatever they did before.
+/// Part of its reach, the radius of a ball: nodes within it beyond the ball may be touched, whatever they did before.
 constexpr double reach_of_ball = 0.25;
-/// Of what nodes around the ball have moved by before.
+/// Multiple of what nodes around the ball have moved by before.
 constexpr double ahead_of_nodes = 2.0;
-/// Of its reach: what counts as around the ball.
+/// Multiple of its reach: what counts as around the ball.
 constexpr double around_ball = 3.0;
 
 /// Away from the ball; where the point is at its centre, to where it was before.

@@ -24,9 +24,10 @@ constexpr const char *name_of_touch = "touch";
 /// Distance at which the ball is said to touch the body, over its radius.
 constexpr double nearly_touching = 1e-9;
 constexpr int most_approaches = 10000;
-/// Of its size: edges that let go of the skin of a finger, and that meshes of organs do not resolve.
+/// Radius of the edges of a plate over its size, where none is given: chosen so that a round plate has the force of one
+/// with sharp edges within a hundredth at a depth of a hundredth of its size (tests `Punch.*`).
 constexpr double usual_edge_radius = 0.1;
-constexpr int most_parts = 16;
+constexpr int most_parts = 16; ///< of a side of a facet, which make points a quarter of a millimetre apart on livers
 
 double number_of_touch(const toml::table &touch, std::string_view key, bool may_be_zero) {
     const double value = support::required_number(touch, key);

@@ -79,8 +79,8 @@ class Recorder {
     }
 
   private:
-    /// Of a tool that touches: how deep the surface is inside it, also between the points of contact: at corners of
-    /// facets, and where a facet is nearest to the middle.
+    /// Depth of the surface inside a tool that touches, also between the points of contact: at corners of facets, and
+    /// where a facet is nearest to the middle.
     bool stays_outside(int frame, const std::vector<core::Vector3> &displacement) {
         const auto &load_case = scene_->problem.load_case;
         if (!load_case.touching || frame > core::last_record_held(*load_case.tool))

@@ -131,7 +131,9 @@ TEST(SurfaceContact, IsBorneByWhatHoldsTheBody) {
         block.friction = shape.is_plate() ? 0.3 : 0.0;
         const Touched touched(block);
         expect_balance(touched);
-        EXPECT_LE(touched.force().head<2>().norm(), block.friction * -touched.force().z() + 1e-4);
+        if (shape.is_plate()) {
+            EXPECT_LT(touched.force().head<2>().norm(), block.friction * -touched.force().z());
+        }
     }
     const Touched coupled({}, "nodal_neo_hookean");
     expect_balance(coupled);
