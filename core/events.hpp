@@ -69,7 +69,7 @@ struct ToolShape {
     bool is_plate() const { return face != ToolFace::ball; }
     /// Radius of a ball around the middle of the flat that has the whole face [m].
     double reach() const { return (face == ToolFace::square ? std::sqrt(2.0) : 1.0) * size + radius; }
-    /// Of what it touches when it is so deep [m]: the circle in which Hertz's sphere touches, or the flat.
+    /// Radius of what it touches when it is so deep [m]: the circle in which Hertz's sphere touches, or the flat.
     double contact_radius(double depth) const { return is_plate() ? size : std::sqrt(radius * depth); }
     bool operator==(const ToolShape &) const = default;
 };

@@ -26,7 +26,7 @@ std::string nearest_word(std::string_view word, const std::vector<std::string> &
 /// @param word  what the names are of
 std::string unknown_name(const char *word, const std::string &name, const std::vector<std::string> &known);
 
-/// Of the entries of a table, which have a name.
+/// Names of the entries of a table.
 template <std::ranges::input_range Table> std::vector<std::string> names_of(const Table &table) {
     std::vector<std::string> names;
     for (const auto &entry : table)

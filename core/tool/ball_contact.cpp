@@ -53,17 +53,17 @@ Vector3 ball_force(const BallStep &ball, const Vector3 &start, const Vector3 &no
     way -= way.dot(normal) * normal;
     Vector3 along = force - before * normal;
     if (const double length = way.norm(); length > 0.0)
-        if (const double of_unit = way.dot(yields * way) / (length * length); of_unit > 0.0)
-            along -= way / of_unit;
+        if (const double unit_response = way.dot(yields * way) / (length * length); unit_response > 0.0)
+            along -= way / unit_response;
     const double length = along.norm();
     if (length <= ball.friction * size)
         return size * normal + along;
     // It slips, so that the whole force is along this.
     const Vector3 direction = normal + ball.friction / length * along;
-    const double of_slip = normal.dot(yields * direction) + compliance;
-    if (!(of_slip > 0.0))
+    const double slip_response = normal.dot(yields * direction) + compliance;
+    if (!(slip_response > 0.0))
         return size * direction;
-    return std::max(0.0, (depth + normal.dot(yields * force)) / of_slip) * direction;
+    return std::max(0.0, (depth + normal.dot(yields * force)) / slip_response) * direction;
 }
 
 Vector3 ball_centre(const TouchingTool &ball, const ToolMotion &motion, double time) {

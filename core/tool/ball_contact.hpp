@@ -20,7 +20,7 @@ struct BallStep {
     double friction = 0.0; ///< mu, >= 0
 };
 
-/// What the tool exerts on a point, N n + T with n of core::gap_to(), N >= 0 and |T| <= mu N: a step of
+/// Force of the tool on a point, N n + T with n of core::gap_to(), N >= 0 and |T| <= mu N: a step of
 /// Gauss-Seidel from the force that it exerts so far. With the gap g of the point, s its way
 /// relative to the tool's across n, N included, and C its compliance along these,
 ///     N = max(0, N' - (g + c N') / (C + c)),   T = T' - s / C, shortened to mu N.
@@ -34,7 +34,7 @@ struct BallStep {
 Vector3 ball_force(const BallStep &ball, const Vector3 &start, const Vector3 &now, const Vector3 &force,
                    const Eigen::Matrix3d &yields, double compliance = 0.0);
 
-/// Where the centre of a ball is that presses, slides and lets go as a tool does: start, and parts of its press and of
+/// Centre of a ball that presses, slides and lets go as a tool does: start, and parts of its press and of
 /// the slide of the motion.
 Vector3 ball_centre(const TouchingTool &ball, const ToolMotion &motion, double time);
 
@@ -47,7 +47,7 @@ class BallContact {
     /// @param divisions  parts of a side of each
     BallContact(const std::vector<TouchedFacet> &facets, int divisions, const ToolShape &shape, double friction);
 
-    /// Where the centre goes in the step or frame to come.
+    /// Sets the way of the centre in the step or frame to come.
     void set_way(const Vector3 &from, const Vector3 &to);
 
     /// A part of that way: step s of 0 ... n - 1.
@@ -137,10 +137,10 @@ class BallContact {
     /// Ends a step of a length [s].
     void end_step(double time_step) { impulse_ += time_step * force(); }
 
-    /// What the ball exerts on the body [N].
+    /// Force on the body [N].
     Vector3 force() const;
 
-    /// What it has given since this was called before [N s].
+    /// Impulse that it has given since this was called before [N s].
     Vector3 take_impulse();
 
   private:
@@ -157,10 +157,10 @@ class BallContact {
         if constexpr (std::is_invocable_v<const Yields &, const std::array<int, 3> &, const std::array<double, 3> &>) {
             return yields(nodes, shape);
         } else {
-            Eigen::Matrix3d of_point = Eigen::Matrix3d::Zero();
+            Eigen::Matrix3d point_yields = Eigen::Matrix3d::Zero();
             for (std::size_t k = 0; k < 3; ++k)
-                of_point += shape[k] * shape[k] * yields(nodes[k]);
-            return of_point;
+                point_yields += shape[k] * shape[k] * yields(nodes[k]);
+            return point_yields;
         }
     }
     template <class Give> void give_point(int facet, std::size_t point, const Vector3 &force, const Give &give) const {

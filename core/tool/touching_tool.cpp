@@ -118,20 +118,20 @@ ContactStiffness contact_stiffness(const ContactLaw &law, const ToolShape &shape
         return result;
     const Vector3 from_anchor = from_centre - memory.anchor;
     // Minus the derivative of tau': that of the step, and that of the plane which it is projected on.
-    const Eigen::Matrix3d of_step = law.tangential_penalty * along;
-    const Eigen::Matrix3d of_plane = -law.tangential_penalty / distance *
-                                     (normal.dot(from_anchor) * bends + normal * (bends * from_anchor).transpose());
+    const Eigen::Matrix3d step_part = law.tangential_penalty * along;
+    const Eigen::Matrix3d plane_part = -law.tangential_penalty / distance *
+                                       (normal.dot(from_anchor) * bends + normal * (bends * from_anchor).transpose());
     if (!contact.slips) {
-        result.positive += of_step;
-        result.rest += of_plane;
+        result.positive += step_part;
+        result.rest += plane_part;
         return result;
     }
     const Vector3 trial = trial_friction(law, normal, from_anchor);
     const Vector3 direction = trial / trial.norm();
     const double shorter = law.friction * contact.pressure / trial.norm();
     const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - direction * direction.transpose();
-    result.positive += shorter * across * of_step;
-    result.rest += shorter * across * of_plane + law.friction * law.penalty * direction * normal.transpose();
+    result.positive += shorter * across * step_part;
+    result.rest += shorter * across * plane_part + law.friction * law.penalty * direction * normal.transpose();
     return result;
 }
 

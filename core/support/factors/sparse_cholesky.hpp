@@ -90,7 +90,7 @@ class SparseCholesky {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Where a factor is to serve fewer unknowns than it has, which of its unknowns to constrain.
+/// Unknowns of a factor to constrain where it is to serve fewer than it has.
 /// @param has   shape (n) whether each unknown of a larger system is one of the factor
 /// @param free  shape (n) whether it is one of what is to be solved
 /// @return nothing if the factor lacks one, or if there are so many to constrain that another factor

@@ -244,11 +244,11 @@ FilterOutcome run_filter(const std::vector<std::string> &words, std::string_view
         channel->close_theirs();
     if (error != 0)
         return {.status = -1, .output = {}, .lines = {fmt::format("{}: {}", words.front(), std::strerror(error))}};
-    std::string of_errors;
+    std::string error_text;
     FilterOutcome outcome;
-    exchange(input, to_child, {{&output, &outcome.output}, {&errors, &of_errors}});
+    exchange(input, to_child, {{&output, &outcome.output}, {&errors, &error_text}});
     outcome.status = end_of(process);
-    std::istringstream stream(of_errors);
+    std::istringstream stream(error_text);
     outcome.lines = lines_of(stream);
     return outcome;
 }
@@ -263,9 +263,9 @@ Converted convert_by_script(const std::string &script, const std::filesystem::pa
     auto [status, lines] = run_program(words);
     if (status != 0) {
         const auto reason = lines.empty() ? std::string("no reason given") : lines.back();
-        const auto of_modules = remedy_for_modules(lines);
+        const auto module_remedy = remedy_for_modules(lines);
         throw InputError(fmt::format("{}: cannot be converted ({}); {}", file.string(), reason,
-                                     of_modules.empty() ? remedy : of_modules));
+                                     module_remedy.empty() ? remedy : module_remedy));
     }
     return {read_text(text), std::move(lines)};
 }
