@@ -65,8 +65,9 @@ void read_touch(const Reading &reading) {
         throw NotOnBody(support::place_of(touch),
                         fmt::format("the normals of '{}' cancel, so the ball has no direction", place.name),
                         "choose a smaller place");
-    core::TouchingTool tool{.shape = tool_shape(touch, direction)};
+    core::TouchingTool tool;
     tool.press = number_of_touch(touch, "depth", false) * direction;
+    tool.shape = tool_shape(touch, tool.press);
     if (touch.contains("friction"))
         tool.friction = number_of_touch(touch, "friction", true);
     if (touch.contains("slide"))

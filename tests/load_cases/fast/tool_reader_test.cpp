@@ -86,6 +86,16 @@ TEST(MovingBall, BeginsWhereItTouchesThePlaceThatItsToolPushes) {
         EXPECT_NE(ball.constraint_on(f), ball.tool->constraint) << "the place is not free";
 }
 
+TEST(MovingBall, MayBeAPlate) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    const auto plate = load_cases::with_touching_ball(
+        parse_poke(poke_conditions + poking_tool + "plate = \"square\"\nsize = 0.02\nedge_radius = 0.003\n"), mesh,
+        0.0);
+    const auto &shape = plate.touching.value().shape;
+    EXPECT_EQ(shape, core::ToolShape(core::ToolFace::square, 0.02, 0.003, {-0.01, 0.0, 0.0}));
+    EXPECT_LT((plate.touching->start - core::Vector3(0.103, 0.05, 0.05)).norm(), 1e-9);
+}
+
 TEST(MovingBall, IsRefusedWhereItsToolIsNoneOrPushesNothing) {
     const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
     tests::expect_input_error(

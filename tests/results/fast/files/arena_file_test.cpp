@@ -68,6 +68,11 @@ TEST_F(ArenaFile, SaysWhatTheToolIs) {
     EXPECT_EQ(read.ball_radius, 0.012);
     EXPECT_EQ(read.runs[0], written.runs[0]);
     EXPECT_EQ(tool_of(read), "the tool is a ball of 12 mm that touches, with a friction of 0.3");
+    written.face = core::ToolFace::square;
+    written.plate_size = 0.02;
+    write_arena(path_, written);
+    EXPECT_EQ(tool_of(read_arena(path_)), tool_of(written));
+    EXPECT_NE(tool_of(written).find("a square plate of 20 mm"), std::string::npos) << tool_of(written);
     const auto table = arena_forces(read);
     ASSERT_EQ(table.rows.size(), 2U);
     EXPECT_EQ(table.rows.front().size(), table.columns.size());

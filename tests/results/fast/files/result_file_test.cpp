@@ -264,6 +264,16 @@ TEST_F(ResultFile, HoldsAStaticLoadCase) {
     expect_equal(read_result(path_), written);
 }
 
+TEST_F(ResultFile, HoldsPlatesThatTouch) {
+    auto written = tests::sample_result();
+    auto &touching = written.problem.load_case.touching.value();
+    for (const auto face : {core::ToolFace::round, core::ToolFace::square}) {
+        touching.shape = {face, 0.3, 0.03, touching.press};
+        write_result(path_, written);
+        expect_equal(read_result(path_), written);
+    }
+}
+
 TEST_F(ResultFile, HoldsWhatPressesToADepth) {
     auto written = tests::without_motion(tests::sample_result());
     auto &load_case = written.problem.load_case;
