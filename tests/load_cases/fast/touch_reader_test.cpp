@@ -119,7 +119,7 @@ TEST(Touch, IsRefusedWhereItIsNone) {
     refused(changed("radius = 0.02", "size = 0.02"), "is not of a ball");
     refused(changed("radius = 0.02", "radius = 0.02\n" + round), "is not of a plate");
     refused(changed("radius = 0.02", "plate = \"oval\"\nsize = 0.02"), "write \"round\" or \"square\"");
-    refused(changed("radius = 0.02", "plate = \"round\""), "things are missing");
+    refused(changed("radius = 0.02", "plate = \"round\""), "size");
     refused(changed("radius = 0.02", "plate = \"round\"\nsize = 0.0"), "has to be positive");
     refused(changed("radius = 0.02", round + "\nedge_radius = -0.001"), "has to be positive");
     refused(with_other_text(changed("depth = 0.01", "depth = 0.05"), "radius = 0.02", round), "a larger size");
