@@ -325,9 +325,9 @@ TEST(Punch, ForceOfARoundPlateIsThatOfTheClosedForms) {
     EXPECT_NEAR(rounded / sharp, 1.0062, 1e-4);
     const double coarse = error_of_punch(core::ToolFace::round, 0.1, rounded, {5.0, 3.2, 2.0});
     const double fine = error_of_punch(core::ToolFace::round, 0.1, rounded, {5.0, 3.2, 2.0, 1.5});
-    EXPECT_LT(std::abs(coarse), 0.03);
+    EXPECT_LT(std::abs(coarse), 0.05); // pressure is singular at a sharp edge, and a mesh smears it
     EXPECT_LT(std::abs(fine), 0.02);
-    EXPECT_LT(std::abs(fine), std::abs(coarse));
+    EXPECT_LT(std::abs(fine), 0.5 * std::abs(coarse));
     EXPECT_LT(std::abs((1.0 + fine) * rounded / sharp - 1.0), 0.03);
 }
 
