@@ -105,7 +105,7 @@ tests::TouchedBlock with_friction(double friction) {
 class ShapesInMotion : public testing::TestWithParam<core::ToolShape> {};
 
 /// Points of facets are inside the tool by what the penalty lets them: a sixth of the press on this mesh below a ball,
-/// and more at the edges of a plate, where pressure has its peak.
+/// and at most half of it at the edges of a plate, where pressure has its peak.
 TEST_P(ShapesInMotion, KeepFacetsOutAndArePushedOnly) {
     auto block = with_friction(0.0);
     block.shape = GetParam();
@@ -115,7 +115,7 @@ TEST_P(ShapesInMotion, KeepFacetsOutAndArePushedOnly) {
         const auto &motion = *problem.load_case.tool;
         for (const auto &name : methods_with_contact()) {
             const auto moved = move_under_ball(name, problem);
-            EXPECT_LT(moved.deepest, (block.shape.is_plate() ? 0.3 : 0.2) * problem.load_case.touching->press.norm())
+            EXPECT_LT(moved.deepest, (block.shape.is_plate() ? 0.5 : 0.2) * problem.load_case.touching->press.norm())
                 << name;
             EXPECT_GT(moved.deepest, 0.0) << name; // it does touch
             EXPECT_EQ(moved.force.front(), Vector3::Zero()) << name;
