@@ -39,13 +39,46 @@ struct ExpectedContact {
     double radius = 0.0;     ///< of what is touched at the full depth [m]
     Vector3 press;           ///< by which the tool moves inwards [m]
     double pressed_at = 1.0; ///< part of the load at which it has pressed; it slides after that
+    bool grows = true;       ///< whether what is touched grows with the depth
 };
 
-/// A rigid ball that touches the surface and does not stick to it: contact without adhesion, with Coulomb friction. The
-/// ball does not turn. It may touch every facet that prescribes no displacement, see LoadCase::may_touch().
+/// Flat that the shape of a tool is rounded around.
+enum class ToolFace : std::uint8_t {
+    ball,  ///< a point
+    round, ///< a disc
+    square
+};
+
+/// The word for a face in load cases and files.
+const char *to_string(ToolFace face);
+
+/// Shape of a rigid tool that touches: all that is nearer than the radius to its flat, or to what is behind the flat of
+/// a plate. So a ball is a point that is rounded, and a plate a block with a flat face, rounded edges and flanks.
+struct ToolShape {
+    double radius = 0.0; ///< R of a ball, or r of the edges of a plate [m], > 0
+    ToolFace face = ToolFace::ball;
+    double size = 0.0;                                      ///< a, radius of the disc or half a side [m]
+    Vector3 axis = Vector3::Zero(), side = Vector3::Zero(); ///< out of the face; along two sides; length 1
+
+    /// A ball, which a number stands for.
+    ToolShape(double ball_radius = 0.0) : radius(ball_radius) {} // NOLINT(google-explicit-constructor)
+    /// A plate; two sides of a square lie as near to an axis of coordinates as they can.
+    /// @param press  along its axis
+    ToolShape(ToolFace flat, double half_width, double edge_radius, const Vector3 &press);
+
+    bool is_plate() const { return face != ToolFace::ball; }
+    /// Radius of a ball around the middle of the flat that has the whole face [m].
+    double reach() const { return (face == ToolFace::square ? std::sqrt(2.0) : 1.0) * size + radius; }
+    /// Radius of what it touches when it is so deep [m]: the circle in which Hertz's sphere touches, or the flat.
+    double contact_radius(double depth) const { return is_plate() ? size : std::sqrt(radius * depth); }
+    bool operator==(const ToolShape &) const = default;
+};
+
+/// A rigid tool that touches the surface and does not stick to it: contact without adhesion, with Coulomb friction. It
+/// does not turn. It may touch every facet that prescribes no displacement, see LoadCase::may_touch().
 struct TouchingTool {
-    double radius = 0.0;             ///< R [m], > 0
-    Vector3 start = Vector3::Zero(); ///< its centre when it just touches the body at rest [m]
+    ToolShape shape;
+    Vector3 start = Vector3::Zero(); ///< centre of its flat when it just touches the body at rest [m]
     Vector3 press = Vector3::Zero(); ///< by which the centre moves inwards [m]
     Vector3 slide = Vector3::Zero(); ///< by which it moves after that [m]; zero where it only presses
     double friction = 0.0;           ///< coefficient mu, >= 0
@@ -53,22 +86,21 @@ struct TouchingTool {
 
     /// The part of the load at which it has pressed: all, or half where it slides.
     double pressed_at() const { return slide.isZero(0.0) ? 1.0 : 0.5; }
-    /// Centre of the ball at a part of the load [m]: it presses evenly, then slides evenly.
+    /// Centre at a part of the load [m]: it presses evenly, then slides evenly.
     Vector3 centre_at(double part) const {
         const double until = pressed_at();
         if (part <= until)
             return start + part / until * press;
         return start + press + (part - until) / (1.0 - until) * slide;
     }
-    /// Point at which the ball touches the body at rest [m].
-    Vector3 first_point() const { return start + radius * press.normalized(); }
+    /// Point of it that touches the body at rest, or the middle of the face of a plate [m].
+    Vector3 first_point() const { return start + shape.radius * press.normalized(); }
     bool operator==(const TouchingTool &) const = default;
 
     static constexpr const char *key = "touch", *noun = "a ball that touches";
     static constexpr bool in_time = false, decides_statics = true;
-    /// As large as the circle in which Hertz's sphere touches.
     ExpectedContact contact() const {
-        return {constraint, first_point(), std::sqrt(radius * press.norm()), press, pressed_at()};
+        return {constraint, first_point(), shape.contact_radius(press.norm()), press, pressed_at(), !shape.is_plate()};
     }
     void scale(double factor) {
         press *= factor;
@@ -81,7 +113,9 @@ struct TouchingTool {
     void add_to(auto &hash) const {
         hash.add_all(std::array{constraint});
         hash.add_all(std::array{start, press, slide});
-        hash.add_all(std::array{radius, friction});
+        hash.add_all(std::array{shape.radius, friction});
+        if (shape.is_plate())
+            hash.add_all(std::array{static_cast<double>(shape.face), shape.size});
     }
 };
 

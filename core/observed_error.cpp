@@ -12,7 +12,7 @@ namespace livermark::core {
 
 namespace {
 
-/// What is left after the last step, over that step.
+/// Remainder after the last step, over that step.
 double share_of(double believed_factor) {
     return believed_factor / (1.0 - believed_factor);
 }
@@ -21,7 +21,7 @@ bool is_believed(double factor) {
     return factor >= smallest_believed_factor && factor <= largest_believed_factor;
 }
 
-/// What to add to the last of three numbers, over the last step: nothing where the order is not clean.
+/// Addition to the last of three numbers, over the last step: nothing where the order is not clean.
 double share_to_add(double first_step, double second_step) {
     const double factor = std::abs(second_step) / std::abs(first_step);
     return is_believed(factor) ? share_of(factor) : 0.0;
@@ -53,8 +53,8 @@ double believed_share(double factor) {
 
 /// The same where no order better than the first is believed.
 double share_at_rims(double factor) {
-    constexpr double of_first_order = 0.5;
-    return believed_share(std::max(factor, of_first_order));
+    constexpr double first_order_factor = 0.5;
+    return believed_share(std::max(factor, first_order_factor));
 }
 
 /// The same of three energies, or three sums of forces, by the sizes of their two steps.

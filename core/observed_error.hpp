@@ -42,10 +42,10 @@ ObservedMotionError observed_motion_error(std::span<const History> levels);
 /// elements of second degree let expect is luck.
 inline constexpr double largest_believed_factor = 0.8, smallest_believed_factor = 0.25;
 
-/// How much of what extrapolation adds may be wrong. On both livers it was a quarter to seven tenths of a half.
+/// Part of what extrapolation adds that may be wrong. On both livers it was a quarter to seven tenths of a half.
 inline constexpr double doubt = 0.5;
 
-/// What the solutions on ever finer meshes tend to: u_3 + (u_3 - u_2) r / (1 - r), where the order is clean, that is
+/// Limit of the solutions on ever finer meshes: u_3 + (u_3 - u_2) r / (1 - r), where the order is clean, that is
 /// where r is believed; otherwise the finest. Reactions and energy have factors of their own. What is added is counted
 /// as error by the share doubt, see Solution::observed_error.
 /// (L. F. Richardson 1911, Phil. Trans. R. Soc. A 210)

@@ -57,8 +57,8 @@ struct PlacePoint {
 /// @throws std::invalid_argument if no point of the body is in the ball
 std::vector<PlacePoint> points_of(const InteriorPlace &place, const TetraMesh &mesh);
 
-/// What the nodes of linear tetrahedra take of a force of one newton on each place, and also what their displacements
-/// are multiplied by in the mean over it.
+/// Parts that the nodes of linear tetrahedra take of a force of one newton on each place, and also what their
+/// displacements are multiplied by in the mean over it.
 /// @return shape (K, N); each row has the sum 1
 /// @throws std::invalid_argument as points_of()
 Eigen::SparseMatrix<double, Eigen::RowMajor> nodal_weights(std::span<const InteriorPlace> places,

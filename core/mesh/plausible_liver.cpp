@@ -230,23 +230,23 @@ struct LiverVolumes {
 
 LiverVolumes liver_volumes(const TetraMesh &mesh) {
     const auto volumes = tetrahedron_volumes(mesh);
-    std::vector<double> of_region(mesh.region_names.size(), 0.0);
+    std::vector<double> region_volume(mesh.region_names.size(), 0.0);
     for (std::size_t t = 0; t < volumes.size(); ++t)
-        of_region[static_cast<std::size_t>(mesh.region[t])] += volumes[t];
-    LiverVolumes result{std::accumulate(of_region.begin(), of_region.end(), 0.0), {}};
-    for (std::size_t r = 0; r < of_region.size(); ++r)
+        region_volume[static_cast<std::size_t>(mesh.region[t])] += volumes[t];
+    LiverVolumes result{std::accumulate(region_volume.begin(), region_volume.end(), 0.0), {}};
+    for (std::size_t r = 0; r < region_volume.size(); ++r)
         if (role_of_name(mesh.region_names[r]) == SegmentRole::lesion)
-            result.lesions.push_back(of_region[r]);
+            result.lesions.push_back(region_volume[r]);
     return result;
 }
 
 std::vector<std::string> doubts_about_share(const LiverVolumes &volumes) {
-    const double of_lesions = std::accumulate(volumes.lesions.begin(), volumes.lesions.end(), 0.0);
-    if (!(of_lesions > 0.5 * volumes.all))
+    const double lesion_volume = std::accumulate(volumes.lesions.begin(), volumes.lesions.end(), 0.0);
+    if (!(lesion_volume > 0.5 * volumes.all))
         return {};
     return {fmt::format("lesions are {:.0f} % of the body, more than the liver around them; check whether liver and "
                         "lesions have been exchanged",
-                        100.0 * of_lesions / volumes.all)};
+                        100.0 * lesion_volume / volumes.all)};
 }
 
 } // namespace

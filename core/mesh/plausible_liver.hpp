@@ -55,7 +55,7 @@ std::vector<std::string> doubts_about_liver(double volume, std::span<const doubl
 
 /// The same of a mesh, whose lesions are regions with names of such.
 std::vector<std::string> doubts_about_liver(const TetraMesh &mesh);
-/// Of its lesions alone.
+/// Doubts about its lesions alone.
 std::vector<std::string> doubts_about_lesions(const TetraMesh &mesh);
 
 /// A sentence if a body in metres is larger than any organ, as one in millimetres is, or smaller than any sample of

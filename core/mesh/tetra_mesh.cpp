@@ -186,10 +186,10 @@ std::vector<int> parts_by_faces(std::span<const std::array<int, 4>> tetrahedra,
     std::vector<int> part(tetrahedra.size()), number(tetrahedra.size(), -1);
     int num_parts = 0;
     for (int t = 0; t < static_cast<int>(tetrahedra.size()); ++t) {
-        int &of_root = number[root_of(t)];
-        if (of_root < 0)
-            of_root = num_parts++;
-        part[t] = of_root;
+        int &root_number = number[root_of(t)];
+        if (root_number < 0)
+            root_number = num_parts++;
+        part[t] = root_number;
     }
     return part;
 }

@@ -11,11 +11,11 @@ namespace livermark::core {
 
 namespace {
 
-/// Of the radius: nodes within it beyond the ball may be touched, whatever they did before.
+/// Part of its reach, the radius of a ball: nodes within it beyond the ball may be touched, whatever they did before.
 constexpr double reach_of_ball = 0.25;
-/// Of what nodes around the ball have moved by before.
+/// Multiple of what nodes around the ball have moved by before.
 constexpr double ahead_of_nodes = 2.0;
-/// Of the radius: what counts as around the ball.
+/// Multiple of its reach: what counts as around the ball.
 constexpr double around_ball = 3.0;
 
 /// Away from the ball; where the point is at its centre, to where it was before.
@@ -37,8 +37,9 @@ double distance_to_way(const Vector3 &from, const Vector3 &to, const Vector3 &po
 
 Vector3 ball_force(const BallStep &ball, const Vector3 &start, const Vector3 &now, const Vector3 &force,
                    const Eigen::Matrix3d &yields, double compliance) {
-    const double depth = ball.radius - (now - ball.to).norm();
-    const Vector3 normal = outwards(ball, start, now);
+    const auto gap = gap_to(ball.shape, now - ball.to);
+    const double depth = -gap.size;
+    const Vector3 normal = ball.shape.is_plate() ? gap.normal : outwards(ball, start, now);
     const double before = force.dot(normal), gives_way = normal.dot(yields * normal) + compliance;
     if (!(gives_way > 0.0))
         return Vector3::Zero(); // held, and nothing can be done about it
@@ -52,17 +53,17 @@ Vector3 ball_force(const BallStep &ball, const Vector3 &start, const Vector3 &no
     way -= way.dot(normal) * normal;
     Vector3 along = force - before * normal;
     if (const double length = way.norm(); length > 0.0)
-        if (const double of_unit = way.dot(yields * way) / (length * length); of_unit > 0.0)
-            along -= way / of_unit;
+        if (const double unit_response = way.dot(yields * way) / (length * length); unit_response > 0.0)
+            along -= way / unit_response;
     const double length = along.norm();
     if (length <= ball.friction * size)
         return size * normal + along;
     // It slips, so that the whole force is along this.
     const Vector3 direction = normal + ball.friction / length * along;
-    const double of_slip = normal.dot(yields * direction) + compliance;
-    if (!(of_slip > 0.0))
+    const double slip_response = normal.dot(yields * direction) + compliance;
+    if (!(slip_response > 0.0))
         return size * direction;
-    return std::max(0.0, (depth + normal.dot(yields * force)) / of_slip) * direction;
+    return std::max(0.0, (depth + normal.dot(yields * force)) / slip_response) * direction;
 }
 
 Vector3 ball_centre(const TouchingTool &ball, const ToolMotion &motion, double time) {
@@ -70,8 +71,9 @@ Vector3 ball_centre(const TouchingTool &ball, const ToolMotion &motion, double t
     return ball.start + position.pressed * ball.press + position.slid * motion.slide;
 }
 
-BallContact::BallContact(const std::vector<TouchedFacet> &facets, int divisions, double radius, double friction)
-    : points_(facet_points(divisions)), force_(facets.size() * points_.size(), Vector3::Zero()), radius_(radius),
+BallContact::BallContact(const std::vector<TouchedFacet> &facets, int divisions, const ToolShape &shape,
+                         double friction)
+    : points_(facet_points(divisions)), force_(facets.size() * points_.size(), Vector3::Zero()), shape_(shape),
       friction_(friction) {
     for (const auto &facet : facets)
         nodes_.insert(nodes_.end(), facet.nodes.begin(), facet.nodes.end());
@@ -92,7 +94,7 @@ void BallContact::set_way(const Vector3 &from, const Vector3 &to) {
 
 BallStep BallContact::part(int step, int num_steps) const {
     const Vector3 way = (to_ - from_) / num_steps;
-    return {from_ + step * way, step + 1 == num_steps ? to_ : Vector3(from_ + (step + 1) * way), radius_, friction_};
+    return {from_ + step * way, step + 1 == num_steps ? to_ : Vector3(from_ + (step + 1) * way), shape_, friction_};
 }
 
 Vector3 BallContact::force() const {
@@ -112,16 +114,15 @@ bool BallContact::is_beyond(const BallStep &step, const std::array<Vector3, 3> &
     double extent = 0.0;
     for (const auto &corner : corners)
         extent = std::max(extent, (corner - middle).squaredNorm());
-    const double reach = step.radius + std::sqrt(extent);
-    return (middle - step.to).squaredNorm() >= reach * reach;
+    return is_outside(step.shape, middle - step.to, std::sqrt(extent));
 }
 
 void BallContact::choose_near(std::vector<Vector3> now) {
     double moved = 0.0;
     for (std::size_t i = 0; i < before_.size(); ++i)
-        if (distance_to_way(from_, to_, now[i]) < around_ball * radius_)
+        if (distance_to_way(from_, to_, now[i]) < around_ball * shape_.reach())
             moved = std::max(moved, (now[i] - before_[i]).norm());
-    const double reach = (1.0 + reach_of_ball) * radius_ + ahead_of_nodes * moved;
+    const double reach = (1.0 + reach_of_ball) * shape_.reach() + ahead_of_nodes * moved;
     near_.clear();
     near_nodes_.clear();
     for (std::size_t f = 0; f < facets_.size(); ++f) {

@@ -9,22 +9,22 @@
 #include "core/mesh/places.hpp"
 #include "core/tool/touching_tool.hpp"
 
-/// A rigid ball that moves and touches facets between point masses: contact without adhesion, with Coulomb friction,
-/// for all methods that take steps of time.
+/// A rigid ball or plate that moves and touches facets between point masses: contact without adhesion, with Coulomb
+/// friction, for all methods that take steps of time.
 namespace livermark::core {
 
-/// The ball in a step: its centre goes straight from one place to the other.
+/// The tool in a step: its centre goes straight from one place to the other.
 struct BallStep {
     Vector3 from = Vector3::Zero(), to = Vector3::Zero(); ///< [m]
-    double radius = 0.0;                                  ///< R [m], > 0
-    double friction = 0.0;                                ///< mu, >= 0
+    ToolShape shape;
+    double friction = 0.0; ///< mu, >= 0
 };
 
-/// What the ball exerts on a point, N n + T with n from the centre to the point, N >= 0 and |T| <= mu N: a step of
-/// Gauss-Seidel from the force that it exerts so far. With d the distance of the point from the centre, s its way
-/// relative to the ball's across n, N included, and C its compliance along these,
-///     N = max(0, N' + (R - d - c N') / (C + c)),   T = T' - s / C, shortened to mu N.
-/// Where forces stay as they are, the point is inside the ball by c N and sticks where the cone allows it. (Moreau
+/// Force of the tool on a point, N n + T with n of core::gap_to(), N >= 0 and |T| <= mu N: a step of
+/// Gauss-Seidel from the force that it exerts so far. With the gap g of the point, s its way
+/// relative to the tool's across n, N included, and C its compliance along these,
+///     N = max(0, N' - (g + c N') / (C + c)),   T = T' - s / C, shortened to mu N.
+/// Where forces stay as they are, the point is inside the tool by c N and sticks where the cone allows it. (Moreau
 /// 1988, Unilateral contact and dry friction, section 5; Macklin et al. 2016, XPBD, MIG, section 4)
 /// @param start       where the point was when the step began [m]
 /// @param now         where it is, with what the force so far has displaced it by [m]
@@ -34,7 +34,7 @@ struct BallStep {
 Vector3 ball_force(const BallStep &ball, const Vector3 &start, const Vector3 &now, const Vector3 &force,
                    const Eigen::Matrix3d &yields, double compliance = 0.0);
 
-/// Where the centre of a ball is that presses, slides and lets go as a tool does: start, and parts of its press and of
+/// Centre of a ball that presses, slides and lets go as a tool does: start, and parts of its press and of
 /// the slide of the motion.
 Vector3 ball_centre(const TouchingTool &ball, const ToolMotion &motion, double time);
 
@@ -45,15 +45,15 @@ class BallContact {
   public:
     /// @param facets     whose nodes may be constrained
     /// @param divisions  parts of a side of each
-    BallContact(const std::vector<TouchedFacet> &facets, int divisions, double radius, double friction);
+    BallContact(const std::vector<TouchedFacet> &facets, int divisions, const ToolShape &shape, double friction);
 
-    /// Where the centre goes in the step or frame to come.
+    /// Sets the way of the centre in the step or frame to come.
     void set_way(const Vector3 &from, const Vector3 &to);
 
     /// A part of that way: step s of 0 ... n - 1.
     BallStep part(int step, int num_steps) const;
 
-    /// Chooses the facets that the ball may come to on its way: those within a quarter of its radius, and within twice
+    /// Chooses the facets that the ball may come to on its way: those within a quarter of its reach, and within twice
     /// what the nodes around have moved by since it was called before.
     /// @param position  of a node: int -> Vector3 [m]
     template <class Position> void look_around(const Position &position) {
@@ -100,7 +100,7 @@ class BallContact {
                 const auto &shape = points_[q].shape;
                 auto &force = force_[number(f, q)];
                 const Vector3 now = shape[0] * x[0] + shape[1] * x[1] + shape[2] * x[2];
-                if (force.isZero(0.0) && (now - step.to).squaredNorm() >= step.radius * step.radius)
+                if (force.isZero(0.0) && is_outside(step.shape, now - step.to))
                     continue;
                 const Vector3 before =
                     shape[0] * start(nodes[0]) + shape[1] * start(nodes[1]) + shape[2] * start(nodes[2]);
@@ -137,10 +137,10 @@ class BallContact {
     /// Ends a step of a length [s].
     void end_step(double time_step) { impulse_ += time_step * force(); }
 
-    /// What the ball exerts on the body [N].
+    /// Force on the body [N].
     Vector3 force() const;
 
-    /// What it has given since this was called before [N s].
+    /// Impulse that it has given since this was called before [N s].
     Vector3 take_impulse();
 
   private:
@@ -157,10 +157,10 @@ class BallContact {
         if constexpr (std::is_invocable_v<const Yields &, const std::array<int, 3> &, const std::array<double, 3> &>) {
             return yields(nodes, shape);
         } else {
-            Eigen::Matrix3d of_point = Eigen::Matrix3d::Zero();
+            Eigen::Matrix3d point_yields = Eigen::Matrix3d::Zero();
             for (std::size_t k = 0; k < 3; ++k)
-                of_point += shape[k] * shape[k] * yields(nodes[k]);
-            return of_point;
+                point_yields += shape[k] * shape[k] * yields(nodes[k]);
+            return point_yields;
         }
     }
     template <class Give> void give_point(int facet, std::size_t point, const Vector3 &force, const Give &give) const {
@@ -179,7 +179,8 @@ class BallContact {
     std::vector<int> nodes_, near_, near_nodes_;
     std::vector<Vector3> before_; ///< of nodes_, when they were looked at; empty before
     Vector3 from_ = Vector3::Zero(), to_ = Vector3::Zero(), impulse_ = Vector3::Zero();
-    double radius_, friction_;
+    ToolShape shape_;
+    double friction_;
 };
 
 } // namespace livermark::core

@@ -58,7 +58,7 @@ void measure(const TetraMesh &mesh, const LoadCase &load_case, ToolPlace &place)
 
 /// The place that a tool sinks into which touches.
 ToolPlace touched_place(const TetraMesh &mesh, const LoadCase &load_case, const ExpectedContact &contact) {
-    const auto &[constraint, first, radius, press, pressed_at] = contact;
+    const auto &[constraint, first, radius, press, pressed_at, grows] = contact;
     ToolPlace place{
         .name = load_case.constraint_names()[constraint], .drive = ToolDrive::depth, .constraint = constraint};
     int nearest = -1;
@@ -199,8 +199,10 @@ std::vector<double> contact_radii_in_edges(const TetraMesh &mesh, const LoadCase
     const auto place = touched_place(mesh, load_case, *contact);
     if (place.facets.empty())
         return radii;
-    for (const double part : load_case.path) // Hertz: the radius grows with the root of the depth
-        radii.push_back(place.radius * std::sqrt(std::min(1.0, part / contact->pressed_at)) / place.edge_length);
+    for (const double part : load_case.path) { // Hertz: the radius grows with the root of the depth
+        const double grown = contact->grows ? std::sqrt(std::min(1.0, part / contact->pressed_at)) : 1.0;
+        radii.push_back(place.radius * grown / place.edge_length);
+    }
     return radii;
 }
 

@@ -19,15 +19,76 @@ Vector3 trial_friction(const ContactLaw &law, const Vector3 &normal, const Vecto
     return -law.tangential_penalty * (from_anchor - normal.dot(from_anchor) * normal);
 }
 
-} // namespace
+/// Nearest point of the flat of a plate or of what is behind it.
+struct NearestOfPlate {
+    Vector3 from = Vector3::Zero();                   ///< x - p [m]
+    Eigen::Matrix3d slides = Eigen::Matrix3d::Zero(); ///< dp/dx
+    bool is_on_face = false;                          ///< whether x is before or behind the flat
+};
 
-Gap gap_to(double radius, const Vector3 &from_centre) {
-    const double distance = from_centre.norm();
-    return {distance - radius, from_centre / distance};
+NearestOfPlate nearest_of_plate(const ToolShape &plate, const Vector3 &from_centre) {
+    NearestOfPlate nearest{.is_on_face = true};
+    const double height = plate.axis.dot(from_centre);
+    const Vector3 across = from_centre - height * plate.axis;
+    Vector3 on_flat = across;
+    if (const double distance = across.norm(); plate.face == ToolFace::round && distance > plate.size) {
+        const Vector3 out = across / distance;
+        nearest.is_on_face = false;
+        on_flat = plate.size * out;
+        nearest.slides = plate.size / distance * (along_surface(plate.axis) - out * out.transpose());
+    } else if (plate.face == ToolFace::square) {
+        for (const Vector3 &side : {plate.side, Vector3(plate.axis.cross(plate.side))}) {
+            const double at = side.dot(across), beyond = at - std::clamp(at, -plate.size, plate.size);
+            on_flat -= beyond * side;
+            if (beyond == 0.0)
+                nearest.slides += side * side.transpose();
+            else
+                nearest.is_on_face = false;
+        }
+    }
+    nearest.from = across - on_flat;
+    if (nearest.is_on_face || height > 0.0)
+        nearest.from += height * plate.axis;
+    else
+        nearest.slides += plate.axis * plate.axis.transpose();
+    return nearest;
 }
 
-Contact touch(const ContactLaw &law, double radius, const Vector3 &from_centre, const ContactMemory &memory) {
-    Contact contact{.gap = gap_to(radius, from_centre)};
+} // namespace
+
+const char *to_string(ToolFace face) {
+    return face == ToolFace::ball ? "ball" : face == ToolFace::round ? "round" : "square";
+}
+
+ToolShape::ToolShape(ToolFace flat, double half_width, double edge_radius, const Vector3 &press)
+    : radius(edge_radius), face(flat), size(half_width), axis(press.normalized()) {
+    Eigen::Index along = 0;
+    axis.cwiseAbs().minCoeff(&along);
+    side = along_surface(axis).col(along).normalized();
+}
+
+Gap gap_to(const ToolShape &shape, const Vector3 &from_centre) {
+    if (!shape.is_plate()) {
+        const double distance = from_centre.norm();
+        return {distance - shape.radius, from_centre / distance, distance};
+    }
+    const auto nearest = nearest_of_plate(shape, from_centre);
+    if (nearest.is_on_face)
+        return {shape.axis.dot(nearest.from) - shape.radius, shape.axis, shape.radius};
+    const double distance = nearest.from.norm();
+    return {distance - shape.radius, nearest.from / distance, distance};
+}
+
+Eigen::Matrix3d bend(const ToolShape &shape, const Vector3 &from_centre, const Gap &gap) {
+    const Eigen::Matrix3d along = along_surface(gap.normal);
+    if (!shape.is_plate())
+        return along;
+    const auto nearest = nearest_of_plate(shape, from_centre);
+    return nearest.is_on_face ? Eigen::Matrix3d(Eigen::Matrix3d::Zero()) : Eigen::Matrix3d(along - nearest.slides);
+}
+
+Contact touch(const ContactLaw &law, const ToolShape &shape, const Vector3 &from_centre, const ContactMemory &memory) {
+    Contact contact{.gap = gap_to(shape, from_centre)};
     contact.pressure = std::max(0.0, memory.multiplier - law.penalty * contact.gap.size);
     if (!contact.touches() || law.friction == 0.0)
         return contact;
@@ -43,34 +104,34 @@ double contact_energy(const ContactLaw &law, const Contact &contact, const Conta
     return (contact.pressure * contact.pressure - memory.multiplier * memory.multiplier) / (2.0 * law.penalty);
 }
 
-ContactStiffness contact_stiffness(const ContactLaw &law, const Vector3 &from_centre, const ContactMemory &memory,
-                                   const Contact &contact) {
+ContactStiffness contact_stiffness(const ContactLaw &law, const ToolShape &shape, const Vector3 &from_centre,
+                                   const ContactMemory &memory, const Contact &contact) {
     ContactStiffness result;
     if (!contact.touches())
         return result;
     const auto &normal = contact.gap.normal;
-    const Eigen::Matrix3d along = along_surface(normal);
-    const double distance = from_centre.norm();
+    const Eigen::Matrix3d along = along_surface(normal), bends = bend(shape, from_centre, contact.gap);
+    const double distance = contact.gap.distance;
     result.positive = law.penalty * normal * normal.transpose();
-    result.rest = -contact.pressure / distance * along;
+    result.rest = -contact.pressure / distance * bends;
     if (law.friction == 0.0)
         return result;
     const Vector3 from_anchor = from_centre - memory.anchor;
     // Minus the derivative of tau': that of the step, and that of the plane which it is projected on.
-    const Eigen::Matrix3d of_step = law.tangential_penalty * along;
-    const Eigen::Matrix3d of_plane = -law.tangential_penalty / distance *
-                                     (normal.dot(from_anchor) * along + normal * (along * from_anchor).transpose());
+    const Eigen::Matrix3d step_part = law.tangential_penalty * along;
+    const Eigen::Matrix3d plane_part = -law.tangential_penalty / distance *
+                                       (normal.dot(from_anchor) * bends + normal * (bends * from_anchor).transpose());
     if (!contact.slips) {
-        result.positive += of_step;
-        result.rest += of_plane;
+        result.positive += step_part;
+        result.rest += plane_part;
         return result;
     }
     const Vector3 trial = trial_friction(law, normal, from_anchor);
     const Vector3 direction = trial / trial.norm();
     const double shorter = law.friction * contact.pressure / trial.norm();
     const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - direction * direction.transpose();
-    result.positive += shorter * across * of_step;
-    result.rest += shorter * across * of_plane + law.friction * law.penalty * direction * normal.transpose();
+    result.positive += shorter * across * step_part;
+    result.rest += shorter * across * plane_part + law.friction * law.penalty * direction * normal.transpose();
     return result;
 }
 

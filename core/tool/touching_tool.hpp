@@ -8,21 +8,32 @@
 
 namespace livermark::core {
 
-/// Distance of a point of the body from the ball.
+/// Distance of a point of the body from a tool, with the point p of its flat that is nearest to x, or of what is behind
+/// the flat of a plate; that of a ball is its centre c.
 struct Gap {
-    double size = 0.0;                ///< g = |x - c| - R [m], below 0 inside the ball
-    Vector3 normal = Vector3::Zero(); ///< n = (x - c) / |x - c|, out of the ball and into the body; its derivative is
-                                      ///< (I - n n^T) / |x - c|
+    double size = 0.0;                ///< g = |x - p| - R [m], below 0 inside the tool
+    Vector3 normal = Vector3::Zero(); ///< n = (x - p) / |x - p|, out of the tool and into the body
+    double distance = 0.0;            ///< |x - p| [m]; before or behind the face of a plate R
 };
 
-/// @param from_centre  d = x - c, of a point of the body and the centre of the ball [m]; not zero
-Gap gap_to(double radius, const Vector3 &from_centre);
+/// Behind the face of a plate the gap goes on as before it: g = h - R and n the axis, with the height h above the flat.
+/// @param from_centre  d = x - c, of a point of the body and the centre of the tool [m]; of a ball not zero
+Gap gap_to(const ToolShape &shape, const Vector3 &from_centre);
+
+/// Derivative of the normal times the distance, I - n n^T - dp/dx: symmetric, and zero on the face of a plate.
+Eigen::Matrix3d bend(const ToolShape &shape, const Vector3 &from_centre, const Gap &gap);
+
+/// Whether a point is outside a tool by a margin, or more.
+inline bool is_outside(const ToolShape &shape, const Vector3 &from_centre, double margin = 0.0) {
+    const double reach = shape.radius + margin;
+    return shape.is_plate() ? gap_to(shape, from_centre).size >= margin : from_centre.squaredNorm() >= reach * reach;
+}
 
 /// The law of contact at one point, in displacement and traction; at a node that stands for an area, multiply penalties
 /// by the area, and pressures and tractions are forces.
 ///
 /// Pressure is that of an augmented Lagrangian, p = max(0, lambda - eps g), and the whole traction on the body is
-/// p n + tau. Friction holds each point to an anchor a on the ball with tau' = -eps_t (I - n n^T) (d - a), as long as
+/// p n + tau. Friction holds each point to an anchor a on the tool with tau' = -eps_t (I - n n^T) (d - a), as long as
 /// |tau'| <= mu p; beyond that the point slips with tau = mu p tau' / |tau'|, and the anchor is dragged along.
 /// (J. C. Simo, T. A. Laursen 1992, An augmented Lagrangian treatment of contact problems involving friction, Comput.
 /// Struct. 42(1); P. Wriggers, Computational Contact Mechanics, 2006, chapters 6 and 10)
@@ -35,23 +46,22 @@ struct ContactLaw {
 /// Memory of one point of the surface from one step of the load to the next.
 struct ContactMemory {
     double multiplier = 0.0;          ///< lambda [Pa]: 0 is a pure penalty
-    Vector3 anchor = Vector3::Zero(); ///< a [m], from the centre of the ball; at first where the point is at rest
+    Vector3 anchor = Vector3::Zero(); ///< a [m], from the centre of the tool; at first where the point is at rest
 };
 
-/// Effect of the ball on one point.
+/// Effect of the tool on one point.
 struct Contact {
     Gap gap;
     double pressure = 0.0;              ///< p [Pa], >= 0
-    Vector3 friction = Vector3::Zero(); ///< tau on the body [Pa], along the surface of the ball
+    Vector3 friction = Vector3::Zero(); ///< tau on the body [Pa], along the surface of the tool
     bool slips = false;                 ///< it touches and |tau'| > mu p
 
     bool touches() const { return pressure > 0.0; }
     Vector3 traction() const { return pressure * gap.normal + friction; } ///< on the body [Pa]
 };
 
-/// @param radius       R [m]
-/// @param from_centre  d [m], not zero
-Contact touch(const ContactLaw &law, double radius, const Vector3 &from_centre, const ContactMemory &memory);
+/// @param from_centre  d [m], of a ball not zero
+Contact touch(const ContactLaw &law, const ToolShape &shape, const Vector3 &from_centre, const ContactMemory &memory);
 
 /// Energy of the pressure alone: (p^2 - lambda^2) / (2 eps) [J/m^2]. Its derivative by d is -p n.
 double contact_energy(const ContactLaw &law, const Contact &contact, const ContactMemory &memory);
@@ -59,21 +69,21 @@ double contact_energy(const ContactLaw &law, const Contact &contact, const Conta
 /// Minus the derivative of the traction by d [Pa/m], in two parts.
 struct ContactStiffness {
     Eigen::Matrix3d positive = Eigen::Matrix3d::Zero(); ///< symmetric, no eigenvalue below 0: what preconditioners take
-    Eigen::Matrix3d rest = Eigen::Matrix3d::Zero();     ///< curvature of the ball, and slip that pressure allows
+    Eigen::Matrix3d rest = Eigen::Matrix3d::Zero();     ///< curvature of the tool, and slip that pressure allows
 
     Eigen::Matrix3d all() const { return positive + rest; }
 };
 
 /// Zero where the point does not touch. The same parameters as of touch(), which gave the contact.
-ContactStiffness contact_stiffness(const ContactLaw &law, const Vector3 &from_centre, const ContactMemory &memory,
-                                   const Contact &contact);
+ContactStiffness contact_stiffness(const ContactLaw &law, const ToolShape &shape, const Vector3 &from_centre,
+                                   const ContactMemory &memory, const Contact &contact);
 
 /// Memory of a point when a step of the load has found its equilibrium: the anchor where it sticks, the dragged one
 /// where it slips, its own place where it does not touch. The multiplier stays.
 ContactMemory after_step(const ContactLaw &law, const Vector3 &from_centre, const ContactMemory &memory,
                          const Contact &contact);
 
-/// A flat facet that a ball may touch.
+/// A flat facet that a tool may touch.
 struct TouchedFacet {
     std::array<int, 3> nodes{};
     double area = 0.0; ///< at rest [m^2]
@@ -94,8 +104,7 @@ inline constexpr double usual_contact_stiffness = 10.0;
 std::vector<TouchedFacet> touched_facets(const Body &body, const LoadCase &load_case,
                                          double stiffness = usual_contact_stiffness);
 
-/// Parts of a side that facet_points() divides these facets into: their sides are at most sqrt(R d), the radius of
-/// contact by Hertz, with the radius R of the ball and its depth d.
+/// Parts of a side that facet_points() divides these facets into: their sides are at most ToolShape::contact_radius().
 int contact_divisions(const Body &body, const LoadCase &load_case);
 
 } // namespace livermark::core

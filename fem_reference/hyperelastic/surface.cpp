@@ -153,7 +153,7 @@ TouchingBall::TouchingBall(const fem_reference::ElasticSystem &system, const cor
     : system_(&system), tool_(load_case.touching.value()), settings_(settings),
       largest_pressure_(largest_pressure_over_modulus * largest_modulus(body)),
       reference_(reference_triangle(system.nodes_per_facet == 3 ? 1 : 2)) {
-    law_.penalty = settings.stiffness * largest_modulus(body) / std::sqrt(tool_.radius * tool_.press.norm());
+    law_.penalty = settings.stiffness * largest_modulus(body) / tool_.contact().radius;
     law_.tangential_penalty = law_.penalty;
     law_.friction = tool_.friction;
     for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
@@ -189,7 +189,7 @@ void TouchingBall::add_forces(const Vector3 &centre, std::span<const double> dis
                               std::vector<double> &force) const {
     visit(centre, displacement,
           [&](std::size_t f, std::size_t q, double area, std::size_t point, const Vector3 &from_centre) {
-              const auto contact = core::touch(law_, tool_.radius, from_centre, memory_[point]);
+              const auto contact = core::touch(law_, tool_.shape, from_centre, memory_[point]);
               if (!contact.touches())
                   return;
               const Vector3 on_body = area * contact.traction();
@@ -209,15 +209,14 @@ void TouchingBall::add_stiffness(const Vector3 &centre, std::span<const double> 
     };
     visit(centre, displacement,
           [&](std::size_t f, std::size_t q, double area, std::size_t point, const Vector3 &from_centre) {
-              auto contact = core::touch(law_, tool_.radius, from_centre, memory_[point]);
+              auto contact = core::touch(law_, tool_.shape, from_centre, memory_[point]);
               if (!contact.touches())
                   return;
               contact.pressure = std::min(contact.pressure, largest_pressure_);
-              auto at_point = core::contact_stiffness(law_, from_centre, memory_[point], contact);
+              auto at_point = core::contact_stiffness(law_, tool_.shape, from_centre, memory_[point], contact);
               if (!expected.empty() && expected[point] < contact.pressure) {
-                  const auto &normal = contact.gap.normal;
-                  at_point.rest += (contact.pressure - expected[point]) / from_centre.norm() *
-                                   (Eigen::Matrix3d::Identity() - normal * normal.transpose());
+                  at_point.rest += (contact.pressure - expected[point]) / contact.gap.distance *
+                                   core::bend(tool_.shape, from_centre, contact.gap);
               }
               const auto num_nodes = static_cast<Eigen::Index>(facets_[f].nodes.size());
               if (f != facet) {
@@ -242,7 +241,7 @@ std::vector<double> TouchingBall::expected_pressure(const Vector3 &centre, std::
     std::vector<double> expected(num_points(), 0.0);
     visit(centre, displacement,
           [&](std::size_t f, std::size_t q, double, std::size_t point, const Vector3 &from_centre) {
-              const auto contact = core::touch(law_, tool_.radius, from_centre, memory_[point]);
+              const auto contact = core::touch(law_, tool_.shape, from_centre, memory_[point]);
               if (!contact.touches())
                   return;
               Vector3 moved = Vector3::Zero();
@@ -260,7 +259,7 @@ TouchSums TouchingBall::sums(const Vector3 &centre, std::span<const double> disp
     const Vector3 axis = tool_.press.normalized();
     visit(centre, displacement,
           [&](std::size_t, std::size_t, double area, std::size_t point, const Vector3 &from_centre) {
-              const auto contact = core::touch(law_, tool_.radius, from_centre, memory_[point]);
+              const auto contact = core::touch(law_, tool_.shape, from_centre, memory_[point]);
               if (!contact.touches())
                   return;
               const double force = area * contact.pressure;
@@ -281,13 +280,13 @@ TouchSums TouchingBall::sums(const Vector3 &centre, std::span<const double> disp
 
 void TouchingBall::augment(const Vector3 &centre, std::span<const double> displacement) {
     visit(centre, displacement, [&](std::size_t, std::size_t, double, std::size_t point, const Vector3 &from_centre) {
-        memory_[point].multiplier = core::touch(law_, tool_.radius, from_centre, memory_[point]).pressure;
+        memory_[point].multiplier = core::touch(law_, tool_.shape, from_centre, memory_[point]).pressure;
     });
 }
 
 void TouchingBall::end_step(const Vector3 &centre, std::span<const double> displacement) {
     visit(centre, displacement, [&](std::size_t, std::size_t, double, std::size_t point, const Vector3 &from_centre) {
-        const auto contact = core::touch(law_, tool_.radius, from_centre, memory_[point]);
+        const auto contact = core::touch(law_, tool_.shape, from_centre, memory_[point]);
         memory_[point] = core::after_step(law_, from_centre, memory_[point], contact);
     });
 }

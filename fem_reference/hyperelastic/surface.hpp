@@ -75,7 +75,8 @@ class FollowerPressure {
 /// Parameters of contact.
 struct ContactSettings {
     /// Penalty eps over E / sqrt(R d) with the largest Young's modulus E of the body, the radius R of the ball and its
-    /// depth d: Hertz's ball sinks in by 1 / stiffness of its depth beyond the surface.
+    /// depth d, or over E / a with the size a of a plate: either sinks in by about 1 / stiffness of its depth beyond
+    /// the surface.
     double stiffness = 100.0;
     double sunk_in = 1e-3;     ///< of the depth, weighted with pressure, where augmentation ends
     int max_augmentations = 4; ///< at each point of the path
@@ -93,7 +94,7 @@ struct TouchSums {
     double radius = 0.0;
 };
 
-/// A rigid ball that touches a body (core::TouchingTool): the integrals
+/// A rigid tool that touches a body (core::TouchingTool): the integrals
 ///     f_a = integral over the surface at rest of N_a (p n + tau) dA
 /// at the seven points of ReferenceTriangle on each facet that may touch, with core::touch() at x = X + u. Pressures
 /// are on the area at rest. Multipliers of augmentation and anchors of friction are kept at the points.

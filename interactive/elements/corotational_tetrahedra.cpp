@@ -11,10 +11,11 @@ core::Vector3 ImplicitContact::linearise_at(Point &point, const core::Vector3 &x
     point.stiffness.setZero();
     point.force.setZero();
     const core::Vector3 from_centre = x - step_.to;
-    const double distance = from_centre.norm(), depth = step_.radius - distance;
-    if (depth <= 0.0 || distance == 0.0)
+    const auto gap = core::gap_to(step_.shape, from_centre);
+    const double depth = -gap.size;
+    if (depth <= 0.0 || gap.distance == 0.0)
         return core::Vector3::Zero();
-    const core::Vector3 normal = from_centre / distance;
+    const core::Vector3 &normal = gap.normal;
     const double size = depth / point.compliance;
     point.stiffness = normal * normal.transpose() / point.compliance;
     point.force = normal * ((depth + normal.dot(x - point.start)) / point.compliance);

@@ -52,12 +52,18 @@ core::ToolMotion read_times(const toml::table &tool) {
     return motion;
 }
 
+/// Whether it may touch as well.
+bool has_shape(const toml::table &tool) {
+    return tool.contains("radius") || tool.contains("plate") || tool.contains("size") || tool.contains("edge_radius");
+}
+
 core::ToolMotion tool_of(const toml::table &table, const core::LoadCase &load_case) {
     const auto &tool = support::required_table(table, "tool");
-    support::refuse_unknown_keys(tool, {"place", "press_until", "slide", "slide_from", "slide_until", "release_at",
-                                        "duration", "frame_rate", "mass_damping", "radius"});
-    if (tool.contains("radius") && !(support::required_number(tool, "radius") > 0.0))
-        support::refuse(*tool.get("radius"), "the 'radius' of the ball that touches has to be positive");
+    support::refuse_unknown_keys(tool,
+                                 {"place", "press_until", "slide", "slide_from", "slide_until", "release_at",
+                                  "duration", "frame_rate", "mass_damping", "radius", "plate", "size", "edge_radius"});
+    if (has_shape(tool))
+        tool_shape(tool, core::Vector3::UnitZ());
     auto motion = read_times(tool);
     const auto place = support::required_string(tool, "place");
     const auto names = load_case.constraint_names();
@@ -129,14 +135,14 @@ core::LoadCase with_touching_ball(core::LoadCase load_case, const core::TetraMes
     auto table = support::parse_toml(load_case.definition, load_case.name + ".toml");
     bring_to_metres(table);
     const auto &tool = support::required_table(table, "tool");
-    if (!tool.contains("radius"))
+    if (!has_shape(tool))
         throw support::InputError("load case {}: the [tool] has no radius, so it is not a ball that can touch; give it "
-                                  "a 'radius' [m], or take --tool glued",
+                                  "a 'radius' [m] or a 'plate', or take --tool glued",
                                   load_case.name);
-    const double radius = support::required_number(tool, "radius");
     const auto place = pushed_place(load_case, mesh);
-    const core::TouchingTool ball{.radius = radius,
-                                  .start = first_touch(mesh, place.middle, place.press.normalized(), radius).centre,
+    const auto shape = tool_shape(tool, place.press);
+    const core::TouchingTool ball{.shape = shape,
+                                  .start = first_touch(mesh, place.middle, place.press.normalized(), shape).centre,
                                   .press = place.press,
                                   .friction = friction,
                                   .constraint = load_case.tool->constraint};
@@ -155,7 +161,7 @@ EventReader tool() {
             .command = "arena",
             .folder = "load_cases/moving",
             .in_time = true,
-            .quantities = {.lengths = {"radius", "slide"}, .directions = {"slide"}},
+            .quantities = {.lengths = {"radius", "size", "edge_radius", "slide"}, .directions = {"slide"}},
             .required = {"place", "press_until", "release_at", "duration", "mass_damping"},
             .read = read_tool,
             .check = refuse_body_that_is_free_of_the_tool};

@@ -58,18 +58,25 @@ struct EventReader {
 /// Every event of events/, in alphabetical order.
 std::span<const EventReader> all_events();
 
-/// A ball that just touches a body, and the facet that it touches.
+/// The shape of a tool that touches: a ball of a 'radius', or a plate = "round" or "square" of a 'size' whose edges
+/// have an 'edge_radius', a tenth of the size where it is left out.
+/// @param press  along the axis of a plate
+/// @throws support::InputError if a length is not positive, or a key does not belong to the shape
+core::ToolShape tool_shape(const toml::table &tool, const core::Vector3 &press);
+
+/// A tool that just touches a body, and the facet that it touches.
 struct FirstTouch {
     core::Vector3 centre; ///< [m]
     int facet;
 };
 
-/// The place where a ball that comes from far away along a line first touches the body at rest. It always moves by the
-/// gap that is left, which never leads into the body.
+/// The place where a tool that comes from far away along a line first touches the body at rest. A ball always moves by
+/// the gap that is left, which never leads into the body. A plate is looked at by the points of all facets: corners,
+/// and those of core::facet_points() in parts of facets that are as small as its edges, or a sixteenth.
 /// @param onto       a point of the line [m]
-/// @param direction  along which it comes, of length 1
+/// @param direction  along which it comes, of length 1; the axis of a plate
 FirstTouch first_touch(const core::TetraMesh &mesh, const core::Vector3 &onto, const core::Vector3 &direction,
-                       double radius);
+                       const core::ToolShape &shape);
 
 /// Effect of a condition on facets.
 struct Effect {

@@ -87,6 +87,7 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///     frame_rate = 60.0                       # [1/s] (60)
 ///     mass_damping = 7.0                      # alpha [1/s] of D = alpha M
 ///     radius = 0.02                           # [m], of the ball that touches in `livermark arena --tool touching`
+///                                             # (or a plate with the keys of a [touch])
 ///
 /// In tissue that relaxes, the deviatoric stress of the elastic law falls with a Prony series. All loads and
 /// displacements grow so slowly that inertia is neglected:
@@ -105,7 +106,7 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 /// With a [release] as well, tractions are let go where the history ends, and the body moves and relaxes. Its history
 /// has 'press' and 'hold' then, in the small regime.
 ///
-/// A rigid ball may touch a body that is held elsewhere, in the large regime; it does not stick to it:
+/// A rigid ball or plate may touch a body that is held elsewhere, in the large regime; it does not stick to it:
 ///
 ///     [touch]
 ///     disc = { patch = "anterior", radius = 0.012 } # or another place: the ball comes against its mean normal,
@@ -115,6 +116,16 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///     friction = 0.3                          # Coulomb's coefficient; 0 if this is left out
 ///     slide = [0.01, 0.0, 0.0]                # [m], after that; none if this is left out. The first half of the path
 ///                                             # presses then
+///
+/// In place of the radius, a plate has:
+///
+///     plate = "round"                         # or "square", of the face; its axis is the direction of the press
+///     size = 0.012                            # [m], of the flat face: its radius, or half of a side
+///     edge_radius = 0.0012                    # [m], of the rounding beside it, a tenth of the size if this is left
+///                                             # out; flanks follow, so a plate is as thick as it is deep in the body
+///
+/// It starts where its face or its edge first touches the body at rest. Two sides of a square are as near to an axis of
+/// coordinates of the mesh as they can be.
 ///
 /// What it exerts is the reaction "touch".
 ///

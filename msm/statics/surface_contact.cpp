@@ -98,7 +98,7 @@ bool SurfaceContact::may_matter(const Facet &facet, const Field &positions) cons
     double extent = 0.0;
     for (const int node : facet.nodes)
         extent = std::max(extent, (positions[node] - middle).norm());
-    return (middle - centre_).norm() <= ball_.radius + extent;
+    return !core::is_outside(ball_.shape, middle - centre_, extent);
 }
 
 /// @param visit  (facet, values of the shape functions, number of the point, d [m]) of all points that may matter
@@ -116,7 +116,7 @@ core::Contact SurfaceContact::normal_contact(const Facet &facet, const Point &po
                                              const core::Vector3 &from_centre) const {
     auto frictionless = facet.law;
     frictionless.friction = 0.0;
-    return core::touch(frictionless, ball_.radius, from_centre, point.memory);
+    return core::touch(frictionless, ball_.shape, from_centre, point.memory);
 }
 
 SurfaceContact::Friction SurfaceContact::friction(const Facet &facet, const Point &point,
@@ -146,7 +146,7 @@ core::Vector3 SurfaceContact::traction(const Facet &facet, const Point &point, c
 }
 
 double SurfaceContact::rounding_of_energy(const Field &positions) const {
-    return std::numeric_limits<double>::epsilon() * (ball_.radius + centre_.norm()) * force(positions).norm();
+    return std::numeric_limits<double>::epsilon() * (ball_.shape.reach() + centre_.norm()) * force(positions).norm();
 }
 
 double SurfaceContact::energy(const Field &positions) const {
@@ -172,7 +172,7 @@ Eigen::Matrix3d SurfaceContact::stiffness(const Facet &facet, const Point &point
     auto frictionless = facet.law;
     frictionless.friction = 0.0;
     const auto contact = normal_contact(facet, point, from_centre);
-    const auto pressure = core::contact_stiffness(frictionless, from_centre, point.memory, contact);
+    const auto pressure = core::contact_stiffness(frictionless, ball_.shape, from_centre, point.memory, contact);
     const Eigen::Matrix3d normal = tangent == Tangent::exact ? pressure.all() : pressure.positive;
     return point.area * (normal + friction(facet, point, from_centre).stiffness);
 }
@@ -249,7 +249,7 @@ void SurfaceContact::end_step(const Field &positions) {
         for (std::size_t q = 0; q < shapes_.size(); ++q) {
             auto &memory = points_[facet.first + q].memory;
             const auto d = from_centre(facet, shapes_[q].shape, positions);
-            memory = core::after_step(facet.law, d, memory, core::touch(facet.law, ball_.radius, d, memory));
+            memory = core::after_step(facet.law, d, memory, core::touch(facet.law, ball_.shape, d, memory));
         }
 }
 
@@ -265,7 +265,7 @@ double SurfaceContact::depth(const Field &positions) const {
     double deepest = 0.0;
     for (const auto &facet : facets_)
         for (const auto &point : shapes_)
-            deepest = std::max(deepest, -core::gap_to(ball_.radius, from_centre(facet, point.shape, positions)).size);
+            deepest = std::max(deepest, -core::gap_to(ball_.shape, from_centre(facet, point.shape, positions)).size);
     return deepest;
 }
 

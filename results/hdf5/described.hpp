@@ -37,6 +37,10 @@ namespace livermark::results::hdf5 {
 /// Enumerations whose values files hold as words: `all` is the array of the values, to_string() says the word of each.
 template <class Value> struct Words;
 
+template <> struct Words<core::ToolFace> {
+    static constexpr std::array all{core::ToolFace::ball, core::ToolFace::round, core::ToolFace::square};
+};
+
 template <> struct Words<core::Regime> { static constexpr std::array all{core::Regime::small, core::Regime::large}; };
 
 template <> struct Words<core::SolutionStatus> {

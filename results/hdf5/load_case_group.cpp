@@ -76,13 +76,21 @@ template <class At> void describe_event(At at, Of<At, core::SlowHistory> &histor
 
 template <class At> void describe_event(At at, Of<At, core::TouchingTool> &ball, const EventBounds &bounds) {
     at.integer("constraint", ball.constraint, 0, static_cast<std::int64_t>(bounds.num_constraints) - 1);
-    at.number("radius", ball.radius);
+    at.number("radius", ball.shape.radius);
+    if (at.has("face", ball.shape.is_plate())) {
+        at.word("face", ball.shape.face);
+        at.number("size", ball.shape.size);
+        at.check(ball.shape.size > 0.0 && std::isfinite(ball.shape.size), "attribute size has to be positive");
+    }
     at.number("friction", ball.friction);
-    at.check(ball.radius > 0.0 && std::isfinite(ball.radius) && is_from_zero(ball.friction),
+    at.check(ball.shape.radius > 0.0 && std::isfinite(ball.shape.radius) && is_from_zero(ball.friction),
              "attributes radius and friction have to be positive, or friction zero");
     at.rows_of("way", "m", ball.start, ball.press, ball.slide);
     at.finite("way", std::array{ball.start, ball.press, ball.slide});
     at.check(!ball.press.isZero(0.0), "way", "does not press");
+    if constexpr (At::reads)
+        if (ball.shape.is_plate())
+            ball.shape = {ball.shape.face, ball.shape.size, ball.shape.radius, ball.press};
 }
 
 template <class At> void describe_round_loads(At at, Of<At, FacetArrays> &facets, std::size_t num_triangles) {

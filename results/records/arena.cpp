@@ -110,6 +110,10 @@ template <class At> void describe_arena(At root, Of<At, Arena> &arena) {
         at.text("tool", arena.tool);
         at.number("friction", arena.friction);
         at.number("ball_radius", arena.ball_radius);
+        if (at.has("face", arena.face != core::ToolFace::ball)) {
+            at.word("face", arena.face);
+            at.number("plate_size", arena.plate_size);
+        }
     }
     at.text("reference", arena.reference);
     at.number("reference_contact_change", arena.reference_errors.contact);
@@ -238,6 +242,11 @@ Layout arena_series(const Arena &arena) {
 }
 
 std::string tool_of(const Arena &arena) {
+    if (arena.face != core::ToolFace::ball)
+        return fmt::format(
+            "the tool is a {} plate of {:.3g} mm from the middle of its face to a side that touches, with "
+            "a friction of {:g}",
+            to_string(arena.face), 1e3 * arena.plate_size, arena.friction);
     return arena.tool == touching_tool
                ? fmt::format("the tool is a ball of {:.3g} mm that touches, with a friction of {:g}",
                              1e3 * arena.ball_radius, arena.friction)

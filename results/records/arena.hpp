@@ -73,15 +73,17 @@ inline constexpr double largest_calibration_spread = 0.05;
 
 /// Ways of the tool to move the body. The words are those of tables and files.
 inline constexpr const char *glued_tool = "glued";       ///< it has hold of the nodes of a place
-inline constexpr const char *touching_tool = "touching"; ///< it is a ball that touches and does not stick
+inline constexpr const char *touching_tool = "touching"; ///< it is a ball or a plate that touches and does not stick
 
 /// All that is known about methods under one moving tool: the content of one arena file.
 struct Arena {
     Provenance provenance;
     std::string body, load_case, title;
-    std::string tool = glued_tool; ///< or touching_tool: one for all runs
-    double friction = 0.0;         ///< of a ball that touches
-    double ball_radius = 0.0;      ///< the same [m]
+    std::string tool = glued_tool;              ///< or touching_tool: one for all runs
+    double friction = 0.0;                      ///< of a tool that touches
+    double ball_radius = 0.0;                   ///< of a ball that touches, or of the edges of a plate [m]
+    core::ToolFace face = core::ToolFace::ball; ///< of a tool that touches
+    double plate_size = 0.0;                    ///< of a plate, see core::ToolShape [m]
     /// The model that everything is compared with; empty if there is none, and errors and its force are NaN.
     std::string reference;
     double frame_interval = 0.0;                ///< [s]

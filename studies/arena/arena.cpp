@@ -229,7 +229,9 @@ results::Arena empty_arena(const core::Problem &problem, const results::ToolRefe
     if (load_case.touching) {
         arena.tool = results::touching_tool;
         arena.friction = load_case.touching->friction;
-        arena.ball_radius = load_case.touching->radius;
+        arena.ball_radius = load_case.touching->shape.radius;
+        arena.face = load_case.touching->shape.face;
+        arena.plate_size = load_case.touching->shape.size;
     }
     arena.reference_force.assign(arena.time.size(), core::Vector3::Constant(unknown));
     if (reference) {

@@ -77,7 +77,8 @@ MeasuredEffort until_it_fits(const MeasuredFrame &frame, models::Setting setting
 }
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-/// Part of the radius of a ball: where its centre is nearer to the surface, it has gone through.
+/// Part of the radius of a ball, or of that around the face of a plate: a surface that is deeper in it has gone
+/// through.
 constexpr double gone_through = 0.5;
 /// Places of the tool in frames that are like others, for the measurement of a method.
 constexpr int num_places_on_the_way = 3;
@@ -136,8 +137,8 @@ class Recorder {
     }
 
   private:
-    /// Whether the surface is outside of a ball that touches, also between the points of contact, but for half its
-    /// radius.
+    /// Depth of the surface inside a tool that touches, also between the points of contact: at corners of facets, and
+    /// where a facet is nearest to the middle.
     bool stays_outside(int frame, const std::vector<core::Vector3> &displacement) {
         const auto &load_case = scene_->problem.load_case;
         if (!load_case.touching || frame > core::last_record_held(*load_case.tool))
@@ -145,17 +146,22 @@ class Recorder {
         const auto &ball = *load_case.touching;
         const auto centre = core::ball_centre(ball, *load_case.tool, load_case.tool->time_of(frame));
         const auto &mesh = scene_->problem.body->mesh;
-        double distance = std::numeric_limits<double>::infinity();
+        double gap = std::numeric_limits<double>::infinity();
+        const auto look_at = [&](const core::Vector3 &point) {
+            gap = std::min(gap, core::gap_to(ball.shape, point - centre).size);
+        };
         for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
             if (!load_case.may_touch(f))
                 continue;
             auto corners = core::corners_of(mesh, f);
             for (std::size_t k = 0; k < 3; ++k)
                 corners[k] += displacement[mesh.boundary_triangles[f][k]];
-            distance = std::min(distance, (core::nearest_of_triangle(corners, centre) - centre).norm());
+            look_at(core::nearest_of_triangle(corners, centre));
+            if (ball.shape.is_plate())
+                std::ranges::for_each(corners, look_at);
         }
-        run_->deepest = std::max(run_->deepest, ball.radius - distance);
-        return distance > gone_through * ball.radius;
+        run_->deepest = std::max(run_->deepest, -gap);
+        return -gap < gone_through * ball.shape.reach();
     }
 
     const ArenaScene *scene_;

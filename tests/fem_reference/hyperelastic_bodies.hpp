@@ -84,7 +84,7 @@ inline core::Problem touched_block(double friction, const core::Vector3 &press,
     const auto body = make_body(shaken_box_mesh(touched_size, {3, 3, 2}), soft_material);
     auto load_case = held(body->mesh, "z_min");
     constexpr double radius = 0.04;
-    load_case.touching = core::TouchingTool{.radius = radius,
+    load_case.touching = core::TouchingTool{.shape = radius,
                                             .start = {0.047, 0.052, touched_size.z() + radius},
                                             .press = press,
                                             .slide = slide,

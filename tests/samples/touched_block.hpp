@@ -10,14 +10,19 @@ struct TouchedBlock {
     core::Vector3 size{0.04, 0.04, 0.02}; ///< [m]
     std::array<int, 3> bricks{6, 6, 2};
     double poisson_ratio = 0.3;
-    double radius = 0.02;                ///< of the ball [m]
+    core::ToolShape shape = 0.02;        ///< a ball [m]
     core::Vector3 press{0, 0, -3e-3};    ///< [m]
     core::Vector3 aside{1e-4, 2e-4, 0.}; ///< of the ball from the middle of the block's top, where no node is [m]
     double friction = 0.0;
     std::vector<double> path{0.25, 0.5, 0.75, 1.0};
 };
 
-/// A block that lies on a floor which holds it, and a ball that presses on its top.
+/// Plates of a half width of 12 mm and edges of 3 mm.
+inline core::ToolShape pressing_plate(core::ToolFace face) {
+    return {face, 0.012, 0.003, {0.0, 0.0, -1.0}};
+}
+
+/// A block that lies on a floor which holds it, and a ball or plate that presses on its top.
 inline core::Problem touched_block(const TouchedBlock &block = {}) {
     const auto body = make_body(box_mesh(block.size, block.bricks), {1060.0, 5e3, block.poisson_ratio});
     auto load_case = empty_load_case(body->mesh);
@@ -25,8 +30,8 @@ inline core::Problem touched_block(const TouchedBlock &block = {}) {
     load_case.regime = core::Regime::large;
     load_case.path = block.path;
     prescribe(load_case, body->mesh, "z_min", core::Vector3::Zero());
-    const core::Vector3 top(0.5 * block.size.x(), 0.5 * block.size.y(), block.size.z() + block.radius);
-    load_case.touching = core::TouchingTool{.radius = block.radius,
+    const core::Vector3 top(0.5 * block.size.x(), 0.5 * block.size.y(), block.size.z() + block.shape.radius);
+    load_case.touching = core::TouchingTool{.shape = block.shape,
                                             .start = top + block.aside,
                                             .press = block.press,
                                             .friction = block.friction,

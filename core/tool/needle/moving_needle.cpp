@@ -16,7 +16,7 @@ using Eigen::Index;
 constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
 /// Places before the tip whose displacement is known as well, so that a tip that moves on finds it.
 constexpr int places_ahead = 3;
-/// Of lengths, over the spacing.
+/// Rounding of lengths over the spacing.
 constexpr double needle_rounding = 1e-9;
 /// Parts of the spacing that the tip moves on at most in a step, and to which tissue before it is compressed at most:
 /// nothing that moves slowly comes near them.
@@ -54,7 +54,7 @@ MovingNeedle::MovingNeedle(const Needle &needle, const PlaceWeights &weights)
         row_start_.push_back(static_cast<int>(column_.size()));
         num_nodes_.push_back(static_cast<int>(nodes_.size()));
     }
-    of_nodes_.resize(nodes_.size());
+    node_values_.resize(nodes_.size());
     for (auto *field : {&u_, &before_, &impulses_, &last_, &change_})
         field->setZero(places, 3);
     for (auto *field : {&right_, &low_, &high_, &impulse_})
@@ -130,20 +130,20 @@ int MovingNeedle::num_active() const {
     return std::min(static_cast<int>(u_.rows()), static_cast<int>(tip_ / line_.spacing) + 1 + places_ahead);
 }
 
-/// @param of_nodes  of nodes_, as many as the place has
-Vector3 MovingNeedle::mean_over(int place, const std::vector<Vector3> &of_nodes) const {
+/// @param node_values  of nodes_, as many as the place has
+Vector3 MovingNeedle::mean_over(int place, const std::vector<Vector3> &node_values) const {
     Vector3 mean = Vector3::Zero();
     for (int e = row_start_[place]; e < row_start_[place + 1]; ++e)
-        mean += weight_[e] * of_nodes[column_[e]];
+        mean += weight_[e] * node_values[column_[e]];
     return mean;
 }
 
 /// The displacements of the first places.
 void MovingNeedle::read(const MovingNodes &body, int active) {
     const auto count = static_cast<std::size_t>(num_nodes_[active]);
-    body.displacements(std::span(nodes_).first(count), std::span(of_nodes_).first(count));
+    body.displacements(std::span(nodes_).first(count), std::span(node_values_).first(count));
     for (int k = 0; k < active; ++k)
-        u_.row(k) = frame_ * mean_over(k, of_nodes_);
+        u_.row(k) = frame_ * mean_over(k, node_values_);
 }
 
 /// Forces that lasted over the step, so that what is left is where the body would be without them.
@@ -152,7 +152,7 @@ void MovingNeedle::take_back(int active, double time_step) {
         u_.col(c).head(active) -= time_step * (places(c).topRows(active) * last_.col(c));
 }
 
-/// What depends on the length of steps alone.
+/// Sets all that depends on the length of steps alone.
 void MovingNeedle::prepare(double time_step) {
     if (time_step == time_step_)
         return;
@@ -170,14 +170,14 @@ void MovingNeedle::prepare(double time_step) {
     along_.bottomRightCorner(count, count) = softened(0);
 }
 
-/// What the tip exerts before it moves on [N].
+/// Most that the tip exerts before it moves on [N].
 double MovingNeedle::largest_tip_force() const {
     if (tip_ < deepest_)
         return 0.0; // in its own hole
     return is_punctured_ ? needle_.tip_force() : needle_.puncture_force;
 }
 
-/// Where the tip is, of a field along the axis.
+/// Value of a field along the axis at the tip.
 double MovingNeedle::along_tip(const Row &field) const {
     const auto [below, part] = point_of_line(line_, tip_);
     return part * field(below, 0) + (1.0 - part) * field(below + 1, 0);
@@ -186,19 +186,19 @@ double MovingNeedle::along_tip(const Row &field) const {
 /// The impulses along the axis, of the tip and of the first places of the shaft.
 void MovingNeedle::find_along(int touched, double depth, double time_step) {
     const auto [below, part] = point_of_line(line_, tip_);
-    const auto &of_axis = places(0);
+    const auto &axis_places = places(0);
     const Index count = touched + 1;
     along_.row(0).segment(1, touched) =
-        part * of_axis.row(below).head(touched) + (1.0 - part) * of_axis.row(below + 1).head(touched);
+        part * axis_places.row(below).head(touched) + (1.0 - part) * axis_places.row(below + 1).head(touched);
     along_.col(0).segment(1, touched) = along_.row(0).segment(1, touched).transpose();
-    along_(0, 0) = softness_ + part * part * of_axis(below, below) +
-                   2.0 * part * (1.0 - part) * of_axis(below, below + 1) +
-                   (1.0 - part) * (1.0 - part) * of_axis(below + 1, below + 1);
+    along_(0, 0) = softness_ + part * part * axis_places(below, below) +
+                   2.0 * part * (1.0 - part) * axis_places(below, below + 1) +
+                   (1.0 - part) * (1.0 - part) * axis_places(below + 1, below + 1);
     // -b (h k e + h k tau v) with v = (change of e) / h, since h k + k tau = 1 / (b h).
-    const double of_place = softness_ * needle_stiffness;
+    const double place_weight = softness_ * needle_stiffness;
     const double lead = depth - depth_;
     const auto wanted = [&](double gap, double change) {
-        return -of_place * (time_step * gap + needle_damping_time * change);
+        return -place_weight * (time_step * gap + needle_damping_time * change);
     };
     right_[0] = wanted(tip_ + along_tip(u_) - depth, along_tip(u_) - along_tip(before_) - lead);
     low_[0] = 0.0;
@@ -218,7 +218,7 @@ void MovingNeedle::find_along(int touched, double depth, double time_step) {
     impulses_(below + 1, 0) += (1.0 - part) * impulse_[0];
 }
 
-/// Those across it.
+/// The impulses across the axis.
 void MovingNeedle::find_across(int held, double time_step) {
     impulses_.rightCols<2>().setZero();
     if (held == 0)
@@ -247,15 +247,15 @@ void MovingNeedle::find_across(int held, double time_step) {
 /// Gives the nodes what the impulses are, and the places what that makes of them.
 void MovingNeedle::kick(MovingNodes &body, int active, double time_step) {
     const auto count = static_cast<std::size_t>(num_nodes_[active]);
-    std::fill_n(of_nodes_.begin(), count, Vector3::Zero());
+    std::fill_n(node_values_.begin(), count, Vector3::Zero());
     for (int k = 0; k < active; ++k) {
         const Vector3 impulse = frame_.transpose() * impulses_.row(k).transpose();
         for (int e = row_start_[k]; e < row_start_[k + 1]; ++e)
-            of_nodes_[column_[e]] += weight_[e] * impulse;
+            node_values_[column_[e]] += weight_[e] * impulse;
     }
     for (std::size_t i = 0; i < count; ++i)
-        of_nodes_[i] *= per_mass_[i];
-    body.kick(std::span(nodes_).first(count), std::span(of_nodes_).first(count), time_step);
+        node_values_[i] *= per_mass_[i];
+    body.kick(std::span(nodes_).first(count), std::span(node_values_).first(count), time_step);
     change_.topRows(active).setZero();
     for (int k = 0; k < active; ++k)
         for (int j = band_[k]; j <= k; ++j) {
@@ -301,7 +301,7 @@ void MovingNeedle::move_tip(double time_step, bool tears) {
     deepest_ = std::max(deepest_, tip_);
 }
 
-/// What sticks where, from now on.
+/// Keeps what sticks where from this step on.
 void MovingNeedle::move_on(int touched, int active, double time_step) {
     const bool tears = tip_ >= deepest_ && impulse_[0] > 0.0 && impulse_[0] >= high_[0];
     if (tears)
@@ -367,10 +367,10 @@ void MovingNeedle::act(MovingNodes &body, double depth, double time_step) {
 }
 
 std::vector<Vector3> MovingNeedle::place_displacements(const MovingNodes &body) const {
-    std::vector<Vector3> of_nodes(nodes_.size()), result;
-    body.displacements(nodes_, of_nodes);
+    std::vector<Vector3> node_values(nodes_.size()), result;
+    body.displacements(nodes_, node_values);
     for (int k = 0; k < static_cast<int>(u_.rows()); ++k)
-        result.push_back(mean_over(k, of_nodes));
+        result.push_back(mean_over(k, node_values));
     return result;
 }
 

@@ -68,14 +68,14 @@ class MovingNeedle {
     ///                 3 k + c
     MovingNeedle(const Needle &needle, const PlaceWeights &weights, Eigen::MatrixXf columns);
 
-    /// Of implicit steps: others respond from now on.
+    /// Sets other responses of implicit steps.
     /// @param columns  as above
     void respond_by(Eigen::MatrixXf columns);
 
     /// Begins outside, the tip at the entry as it is now.
     void begin(const MovingNodes &body);
 
-    /// What the needle does to the last step. In a body that has diverged forces are not finite, and the tip stays
+    /// Acts on the last step. In a body that has diverged forces are not finite, and the tip stays
     /// where it was. Of explicit steps other than symplectic Euler it is a splitting of first order.
     /// @param depth      of the tip below the entry at rest, as the hand leads it, at the end of the step [m]
     /// @param time_step  h of that step [s]
@@ -92,7 +92,7 @@ class MovingNeedle {
     int num_places() const { return static_cast<int>(u_.rows()); } ///< K
     const NeedleWork &work() const { return work_; }
     const Needle &needle() const { return needle_; }
-    /// Of the tissue at the entry, inwards, after the last step [m].
+    /// Displacement of the tissue at the entry, inwards, after the last step [m].
     double entry_displacement() const { return u_(0, 0); }
     /// Displacement of the target: the mean over its place [m].
     Vector3 target_displacement(const MovingNodes &body) const;
@@ -100,7 +100,7 @@ class MovingNeedle {
     std::vector<Vector3> place_displacements(const MovingNodes &body) const;
     /// Nodes that places have parts of, those near the entry first.
     const std::vector<int> &nodes() const { return nodes_; }
-    /// Of implicit steps: what acts on these nodes in the next one [N].
+    /// Forces on these nodes in the next of implicit steps [N].
     const std::vector<Vector3> &nodal_forces() const { return nodal_forces_; }
 
   private:
@@ -110,7 +110,7 @@ class MovingNeedle {
     bool is_lasting() const { return columns_.size() > 0; }
     /// W A^-1 W^T of a direction of the frame.
     const Eigen::MatrixXd &places(int direction) const { return is_lasting() ? places_[direction] : places_[0]; }
-    Vector3 mean_over(int place, const std::vector<Vector3> &of_nodes) const;
+    Vector3 mean_over(int place, const std::vector<Vector3> &node_values) const;
     int num_active() const;
     void read(const MovingNodes &body, int active);
     void take_back(int active, double time_step);
@@ -151,7 +151,7 @@ class MovingNeedle {
     LeastWithinLimits within_limits_;
     Eigen::VectorXd right_, low_, high_, impulse_; // (K + 1) the tip first
 
-    std::vector<Vector3> of_nodes_;                 // (n) scratch
+    std::vector<Vector3> node_values_;              // (n) scratch
     Row u_, before_, impulses_, last_, change_;     // (K, 3) along the axis and across it [m], [N s], [m/s]
     Eigen::VectorXd stuck_at_;                      // (K) what u less the depth is held at, NaN of what does not touch
     Eigen::Matrix<double, Eigen::Dynamic, 2> hold_; // (K, 2) where it is held across [m]

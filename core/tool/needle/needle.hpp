@@ -8,10 +8,10 @@
 
 namespace livermark::core {
 
-/// How stiffly a needle holds each of its places [N/m], along the axis and across it. A place gives way by its force
-/// over the stiffness: 4 um for the tip force of a biopsy. Places overlap, so that forces that alternate from place to
-/// place hardly move the tissue: held rigidly they would be a hundred times what the hand exerts, and differ with
-/// whatever rounding there is.
+/// Stiffness with which a needle holds each of its places [N/m], along the axis and across it. A place gives way by its
+/// force over the stiffness: 4 um for the tip force of a biopsy. Places overlap, so that forces that alternate from
+/// place to place hardly move the tissue: held rigidly they would be a hundred times what the hand exerts, and differ
+/// with whatever rounding there is.
 inline constexpr double needle_stiffness = 5e4;
 
 /// A straight, rigid needle that is driven from a point of the surface to a target and drawn out again, slowly.
@@ -34,8 +34,8 @@ struct Needle {
     Vector3 direction() const { return (target - entry).normalized(); }
 };
 
-/// What a needle meets, J records: the first before it touches, then after each step in, the last of which brings the
-/// tip to where the target was at rest, and after each step out until it is out of the body.
+/// Forces and places of a needle, J records: the first before it touches, then after each step in, the last of which
+/// brings the tip to where the target was at rest, and after each step out until it is out of the body.
 struct Insertion {
     std::vector<double> depth;    ///< (J) of the tip below the entry at rest [m]
     std::vector<double> force;    ///< (J) of the hand, inwards [N]
@@ -47,11 +47,11 @@ struct Insertion {
     std::vector<double> friction; ///< (J) lost along the shaft so far [J]
     std::vector<double> tearing;  ///< (J) lost at the tip so far [J]
     std::vector<double> holding;  ///< (J) lost where the tissue is held across the axis so far [J]; not in old files
-    /// Where the surface gives way; NaN if it does not.
+    /// Depth at which the surface gives way; NaN if it does not.
     double puncture_depth = std::numeric_limits<double>::quiet_NaN();
-    /// What is set free when it does, and no step of the hand takes up: the needle jumps [J].
+    /// Energy that is set free when it does, and no step of the hand takes up: the needle jumps [J].
     double puncture_loss = 0.0;
-    /// Where the body came to no rest, see studies::insert(); NaN if it always did.
+    /// Depth at which the body came to no rest, see studies::insert(); NaN if it always did.
     double stopped_at = std::numeric_limits<double>::quiet_NaN();
     int at_plan = 0; ///< record at which the tip is where the target was at rest
     /// (K) displacement of the places of needle_line() at this record [m]; not in files, and empty where nobody found

@@ -6,7 +6,7 @@
 
 namespace livermark::core {
 
-/// Where the places of a needle are at rest under forces on them, and what the body stores then.
+/// Places of a needle at rest under forces on them, and the energy that the body stores then.
 struct PushedPlaces {
     Eigen::VectorXd displacement; ///< (3 K) means over the places [m]
     double stored = 0.0;          ///< strain energy [J]

@@ -75,7 +75,7 @@ void FrameBody::take_tool(ToolPlace place, const core::Problem &problem) {
         ball_shape_ = *touching;
         ball_ = std::make_shared<core::BallContact>(
             stepper_->touched_facets(core::touched_facets(*problem.body, problem.load_case)),
-            core::contact_divisions(*problem.body, problem.load_case), touching->radius, touching->friction);
+            core::contact_divisions(*problem.body, problem.load_case), touching->shape, touching->friction);
         stepper_->touch(ball_);
     }
 }

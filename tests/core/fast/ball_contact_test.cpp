@@ -41,6 +41,25 @@ TEST(BallForce, PutsPointsOutOfTheBallAndLeavesOthersWhereTheyAre) {
         }
 }
 
+TEST(BallForce, PutsPointsOutOfPlates) {
+    RandomPoints points;
+    for (const auto face : {core::ToolFace::round, core::ToolFace::square})
+        for (const double friction : {0.0, 0.3})
+            for (int k = 0; k < 200; ++k) {
+                const core::ToolShape plate(face, 1.0, 0.2, {0.1, -0.2, 1.0});
+                const core::BallStep step{Vector3::Zero(), points.near({0, 0, 0}, 0.1), plate, friction};
+                const auto start = points.near({0.6, 0, 0.5}, 0.8), now = points.near({0.6, 0, 0.2}, 0.8);
+                const auto gap = core::gap_to(plate, now - step.to);
+                const Vector3 force = core::ball_force(step, start, now, Vector3::Zero(), soft);
+                EXPECT_EQ(force == Vector3::Zero(), gap.size >= 0.0);
+                const double inwards = force.dot(gap.normal);
+                EXPECT_GE((now + soft * force - step.to).dot(gap.normal) - (now - step.to).dot(gap.normal) + gap.size,
+                          -1e-12);
+                EXPECT_GE(inwards, 0.0);
+                EXPECT_LE((force - inwards * gap.normal).norm(), friction * inwards + 1e-12);
+            }
+}
+
 /// It never pulls, and friction is within its cone and against the way along the ball.
 TEST(BallForce, KeepsToTheConeOfFriction) {
     RandomPoints points;
@@ -146,7 +165,7 @@ TEST(BallContact, SeesAllFacetsThatItMayMeet) {
         const auto corners = core::corners_of(mesh, f);
         const Vector3 centre = ball.start + ball.press;
         if (problem.load_case.may_touch(f) &&
-            (core::nearest_of_triangle(corners, centre) - centre).norm() < ball.radius) {
+            (core::nearest_of_triangle(corners, centre) - centre).norm() < ball.shape.radius) {
             for (const int node : nodes)
                 EXPECT_NE(std::ranges::find(contact.near(), node), contact.near().end());
         }
@@ -166,7 +185,7 @@ TEST(BallContact, SweepsEndInThePenaltyAndStayThere) {
     const auto facets = core::touched_facets(*problem.body, problem.load_case);
     const auto &ball = *problem.load_case.touching;
     constexpr double yields = 1e-3; // [m/N]
-    core::BallContact contact(facets, 2, ball.radius, 0.0);
+    core::BallContact contact(facets, 2, ball.shape.radius, 0.0);
     contact.set_way(ball.start + ball.press, ball.start + ball.press);
     std::vector<Vector3> x = mesh.points, given(x.size(), Vector3::Zero());
     const auto position = [&](int node) { return x[node]; };
@@ -190,7 +209,7 @@ TEST(BallContact, SweepsEndInThePenaltyAndStayThere) {
             Vector3 d = -(ball.start + ball.press);
             for (std::size_t k = 0; k < 3; ++k)
                 d += point.shape[k] * x[facet.nodes[k]];
-            if (const double depth = ball.radius - d.norm(); depth > 0.0)
+            if (const double depth = ball.shape.radius - d.norm(); depth > 0.0)
                 by_penalty += point.part * facet.area * facet.penalty * depth * d.normalized();
         }
     EXPECT_NEAR(force.z(), by_penalty.z(), 1e-6 * force.norm());

@@ -135,7 +135,7 @@ TEST(Comparison, HasNoRatioToAReferenceThatEndsAtRest) {
     tests::prescribe(load_case, mesh, "x_min", Vector3::Zero());
     load_case.path = {0.5, 1.0};
     load_case.conditions.push_back({"touch", core::ConditionKind::touch});
-    load_case.touching = core::TouchingTool{.radius = 0.012,
+    load_case.touching = core::TouchingTool{.shape = 0.012,
                                             .start = {0.05, 0.1, 0.112},
                                             .press = {0.0, 0.0, -0.005},
                                             .slide = {0.3, 0.0, 0.0},

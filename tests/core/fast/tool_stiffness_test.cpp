@@ -1,5 +1,3 @@
-#include "core/tool/tool_stiffness.hpp"
-
 #include <array>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -9,6 +7,7 @@
 
 #include "core/error_norms.hpp"
 #include "core/observed_error.hpp"
+#include "core/tool/tool_stiffness.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -231,7 +230,7 @@ TEST(ToolPlace, OfABallHasTheRadiusOfItsContactAlongThePath) {
     EXPECT_TRUE(core::contact_radii_in_edges(cube.mesh, cube.load_case).empty());
     cube.load_case.path = {0.1, 0.3, 1.0};
     cube.load_case.touching =
-        core::TouchingTool{.radius = 0.012, .start = {0.05, 0.05, 0.112}, .press = {0.0, 0.0, -0.01}, .constraint = 0};
+        core::TouchingTool{.shape = 0.012, .start = {0.05, 0.05, 0.112}, .press = {0.0, 0.0, -0.01}, .constraint = 0};
     auto radii = core::contact_radii_in_edges(cube.mesh, cube.load_case);
     ASSERT_EQ(radii.size(), 3U);
     const double edge = (2.0 + std::numbers::sqrt2) / 3.0 * 0.1 / 3.0;
@@ -266,3 +265,56 @@ TEST(ObservedError, OfStiffnessAtTheToolIsExactForErrorsThatShrinkByOneFactor) {
 
 } // namespace
 } // namespace livermark
+
+namespace livermark::core {
+namespace {
+
+/// A cube of 0.1 m held at the bottom, that is squeezed evenly.
+struct SqueezedCube {
+    TetraMesh mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    LoadCase load_case = tests::empty_load_case(mesh);
+    Solution solution{};
+
+    SqueezedCube() {
+        tests::prescribe(load_case, mesh, "z_min", Vector3::Zero());
+        for (const auto &point : mesh.points)
+            solution.displacement.emplace_back(0.0, 0.0, -0.02 * point.z());
+    }
+
+    double stiffness() const { return stiffness_at(mesh, load_case, tool_places(mesh, load_case), 0, solution); }
+};
+
+TEST(PlaceStiffness, OfAGivenTractionIsForceOverDisplacement) {
+    SqueezedCube cube;
+    tests::pull(cube.load_case, cube.mesh, "z_max", {0.0, 0.0, -50.0});
+    EXPECT_NEAR(cube.stiffness(), 50.0 * 0.01 / 0.002, 1e-9);
+    cube.solution.load_work = 1.25 * 0.5 * 0.002; // with shape functions of the model itself
+    EXPECT_NEAR(cube.stiffness(), 250.0 / 1.25, 1e-9);
+}
+
+TEST(PlaceStiffness, OfADepthIsTheReactionOverIt) {
+    SqueezedCube cube;
+    tests::press(cube.load_case, cube.mesh, "z_max", {0.0, 0.0, -1.0}, 0.002);
+    cube.solution.reaction = {{0.0, 0.0, 0.6}, {0.0, 0.0, -0.6}};
+    EXPECT_NEAR(cube.stiffness(), 300.0, 1e-9);
+}
+
+TEST(PlaceStiffness, OfAPrescribedDisplacementIsTheReactionAlongIt) {
+    SqueezedCube cube;
+    tests::prescribe(cube.load_case, cube.mesh, "z_max", {0.0, 0.0, -0.002});
+    cube.solution.reaction = {{0.0, 0.0, 0.6}, {0.3, 0.0, -0.6}};
+    EXPECT_NEAR(cube.stiffness(), 300.0, 1e-9);
+}
+
+TEST(PlaceStiffness, IsUnknownWhereATractionHasNoResultant) {
+    SqueezedCube cube;
+    tests::pull(cube.load_case, cube.mesh, "z_max", {0.0, 0.0, -50.0});
+    auto pulls_up = false; // every other facet, all of one area
+    for (std::size_t f = 0; f < cube.load_case.value.size(); ++f)
+        if (cube.load_case.is_loaded(f))
+            cube.load_case.value[f].z() *= (pulls_up = !pulls_up) ? -1.0 : 1.0;
+    EXPECT_TRUE(std::isnan(cube.stiffness()));
+}
+
+} // namespace
+} // namespace livermark::core

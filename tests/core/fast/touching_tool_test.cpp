@@ -1,4 +1,5 @@
 #include <Eigen/Eigenvalues>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <vector>
 
@@ -14,26 +15,58 @@ constexpr double ball_radius = 0.012;
 const core::ContactLaw law{.penalty = 2e7, .tangential_penalty = 1e7, .friction = 0.3};
 const core::ContactLaw smooth{.penalty = 2e7, .tangential_penalty = 1e7, .friction = 0.0};
 
+/// Faces of 12 mm with edges of 3 mm, across no axis of coordinates.
+const Vector3 pressed_along(0.2, -0.1, -0.9);
+const core::ToolShape disc(core::ToolFace::round, ball_radius, 0.003, pressed_along),
+    square(core::ToolFace::square, ball_radius, 0.003, pressed_along);
+
+/// @param height  above the flat [m]
+Vector3 at_plate(const core::ToolShape &plate, double along_side, double along_other, double height) {
+    return along_side * plate.side + along_other * plate.axis.cross(plate.side) + height * plate.axis;
+}
+
+struct Place {
+    core::ToolShape shape;
+    Vector3 from_centre;
+};
+
+/// Inside a tool by 0.3 mm, near each kind of place of its surface: a ball, the face of a plate, its edge all around,
+/// a corner, flanks.
+std::vector<Place> places_inside() {
+    constexpr double deep = 0.0027, beside = ball_radius + 0.6 * deep, before = 0.8 * deep, flank = ball_radius + deep;
+    std::vector<Place> places{{ball_radius, 0.0117 * Vector3(0.2, -0.3, -0.9).normalized()}};
+    for (const auto &plate : {disc, square})
+        for (const Vector3 &place : {at_plate(plate, 0.002, 0.003, deep), at_plate(plate, 0.002, 0.003, -0.0001),
+                                     at_plate(plate, beside, 0.001, before), at_plate(plate, 0.0, -flank, -0.001)})
+            places.push_back({plate, place});
+    places.push_back({disc, at_plate(disc, 0.8 * beside, -0.6 * beside, before)});
+    const double corner = ball_radius + 0.6 * deep / std::sqrt(2.0);
+    places.push_back({square, at_plate(square, corner, -corner, before)});
+    places.push_back({square, at_plate(square, corner, corner, -0.001)});
+    return places;
+}
+
 struct Case {
     core::ContactLaw law;
-    Vector3 from_centre;
+    Place place;
     core::ContactMemory memory;
 };
 
 /// Without friction, sticking and slipping, each with a multiplier and without one.
 std::vector<Case> touching_cases() {
     std::vector<Case> cases;
-    const Vector3 inside = 0.0117 * Vector3(0.2, -0.3, -0.9).normalized();
-    for (const double multiplier : {0.0, 900.0}) {
-        cases.push_back({smooth, inside, {multiplier, inside}});
-        cases.push_back({law, inside, {multiplier, inside + Vector3(2e-5, 3e-5, 1e-5)}});
-        cases.push_back({law, inside, {multiplier, inside + Vector3(2e-3, 3e-3, -1e-3)}});
-    }
+    for (const auto &place : places_inside())
+        for (const double multiplier : {0.0, 900.0}) {
+            const auto &inside = place.from_centre;
+            cases.push_back({smooth, place, {multiplier, inside}});
+            cases.push_back({law, place, {multiplier, inside + Vector3(2e-5, 3e-5, 1e-5)}});
+            cases.push_back({law, place, {multiplier, inside + Vector3(4e-3, 6e-3, -2e-3)}});
+        }
     return cases;
 }
 
 core::Contact touch(const Case &at, const Vector3 &from_centre) {
-    return core::touch(at.law, ball_radius, from_centre, at.memory);
+    return core::touch(at.law, at.place.shape, from_centre, at.memory);
 }
 
 TEST(TouchingTool, GapAndNormalAreThoseOfABall) {
@@ -42,7 +75,7 @@ TEST(TouchingTool, GapAndNormalAreThoseOfABall) {
     EXPECT_NEAR(outside.size, 0.003, 1e-15);
     EXPECT_EQ(outside.normal, Vector3(0.0, 0.0, -1.0));
     EXPECT_NEAR(inside.size, -0.003, 1e-15);
-    const core::TouchingTool ball{.radius = ball_radius, .start = {0.0, 0.0, 0.05}, .press = {0.0, 0.0, -0.01}};
+    const core::TouchingTool ball{.shape = ball_radius, .start = {0.0, 0.0, 0.05}, .press = {0.0, 0.0, -0.01}};
     EXPECT_NEAR((ball.centre_at(0.5) - Vector3(0.0, 0.0, 0.045)).norm(), 0.0, 1e-15);
     auto sliding = ball;
     sliding.slide = {0.004, 0.0, 0.0};
@@ -51,13 +84,49 @@ TEST(TouchingTool, GapAndNormalAreThoseOfABall) {
     EXPECT_NEAR((ball.first_point() - Vector3(0.0, 0.0, 0.038)).norm(), 0.0, 1e-15);
 }
 
+TEST(TouchingTool, GapToAPlateIsThatOfItsFaceEdgesAndFlanks) {
+    for (const auto &plate : {disc, square}) {
+        EXPECT_NEAR(plate.axis.norm(), 1.0, 1e-15);
+        EXPECT_NEAR(plate.side.dot(plate.axis), 0.0, 1e-15);
+        const auto gap = [&](double side, double other, double height) {
+            return core::gap_to(plate, at_plate(plate, side, other, height)).size;
+        };
+        EXPECT_NEAR(gap(0.0, 0.0, 0.004), 0.001, 1e-15);
+        EXPECT_NEAR(gap(0.001, 0.002, -0.001), -0.004, 1e-15); // behind the face
+        EXPECT_NEAR(gap(ball_radius + 0.003, 0.0, 0.004), 0.002, 1e-15);
+        EXPECT_NEAR(gap(0.0, ball_radius + 0.004, -0.05), 0.001, 1e-15);
+        const double farthest = plate.reach() - plate.radius;
+        EXPECT_NEAR(gap(farthest / std::sqrt(2.0), farthest / std::sqrt(2.0), 0.003), 0.0, 1e-15);
+        EXPECT_TRUE(core::is_outside(plate, at_plate(plate, 0.0, 0.0, 0.004), 0.0009));
+        EXPECT_FALSE(core::is_outside(plate, at_plate(plate, 0.0, 0.0, 0.004), 0.0011));
+    }
+    EXPECT_NEAR(core::gap_to(square, at_plate(square, ball_radius + 0.004, ball_radius + 0.003, -0.01)).size, 0.002,
+                1e-15);
+}
+
+TEST(TouchingTool, NormalIsTheSlopeOfTheGapAndBendsAsItSays) {
+    for (const auto &[shape, from_centre] : places_inside()) {
+        const auto gap = core::gap_to(shape, from_centre);
+        EXPECT_LT(gap.size, 0.0);
+        EXPECT_NEAR(gap.normal.norm(), 1.0, 1e-14);
+        const Eigen::Matrix3d bends = core::bend(shape, from_centre, gap) / gap.distance;
+        constexpr double step = 1e-8;
+        for (int k = 0; k < 3; ++k) {
+            const auto more = core::gap_to(shape, from_centre + step * Vector3::Unit(k)),
+                       less = core::gap_to(shape, from_centre - step * Vector3::Unit(k));
+            EXPECT_NEAR((more.size - less.size) / (2.0 * step), gap.normal[k], 1e-7);
+            EXPECT_LT(((more.normal - less.normal) / (2.0 * step) - bends.col(k)).norm(), 1e-5 / shape.radius);
+        }
+    }
+}
+
 TEST(TouchingTool, DoesNothingWithoutContact) {
     const Vector3 outside(0.0, 0.001, 0.0125);
     const core::ContactMemory memory{0.0, {0.001, 0.0, 0.0125}};
     const auto contact = core::touch(law, ball_radius, outside, memory);
     EXPECT_FALSE(contact.touches());
     EXPECT_EQ(contact.traction(), Vector3::Zero());
-    EXPECT_TRUE(core::contact_stiffness(law, outside, memory, contact).all().isZero(0.0));
+    EXPECT_TRUE(core::contact_stiffness(law, ball_radius, outside, memory, contact).all().isZero(0.0));
     EXPECT_EQ(core::after_step(law, outside, memory, contact).anchor, outside);
     // What augmentation has added pulls nothing: pressures are never negative.
     EXPECT_EQ(core::touch(law, ball_radius, outside, {100.0, outside}).pressure, 0.0);
@@ -69,11 +138,11 @@ TEST(TouchingTool, TractionIsTheGradientOfItsEnergyWithoutFriction) {
             continue;
         const auto energy = [&](const Vector3 &d) { return core::contact_energy(at.law, touch(at, d), at.memory); };
         constexpr double step = 1e-7;
-        const Vector3 traction = touch(at, at.from_centre).traction();
+        const Vector3 traction = touch(at, at.place.from_centre).traction();
         for (int k = 0; k < 3; ++k) {
             const Vector3 along = step * Vector3::Unit(k);
-            EXPECT_NEAR(-(energy(at.from_centre + along) - energy(at.from_centre - along)) / (2.0 * step), traction[k],
-                        1e-6 * traction.norm());
+            EXPECT_NEAR(-(energy(at.place.from_centre + along) - energy(at.place.from_centre - along)) / (2.0 * step),
+                        traction[k], 1e-6 * traction.norm());
         }
     }
 }
@@ -81,37 +150,38 @@ TEST(TouchingTool, TractionIsTheGradientOfItsEnergyWithoutFriction) {
 TEST(TouchingTool, StiffnessIsTheDerivativeOfTheTraction) {
     int slipping = 0, sticking = 0;
     for (const auto &at : touching_cases()) {
-        const auto contact = touch(at, at.from_centre);
+        const auto contact = touch(at, at.place.from_centre);
         ASSERT_TRUE(contact.touches());
         slipping += contact.slips ? 1 : 0;
         sticking += contact.slips ? 0 : 1;
-        const auto stiffness = core::contact_stiffness(at.law, at.from_centre, at.memory, contact);
+        const auto stiffness =
+            core::contact_stiffness(at.law, at.place.shape, at.place.from_centre, at.memory, contact);
         constexpr double step = 1e-9;
         for (int k = 0; k < 3; ++k) {
             const Vector3 along = step * Vector3::Unit(k);
-            const Vector3 slope =
-                (touch(at, at.from_centre + along).traction() - touch(at, at.from_centre - along).traction()) /
-                (2.0 * step);
+            const Vector3 slope = (touch(at, at.place.from_centre + along).traction() -
+                                   touch(at, at.place.from_centre - along).traction()) /
+                                  (2.0 * step);
             EXPECT_LT((stiffness.all().col(k) + slope).norm(), 1e-5 * law.penalty);
         }
         EXPECT_LT((stiffness.positive - stiffness.positive.transpose()).norm(), 1e-12 * law.penalty);
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> modes(stiffness.positive);
         EXPECT_GT(modes.eigenvalues()[0], -1e-12 * law.penalty);
     }
-    EXPECT_EQ(slipping, 2);
-    EXPECT_EQ(sticking, 4);
+    EXPECT_EQ(slipping, 2 * static_cast<int>(places_inside().size()));
+    EXPECT_EQ(sticking, 2 * slipping);
 }
 
 TEST(TouchingTool, FrictionStaysInTheConeAndOpposesTheSlip) {
     for (const auto &at : touching_cases()) {
-        const auto contact = touch(at, at.from_centre);
+        const auto contact = touch(at, at.place.from_centre);
         const double most = at.law.friction * contact.pressure;
         EXPECT_LE(contact.friction.norm(), most * (1.0 + 1e-14));
         EXPECT_NEAR(contact.friction.dot(contact.gap.normal), 0.0, 1e-12 * contact.pressure);
         if (contact.slips) {
             EXPECT_NEAR(contact.friction.norm(), most, 1e-12 * most);
         }
-        EXPECT_LE(contact.friction.dot(at.from_centre - at.memory.anchor), 0.0);
+        EXPECT_LE(contact.friction.dot(at.place.from_centre - at.memory.anchor), 0.0);
     }
 }
 
@@ -140,7 +210,7 @@ TEST(TouchingTool, IsPartOfWhatALoadCaseDoes) {
     EXPECT_FALSE(core::is_driven(load_case));
     EXPECT_FALSE(load_case.may_touch(1));
     auto pressed = load_case;
-    pressed.touching = core::TouchingTool{.radius = ball_radius, .start = {0.0, 0.0, 1.0}, .press = {0.0, 0.0, -0.01}};
+    pressed.touching = core::TouchingTool{.shape = ball_radius, .start = {0.0, 0.0, 1.0}, .press = {0.0, 0.0, -0.01}};
     EXPECT_TRUE(core::is_driven(pressed));
     EXPECT_FALSE(pressed.may_touch(0));
     EXPECT_TRUE(pressed.may_touch(1));

@@ -208,7 +208,7 @@ TEST(TouchingBall, PressesWithWhatTheOtherSideHolds) {
                 nearest = std::min(
                     nearest,
                     (problem.body->mesh.points[node] + found.solution.displacement[node] - ball.centre_at(1.0)).norm());
-            EXPECT_GT(nearest, ball.radius - 1e-4);
+            EXPECT_GT(nearest, ball.shape.radius - 1e-4);
         }
 }
 

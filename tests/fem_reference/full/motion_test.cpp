@@ -233,7 +233,7 @@ core::Problem block_under_a_moving_ball(double friction, const Vector3 &slide) {
     auto load_case = tests::held(body->mesh, "z_min");
     constexpr double radius = 0.04;
     load_case.regime = core::Regime::large;
-    load_case.touching = core::TouchingTool{.radius = radius,
+    load_case.touching = core::TouchingTool{.shape = radius,
                                             .start = {0.05, 0.05, 0.06 + radius},
                                             .press = {0.0, 0.0, -0.005},
                                             .friction = friction,

@@ -57,17 +57,44 @@ struct HalfSpace {
     }
 };
 
+/// A rigid round punch on that half-space whose flat face ends in parabolas of a radius of curvature (I. N. Sneddon
+/// 1965, The relation between load and penetration in the axisymmetric Boussinesq problem for a punch of arbitrary
+/// profile, Int. J. Eng. Sci. 3; M. Ciavarella, D. A. Hills, G. Monno 1998, The influence of rounded edges on
+/// indentation by a flat punch, Proc. Inst. Mech. Eng. C 212). It touches in a radius c = a / cos(phi).
+struct RoundedPunch {
+    double size, edge_radius; ///< a, r [m]
+
+    double contact_radius(double phi) const { return size / std::cos(phi); }
+    /// c^2 / r (sin(phi) - phi cos(phi))
+    double depth(double phi) const {
+        return std::pow(contact_radius(phi), 2) / edge_radius * (std::sin(phi) - phi * std::cos(phi));
+    }
+    /// Force over E*: 2 c^2 / r (c (sin(phi) - sin(phi)^3 / 3) - a (phi + sin(phi) cos(phi)) / 2) [m^2]. Without edges
+    /// it is Boussinesq's 2 a d.
+    double force(double phi) const {
+        const double c = contact_radius(phi), sine = std::sin(phi);
+        return 2.0 * c * c / edge_radius *
+               (c * (sine - std::pow(sine, 3) / 3.0) - 0.5 * size * (phi + sine * std::cos(phi)));
+    }
+    double phi_at(double depth_to_reach) const {
+        double low = 0.0, high = 1.5;
+        for (int halving = 0; halving < 60; ++halving)
+            (depth(0.5 * (low + high)) < depth_to_reach ? low : high) = 0.5 * (low + high);
+        return low;
+    }
+};
+
 hyperelastic::Elements with_four_points(const std::shared_ptr<const core::Body> &body) {
     return tests::neo_hookean_elements(body, 2, fem_reference::Formulation::displacement,
                                        hyperelastic::TetrahedronRule::four_points);
 }
 
-/// A ball on a box of a half-space near the contact, whose bricks have edges of a quarter of its depth.
+/// A tool on a box of a half-space near the contact, whose bricks have edges of a quarter of its depth.
 /// @param lowest      corner of the box
 /// @param refined_in  radii of contact within which the mesh is refined, again and again
 core::Problem cut_out(const HalfSpace &space, const Vector3 &box, const Vector3 &lowest,
                       const std::array<int, 3> &bricks, const Vector3 &press, double friction,
-                      const std::vector<double> &refined_in) {
+                      const std::vector<double> &refined_in, const core::ToolShape &shape) {
     auto mesh = tests::box_mesh(box, bricks);
     for (auto &point : mesh.points)
         point += lowest;
@@ -76,8 +103,8 @@ core::Problem cut_out(const HalfSpace &space, const Vector3 &box, const Vector3 
     for (const auto *patch : {"x_min", "x_max", "y_min", "y_max", "z_min"})
         tests::prescribe(load_case, body->mesh, patch, Vector3::Zero());
     load_case.conditions.push_back({"touch", core::ConditionKind::touch});
-    load_case.touching = core::TouchingTool{.radius = HalfSpace::ball_radius,
-                                            .start = {0.0, 0.0, HalfSpace::ball_radius},
+    load_case.touching = core::TouchingTool{.shape = shape,
+                                            .start = {0.0, 0.0, shape.radius},
                                             .press = press,
                                             .friction = friction,
                                             .constraint = load_case.num_constraints() - 1};
@@ -92,15 +119,17 @@ core::Problem cut_out(const HalfSpace &space, const Vector3 &box, const Vector3 
 /// The quarter of the half-space that is left between two planes of symmetry, cut out near the contact.
 struct CutOut {
     HalfSpace space;
-    double size; ///< [m] from the contact to the outer faces
+    double size;  ///< [m] from the contact to the outer faces
+    double force; ///< that outer faces are displaced by [N]
     core::Problem problem;
 
     /// @param size_in_radii  of contact
     /// @param refined_in     radii of contact within which the mesh is refined, again and again
-    CutOut(const HalfSpace &of, double size_in_radii, const std::vector<double> &refined_in)
-        : space(of), size(size_in_radii * space.contact_radius()) {
+    CutOut(const HalfSpace &of, double size_in_radii, const std::vector<double> &refined_in,
+           const core::ToolShape &shape, double whole_force)
+        : space(of), size(size_in_radii * space.contact_radius()), force(whole_force) {
         problem = cut_out(space, Vector3::Constant(size), {0.0, 0.0, -size}, {4, 4, 4}, {0.0, 0.0, -HalfSpace::depth},
-                          0.0, refined_in);
+                          0.0, refined_in, shape);
     }
 
     /// Symmetry, and on the outer faces the far field at the whole load.
@@ -111,7 +140,7 @@ struct CutOut {
             const Vector3 &x = system.points[node];
             const bool is_outer = x.x() > size - rounding || x.y() > size - rounding || x.z() < -size + rounding;
             if (is_outer)
-                Vector3::Map(&conditions.prescribed[3 * node]) = space.pressed(space.force(), x);
+                Vector3::Map(&conditions.prescribed[3 * node]) = space.pressed(force, x);
             if (x.x() < rounding)
                 conditions.prescribed[3 * node] = 0.0;
             if (x.y() < rounding)
@@ -142,7 +171,7 @@ struct HertzErrors {
 
 HertzErrors errors_on(const std::vector<double> &refined_in) {
     const HalfSpace space{.poisson = 0.3};
-    const CutOut cut(space, 8.0, refined_in);
+    const CutOut cut(space, 8.0, refined_in, HalfSpace::ball_radius, space.force());
     const auto [path, unknowns] = solve(cut);
     EXPECT_EQ(path.status, core::SolutionStatus::ok) << path.message;
     if (path.points.empty())
@@ -204,9 +233,9 @@ ShearedColumn shear_column(double part_of_slip, double beyond) {
     auto problem = shear.problem({3, 3, 2}, penalty, beyond);
     const auto elements = with_four_points(problem.body);
     const auto &ball = *problem.load_case.touching;
-    const hyperelastic::ContactSettings settings{.stiffness = penalty * std::sqrt(ball.radius * ball.press.norm()) /
-                                                              tests::SimpleShear::young_modulus,
-                                                 .max_augmentations = 0};
+    const hyperelastic::ContactSettings settings{
+        .stiffness = penalty * std::sqrt(ball.shape.radius * ball.press.norm()) / tests::SimpleShear::young_modulus,
+        .max_augmentations = 0};
     const auto path = follow_ball(problem, elements,
                                   prescribed(elements.system(),
                                              [&](const Vector3 &x) {
@@ -242,7 +271,8 @@ struct DraggedHalfSpace {
 
     core::Problem problem() const {
         return cut_out(space, {2.0 * size, size, size}, {-size, 0.0, -size}, {8, 4, 4},
-                       {way * space.way_to_slip(friction), 0.0, -HalfSpace::depth}, friction, {5.0, 3.2, 2.0});
+                       {way * space.way_to_slip(friction), 0.0, -HalfSpace::depth}, friction, {5.0, 3.2, 2.0},
+                       HalfSpace::ball_radius);
     }
 
     /// Symmetry, and on the outer faces what both forces do far away.
@@ -304,6 +334,97 @@ TEST(StickAndSlip, OfADraggedBallIsThatOfCattaneoAndMindlin) {
     EXPECT_LT(std::abs(dragged), 0.01);
 }
 
+namespace {
+
+/// A plate as wide as Hertz's contact would be, which is a hundred times its depth, on the half-space without friction.
+/// @param force_over_modulus  that is expected, over E* [m^2]
+/// @return relative error of the force
+double error_of_punch(core::ToolFace face, double edge_over_size, double force_over_modulus,
+                      const std::vector<double> &refined_in) {
+    const HalfSpace space{.poisson = 0.3};
+    const core::ToolShape plate(face, space.contact_radius(), edge_over_size * space.contact_radius(),
+                                {0.0, 0.0, -1.0});
+    const double expected = HalfSpace::modulus / (1.0 - space.poisson * space.poisson) * force_over_modulus;
+    const auto [path, unknowns] = solve(CutOut(space, 8.0, refined_in, plate, expected));
+    EXPECT_EQ(path.status, core::SolutionStatus::ok) << path.message;
+    if (path.points.empty())
+        return 1.0;
+    const auto &touch = path.points.back().touch;
+    const double error = -4.0 * touch.force.z() / expected - 1.0;
+    fmt::print("{} punch, edges of {:g} of its size: {} unknowns, force {:+.2f} %, area {:.3f} of the face, sunk in "
+               "{:.1e} of the depth\n",
+               core::to_string(face), edge_over_size, unknowns, 100.0 * error,
+               4.0 * touch.area / std::pow(plate.size, 2) / (face == core::ToolFace::round ? std::numbers::pi : 4.0),
+               touch.sunk_in / HalfSpace::depth);
+    return error;
+}
+
+} // namespace
+
+/// Forces of a round plate with an edge of a tenth of its size, which are 0.6 % above those of a sharp one: Sneddon's,
+/// and Boussinesq's 2 E* a d.
+TEST(Punch, ForceOfARoundPlateIsThatOfTheClosedForms) {
+    const double size = HalfSpace{.poisson = 0.3}.contact_radius();
+    const RoundedPunch punch{size, 0.1 * size};
+    const double rounded = punch.force(punch.phi_at(HalfSpace::depth)), sharp = 2.0 * size * HalfSpace::depth;
+    EXPECT_NEAR(rounded / sharp, 1.0062, 1e-4);
+    const double coarse = error_of_punch(core::ToolFace::round, 0.1, rounded, {5.0, 3.2, 2.0});
+    const double fine = error_of_punch(core::ToolFace::round, 0.1, rounded, {5.0, 3.2, 2.0, 1.5});
+    EXPECT_LT(std::abs(coarse), 0.05); // pressure is singular at a sharp edge, and a mesh smears it
+    EXPECT_LT(std::abs(fine), 0.02);
+    EXPECT_LT(std::abs(fine), 0.5 * std::abs(coarse));
+    EXPECT_LT(std::abs((1.0 + fine) * rounded / sharp - 1.0), 0.03);
+}
+
+/// A square of sides L with a flat face has 0.36679 pi E* L d: the capacitance of a square plate (F. H. Read 1997,
+/// Improved extrapolation technique in the boundary element method to find the capacitances of the unit square and
+/// cube, J. Comput. Phys. 133), as both have a density over the distance whose sum is constant on the face.
+TEST(Punch, ForceOfASquarePlateIsThatOfACapacitor) {
+    const double size = HalfSpace{.poisson = 0.3}.contact_radius();
+    EXPECT_LT(std::abs(error_of_punch(core::ToolFace::square, 0.02,
+                                      0.36679 * std::numbers::pi * 2.0 * size * HalfSpace::depth, {5.0, 3.2, 2.0})),
+              0.03);
+}
+
+/// A bar between a plate and rollers, all without friction, of a neo-Hookean material: stretched by l along it and by s
+/// across, with mu (s - 1 / s) + lambda ln(l s^2) / s = 0, and the traction mu (l - 1 / l) + lambda ln(l s^2) / l.
+TEST(Punch, PlateThatCoversABarPressesItEvenly) {
+    const Vector3 size(0.03, 0.03, 0.1);
+    const auto body = tests::make_body(tests::shaken_box_mesh(size, {2, 2, 5}), tests::soft_material);
+    constexpr double stretch = 0.9;
+    const double mu = tests::soft_material.shear_modulus(), lambda = tests::soft_material.lame_lambda();
+    double low = 1.0, high = 1.2;
+    for (int halving = 0; halving < 60; ++halving) {
+        const double s = 0.5 * (low + high);
+        (mu * (s - 1.0 / s) + lambda * std::log(stretch * s * s) / s < 0.0 ? low : high) = s;
+    }
+    const double traction =
+        mu * (stretch - 1.0 / stretch) + lambda * std::log(stretch * low * low) / stretch; // on the area at rest
+    for (const auto face : {core::ToolFace::round, core::ToolFace::square})
+        for (const auto &kind : tests::hyperelastic_kinds) {
+            auto load_case = tests::on_rollers(body->mesh);
+            load_case.regime = core::Regime::large;
+            load_case.touching = core::TouchingTool{.shape = {face, 0.05, 0.005, {0.0, 0.0, -1.0}},
+                                                    .start = {0.015, 0.015, size.z() + 0.005},
+                                                    .press = {0.0, 0.0, (stretch - 1.0) * size.z()},
+                                                    .constraint = load_case.num_constraints()};
+            load_case.conditions.push_back({"touch", core::ConditionKind::touch});
+            const auto found = tests::touch({body, load_case}, kind, {0.5, 1.0});
+            ASSERT_EQ(found.solution.status, core::SolutionStatus::ok) << found.solution.message;
+            const auto &force = found.solution.reaction.back();
+            EXPECT_NEAR(force.z() / (traction * size.x() * size.y()), 1.0, 0.003);
+            EXPECT_LT(force.head<2>().norm(), 1e-9);
+            for (std::size_t i = 0; i < body->mesh.points.size(); ++i)
+                EXPECT_LT((found.solution.displacement[i] -
+                           body->mesh.points[i].cwiseProduct(Vector3(low - 1.0, low - 1.0, stretch - 1.0)))
+                              .norm(),
+                          1e-4);
+        }
+}
+
+namespace {
+
+using hyperelastic::Elements;
 using hyperelastic::TouchingBall;
 
 /// Every point that the ball drags along is on the cone of friction, and so is their sum where the surface is flat.
@@ -330,7 +451,7 @@ TEST(TouchingBall, NewtonsMethodFollowsADeepPressInFewIterations) {
     const auto body = tests::make_body(tests::shaken_box_mesh(size, {6, 6, 4}), {1060.0, 5000.0, 0.45});
     auto load_case = tests::held(body->mesh, "z_min");
     constexpr double radius = 0.012;
-    load_case.touching = core::TouchingTool{.radius = radius,
+    load_case.touching = core::TouchingTool{.shape = radius,
                                             .start = {0.0231, 0.0253, size.z() + radius},
                                             .press = {0.0, 0.0, -0.01},
                                             .friction = 0.3,

@@ -48,7 +48,7 @@ UnderBall move_under_ball(const interactive::Method &method, const core::Problem
     const auto [steps, iterations] = effort_of(method, *simulation, motion.frame_interval);
     const auto ball = std::make_shared<core::BallContact>(core::touched_facets(*problem.body, problem.load_case),
                                                           core::contact_divisions(*problem.body, problem.load_case),
-                                                          touching.radius, touching.friction);
+                                                          touching.shape, touching.friction);
     EXPECT_TRUE(simulation->touch(ball));
     const Field rest = simulation->positions();
     const double step = motion.frame_interval / steps;

@@ -44,7 +44,7 @@ TEST(EventSets, KnowTheKindsOfALoadCase) {
     core::LoadCase load_case;
     EXPECT_TRUE(load_case.kinds().empty());
     EXPECT_FALSE(load_case.in_time());
-    load_case.touching = core::TouchingTool{.radius = 0.01, .press = {0.0, 0.0, -0.002}};
+    load_case.touching = core::TouchingTool{.shape = 0.01, .press = {0.0, 0.0, -0.002}};
     EXPECT_TRUE(load_case.kinds().has<core::TouchingTool>());
     EXPECT_FALSE(load_case.in_time()) << "contact is a part of the static solution";
     EXPECT_EQ(load_case.contact_depth(), 0.002);

@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <fmt/format.h>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <string>
@@ -6,6 +9,7 @@
 #include "core/tool/needle/needle_line.hpp"
 #include "core/tool/tool_stiffness.hpp"
 #include "load_cases/places/selector.hpp"
+#include "load_cases/readers/event_reader.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/golden.hpp"
@@ -76,7 +80,7 @@ TEST(MovingBall, BeginsWhereItTouchesThePlaceThatItsToolPushes) {
     const auto ball =
         load_cases::with_touching_ball(parse_poke(poke_conditions + poking_tool + "radius = 0.012\n"), small_cube, 0.3);
     ASSERT_TRUE(ball.touching);
-    EXPECT_EQ(ball.touching->radius, 0.012);
+    EXPECT_EQ(ball.touching->shape.radius, 0.012);
     EXPECT_EQ(ball.touching->friction, 0.3);
     EXPECT_EQ(ball.constraint_names()[ball.touching->constraint], "finger");
     EXPECT_LT((ball.touching->start - core::Vector3(0.112, 0.05, 0.05)).norm(), 1e-9);
@@ -84,6 +88,16 @@ TEST(MovingBall, BeginsWhereItTouchesThePlaceThatItsToolPushes) {
     EXPECT_EQ(ball.touching->constraint, ball.tool->constraint);
     for (int f = 0; f < small_cube.num_boundary_triangles(); ++f)
         EXPECT_NE(ball.constraint_on(f), ball.tool->constraint) << "the place is not free";
+}
+
+TEST(MovingBall, MayBeAPlate) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    const auto plate = load_cases::with_touching_ball(
+        parse_poke(poke_conditions + poking_tool + "plate = \"square\"\nsize = 0.02\nedge_radius = 0.003\n"), mesh,
+        0.0);
+    const auto &shape = plate.touching.value().shape;
+    EXPECT_EQ(shape, core::ToolShape(core::ToolFace::square, 0.02, 0.003, {-0.01, 0.0, 0.0}));
+    EXPECT_LT((plate.touching->start - core::Vector3(0.103, 0.05, 0.05)).norm(), 1e-9);
 }
 
 using core::Vector3;
@@ -126,6 +140,37 @@ TEST(Touch, BallJustTouchesTheBodyAtRestAndSinksIn) {
     EXPECT_LT((places[0].middle - Vector3(0.05, 0.05, 0.1)).norm(), 1e-9);
 }
 
+TEST(Touch, PlateJustTouchesTheBodyAtRestWithItsFace) {
+    for (const auto *plate : {"round", "square"}) {
+        const auto shaped =
+            tests::replaced(touching_ball, "radius = 0.02\n", fmt::format("plate = \"{}\"\nsize = 0.02\n", plate));
+        const auto touching = parse_touch(held_block + shaped).touching.value();
+        EXPECT_EQ(core::to_string(touching.shape.face), std::string(plate));
+        EXPECT_EQ(touching.shape.size, 0.02);
+        EXPECT_NEAR(touching.shape.radius, 0.002, 1e-15); // a tenth
+        EXPECT_LT((touching.shape.axis - Vector3(0.0, 0.0, -1.0)).norm(), 1e-12);
+        EXPECT_LT((touching.start - Vector3(0.05, 0.05, 0.102)).norm(), 1e-9);
+        EXPECT_LT((touching.first_point() - Vector3(0.05, 0.05, 0.1)).norm(), 1e-9);
+        EXPECT_EQ(parse_touch(held_block + shaped + "edge_radius = 0.004\n").touching->shape.radius, 0.004);
+    }
+}
+
+/// A plate that comes beside a step of the body touches it with its edge, and lower down where that is round.
+TEST(Touch, PlateFirstTouchesWhatStandsOut) {
+    auto mesh = block_to_touch();
+    for (auto &point : mesh.points)
+        if (point.z() > 0.099 && point.x() > 0.099)
+            point.z() += 0.01;
+    const core::ToolShape plate(core::ToolFace::square, 0.02, 0.004, {0.0, 0.0, -1.0});
+    const auto touch = load_cases::first_touch(mesh, {0.05, 0.05, 0.1}, {0.0, 0.0, -1.0}, plate);
+    // The ramp rises by 0.4 from x = 0.075 on, and the edge has its centres at x = 0.07, 4 mm before the face.
+    const double ramp = 0.1 + 0.4 * (0.07 - 0.075) + 0.004 * std::sqrt(1.0 + 0.4 * 0.4);
+    const double on_flat = 0.104;
+    EXPECT_NEAR(touch.centre.z(), std::max(ramp, on_flat), 2e-4);
+    const auto beside = load_cases::first_touch(mesh, {0.07, 0.05, 0.1}, {0.0, 0.0, -1.0}, plate);
+    EXPECT_NEAR(beside.centre.z(), 0.1 + 0.4 * (0.09 - 0.075) + 0.004 * std::sqrt(1.0 + 0.4 * 0.4), 2e-4);
+}
+
 TEST(Touch, FrictionAndSlideMayBeLeftOut) {
     const auto smooth = parse_touch(held_block + tests::replaced(touching_ball, "friction = 0.3", ""));
     EXPECT_EQ(smooth.touching->friction, 0.0);
@@ -145,7 +190,12 @@ TEST(Touch, IsRefusedWhereItIsNone) {
          "regime -> acceleration = [0.0, 0.0, 1.0]\nregime", "radius = 0.02 -> radius = 0.0",
          "depth = 0.01 -> depth = -0.01", "depth = 0.01 -> depth = 0.041", "friction = 0.3 -> friction = -0.3",
          "friction -> frictoin", "{ patch = \"z_max\" -> { patch = \"z_min\"",
-         "{ patch = \"z_max\" -> { patch = \"lid\""},
+         "{ patch = \"z_max\" -> { patch = \"lid\"", "radius = 0.02 -> size = 0.02",
+         "radius = 0.02 -> radius = 0.02\nplate = \"round\"\nsize = 0.02",
+         "radius = 0.02 -> plate = \"oval\"\nsize = 0.02", "radius = 0.02 -> plate = \"round\"",
+         "radius = 0.02 -> plate = \"round\"\nsize = 0.0",
+         "radius = 0.02 -> plate = \"round\"\nsize = 0.02\nedge_radius = -0.001",
+         "radius = 0.02\ndepth = 0.01 -> plate = \"round\"\nsize = 0.02\ndepth = 0.05"},
         held_block + touching_ball, parse_touch);
     refusals +=
         tests::refusal("no radius and no depth", [] { parse_touch(held_block + "[touch]\npatch = \"z_max\"\n"); });

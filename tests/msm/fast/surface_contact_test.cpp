@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "msm/springs/coupled_springs.hpp"
@@ -45,8 +46,14 @@ struct Touched {
     msm::FollowedPath path;
 };
 
-TEST(SurfaceContact, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
+const core::ToolShape shapes_that_touch[] = {0.02, tests::pressing_plate(core::ToolFace::round),
+                                             tests::pressing_plate(core::ToolFace::square)};
+
+class ShapesInContact : public testing::TestWithParam<core::ToolShape> {};
+
+TEST_P(ShapesInContact, HaveAnEnergyWhoseDerivativesAreTheirForcesAndTheirHessian) {
     tests::TouchedBlock block;
+    block.shape = GetParam();
     block.friction = 0.4;
     block.bricks = {6, 6, 1};
     const auto problem = tests::touched_block(block);
@@ -89,6 +96,9 @@ TEST(SurfaceContact, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
     EXPECT_LT((sum - contact.force(x)).norm(), 1e-12 * sum.norm());
 }
 
+INSTANTIATE_TEST_SUITE_P(SurfaceContact, ShapesInContact, testing::ValuesIn(shapes_that_touch),
+                         [](const auto &shape) { return std::string(core::to_string(shape.param.face)); });
+
 /// The floor bears the force of the ball, and it pushes and does not pull.
 void expect_balance(const Touched &touched) {
     ASSERT_EQ(touched.path.points.size(), 4U);
@@ -108,7 +118,11 @@ void expect_power_of_depth(const Touched &touched) {
 }
 
 TEST(SurfaceContact, IsBorneByWhatHoldsTheBody) {
-    expect_balance(Touched({}));
+    for (const auto &shape : shapes_that_touch) {
+        tests::TouchedBlock block;
+        block.shape = shape;
+        expect_balance(Touched(block));
+    }
     const Touched coupled({}, "nodal_neo_hookean");
     expect_balance(coupled);
     expect_power_of_depth(coupled);
@@ -128,7 +142,7 @@ TEST(SurfaceContact, IntegratesPressureOverFacetsOfAnySize) {
         const double side = block.size.x() / bricks, mean_side = side * (2.0 + std::numbers::sqrt2) / 3.0;
         const double eps = core::usual_contact_stiffness * material.young_modulus /
                            (1.0 - material.poisson_ratio * material.poisson_ratio) / mean_side;
-        const double depth = -block.press.z(), to_centre = block.radius - depth;
+        const double depth = -block.press.z(), to_centre = block.shape.radius - depth;
         const double expected = std::numbers::pi * eps * to_centre * depth * depth;
         const double error = -contact.force(problem.body->mesh.points).z() / expected - 1.0;
         EXPECT_LT(std::abs(error), 0.02);

@@ -32,7 +32,7 @@ double force_of_springs(int bricks_across, int bricks_down, double sunk) {
     tests::TouchedBlock block;
     block.size = {0.06, 0.06, thickness};
     block.bricks = {bricks_across, bricks_across, bricks_down};
-    block.radius = radius;
+    block.shape = radius;
     block.press = {0.0, 0.0, -sunk};
     block.path = {0.5, 1.0};
     const auto problem = tests::touched_block(block);
@@ -91,7 +91,8 @@ ShearedSprings shear_springs(const char *name, double part_of_slip, double beyon
         return found;
     found.force = path.points.back().reaction.back();
     const auto &ball = *problem.load_case.touching;
-    found.tilt = (ball.press.x() - found.shear.displacement({0.0, 0.0, tests::SimpleShear::height}).x()) / ball.radius;
+    found.tilt =
+        (ball.press.x() - found.shear.displacement({0.0, 0.0, tests::SimpleShear::height}).x()) / ball.shape.radius;
     const auto &points = problem.body->mesh.points;
     for (std::size_t i = 0; i < points.size(); ++i)
         found.largest_difference =

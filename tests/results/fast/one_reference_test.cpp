@@ -104,7 +104,7 @@ TEST(OneReference, RanksNobodyWhereItIsAtRestAtTheEnd) {
     for (auto &model : result.models)
         if (model.comparison)
             model.comparison->relative_l2 = std::nan("");
-    result.problem.load_case.touching = core::TouchingTool{.radius = 0.012};
+    result.problem.load_case.touching = core::TouchingTool{.shape = 0.012};
     EXPECT_TRUE(ends_at_rest(result));
     EXPECT_FALSE(counts_in_means(result));
     EXPECT_EQ(shown_status(result.models[1], result), "nothing touches");

@@ -46,6 +46,9 @@ TEST(ArenaTables, SayWhatTheToolIs) {
     arena.friction = 0.3;
     arena.ball_radius = 0.012;
     expect_golden("arena_forces", to_text(arena_forces(arena)) + tool_of(arena) + "\n");
+    arena.face = core::ToolFace::square;
+    arena.plate_size = 0.02;
+    EXPECT_NE(tool_of(arena).find("a square plate of 20 mm"), std::string::npos) << tool_of(arena);
 }
 
 TEST(ArenaTables, NameMethodsWhoseEffortWasFoundOnABusyMachine) {

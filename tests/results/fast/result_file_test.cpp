@@ -77,6 +77,10 @@ TEST_F(ResultFile, GivesBackWhatWasWritten) {
         result.problem.load_case.press_depth = -0.003;
         result.problem.load_case.conditions[1].kind = core::ConditionKind::press;
     });
+    changed(sample, [](Result &result) {
+        auto &touching = result.problem.load_case.touching.value();
+        touching.shape = {core::ToolFace::square, 0.3, 0.03, touching.press};
+    });
     // A reference that was kept has the probes and no frames; there is no error in frames then.
     changed(sample, [](Result &result) {
         result.models[0].solution.history->frames.clear();

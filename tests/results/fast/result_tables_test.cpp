@@ -112,7 +112,7 @@ TEST(Table, WarnsOfBallsThatTouchLessThanAnEdge) {
         std::string::npos)
         << *note;
     EXPECT_FALSE(note_on_small_tools({&result, 1})) << "said once";
-    result.problem.load_case.touching->radius *= std::pow(1.01 / radii.front(), 2.0);
+    result.problem.load_case.touching->shape.radius *= std::pow(1.01 / radii.front(), 2.0);
     EXPECT_FALSE(note_on_small_contacts({&result, 1}));
 }
 

@@ -52,7 +52,7 @@ core::Problem sample_problem(int num_bricks) {
     load_case.node_shift.front() = {0.001, 0.0, -0.002};
     for (int y = 1; y <= 7; ++y)
         load_case.yielded.push_back({"jaw " + std::to_string(y), 0.03 * y});
-    load_case.touching = core::TouchingTool{.radius = 0.3,
+    load_case.touching = core::TouchingTool{.shape = 0.3,
                                             .start = {0.5, 0.5, 1.3},
                                             .press = {0.0, 0.01, -1.0 / 70.0},
                                             .slide = {0.1, 0.0, 0.0},

@@ -53,7 +53,7 @@ class SimpleShear {
         for (const auto *patch : {"x_min", "x_max", "y_min", "y_max"})
             prescribe(load_case, body->mesh, patch, displacement({0.0, 0.0, height}));
         const double along = beyond * (shear_ * height + shear_modulus() * shear_ / penalty);
-        load_case.touching = core::TouchingTool{.radius = ball_radius,
+        load_case.touching = core::TouchingTool{.shape = ball_radius,
                                                 .start = {0.5 * width, 0.5 * width, height + ball_radius},
                                                 .press = {along, 0.0, -(strain * height + pressure() / penalty)},
                                                 .friction = friction,

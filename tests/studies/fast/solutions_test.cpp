@@ -110,7 +110,7 @@ TEST_F(SolutionsOfARun, AreThoseOfOneModelAndProblem) {
     EXPECT_FALSE(is_known([](auto &, auto &load_case) { load_case.name = "another"; }));
     EXPECT_FALSE(
         is_known([](auto &, auto &load_case) { load_case.conditions.back().kind = core::ConditionKind::pressure; }));
-    EXPECT_FALSE(is_known([](auto &, auto &load_case) { load_case.touching = core::TouchingTool{.radius = 0.01}; }));
+    EXPECT_FALSE(is_known([](auto &, auto &load_case) { load_case.touching = core::TouchingTool{.shape = 0.01}; }));
     EXPECT_FALSE(is_known([](auto &, auto &load_case) { load_case.path = {0.5, 1.0}; }));
     EXPECT_FALSE(is_known([](auto &, auto &load_case) { load_case.release.emplace().num_steps = 3; }));
     EXPECT_FALSE(is_known([](auto &, auto &load_case) {

@@ -78,10 +78,15 @@ def _force_plot(file, runs: list[dict], tetrahedra: int, methods: list[str]) -> 
     return figures.finish(axes)
 
 
+def touching_shape(arena: dict) -> str:
+    """A ball, or a round or square plate."""
+    return f"{arena['face']} plate" if "face" in arena else "ball"
+
+
 def _forces(attributes: dict, arena: dict, told: dict) -> Markup:
-    """Of a ball that touches: no reference motion has contact, so there are no errors."""
-    html = paragraph(f"{attributes['title']}. The tool is a ball that touches, with a friction of {arena['friction']:g}. There "
-                     "is no reference motion with contact, so there are forces and no errors.")
+    """Forces of a tool that touches: no reference motion has contact, so there are no errors."""
+    html = paragraph(f"{attributes['title']}. The tool is a {touching_shape(arena)} that touches, with a friction "
+                     f"of {arena['friction']:g}. There is no reference motion with contact, so there are forces and no errors.")
     html += figure("table", table(table_of(told["overview"])),
                    "Force when the slide begins and within the slide, its part across the press over that along it, and by how "
                    "much the surface between nodes was inside the ball.", [attributes["command"]])

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from livermark.report import colours, figures
 from livermark.report.data import ReportData, Table, attributes_of, table_of, texts_of
 from livermark.report.parts import Section, bullets, choice, figure, paragraph, plots, subsection, table
-from livermark.report.sections.arena import best_runs, runs_of
+from livermark.report.sections.arena import best_runs, runs_of, touching_shape
 from livermark.studies.tables import PERCENT
 
 TITLE = "A card for each method"
@@ -55,7 +55,7 @@ def _arena(data: ReportData, told: dict) -> Arena:
             words = {name: dict(zip(WORDS, row)) for name, *row in zip(texts_of(file["methods"], "names"), *columns)}
         touches = arena.get("tool") == "touching"
         return Arena(
-            title=about["body"] + (f", a ball that touches, friction {arena['friction']:g}" if touches else ""),
+            title=about["body"] + (f", a {touching_shape(arena)} that touches, friction {arena['friction']:g}" if touches else ""),
             command=about["command"], has_reference=bool(arena["reference"]), told=told,
             time=list(file["arena/time"][:]), reference_force=_size(file["arena/reference_force"][:]),
             reference_pressed=float(arena.get("reference_pressed_force", math.nan)),

@@ -35,7 +35,7 @@ constexpr std::array reference{0.0309, 0.1440, 0.7820}; // N
 core::Problem refined_below_ball(const core::Problem &coarse) {
     constexpr double around_touch = 1.5;
     const auto &ball = *coarse.load_case.touching;
-    const core::InteriorPlace place{ball.first_point(), std::sqrt(ball.radius * ball.press.norm())};
+    const core::InteriorPlace place{ball.first_point(), std::sqrt(ball.shape.radius * ball.press.norm())};
     return core::refine_near_places(coarse, std::span(&place, 1), around_touch).problem;
 }
 
