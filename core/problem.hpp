@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -51,17 +50,6 @@ struct Body {
 struct Problem {
     std::shared_ptr<const Body> body;
     LoadCase load_case;
-};
-
-/// A load case as a model with point masses sees it.
-struct NodalConditions {
-    std::vector<Vector3> displacement;          ///< (N) prescribed displacement [m], NaN where a component is free
-    std::vector<std::array<int, 3>> constraint; ///< (N,3) index into LoadCase::constraint_names, -1 where free
-    std::vector<Vector3> force;                 ///< (N) load [N]; where a place presses, for one newton of it [1]
-    double press_depth = 0.0;                   ///< LoadCase::press_depth [m]
-
-    /// Whether a node has a prescribed displacement in all components.
-    bool constrains(std::size_t node) const { return !displacement[node].array().isNaN().any(); }
 };
 
 } // namespace livermark::core

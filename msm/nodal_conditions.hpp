@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
+#include "core/tool/stepper.hpp"
 
 namespace livermark::msm {
 

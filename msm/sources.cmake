@@ -6,4 +6,4 @@ set(livermark_portable_msm_sources bounded_least_squares.cpp springs/tetrahedron
   kernels/layout/sliced_body.cpp kernels/layout/sliced_springs.cpp kernels/layout/sliced_stars.cpp
   kernels/layout/new_volumes.cpp kernels/layout/new_chunk.cpp kernels/relaxation.cpp kernels/simd/relax_stresses.cpp
   kernels/simd/scaled_mass_parts.cpp kernels/simd/take_steps.cpp cutting/cut_parts.cpp cutting/part_of_body.cpp
-  needle/moving_needle.cpp dynamics/spring_stepper.cpp)
+  dynamics/spring_stepper.cpp)

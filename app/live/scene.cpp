@@ -104,26 +104,29 @@ void Scene::prepare_steps(bool may_be_scaled) {
     const auto &chosen = stepping.chosen;
     num_parts_ = fewest_parts_ * num_parts_of(chosen.time_step, chosen.pressed_time_step);
     const auto num_tetrahedra = body_.mesh.tetrahedra.size();
-    auto next = msm::FastSteps::prepare(
-        prepared_->parts.body, body_.mesh.points, conditions, prepared_->settings.damping, "symplectic_euler",
-        chosen.time_step,
-        {.precision = msm::ForcePrecision::single_precision,
-         .num_threads = num_threads_,
-         .scaling = rest ? msm::MassScaling{} : stepping.scaling,
-         .least_stretch = least_stretch,
-         .largest_speed = way_in_step * mean_edge_ / chosen.time_step,
-         .watched_volume = rest ? watched_of_whole(*rest, stepping, num_tetrahedra)
-                                : watched_volumes(prepared_->body, prepared_->parts, conditions, stepping),
-         .may_be_cut = true});
+    const std::shared_ptr<const core::Body> body(prepared_, &prepared_->body);
+    auto next = std::make_unique<msm::SpringStepper>(
+        body,
+        msm::MovingSprings{.springs = prepared_->parts.body,
+                           .source = spring_source(body_, prepared_->settings),
+                           .damping = prepared_->settings.damping,
+                           .options = {.precision = msm::ForcePrecision::single_precision,
+                                       .num_threads = num_threads_,
+                                       .scaling = rest ? msm::MassScaling{} : stepping.scaling,
+                                       .least_stretch = least_stretch,
+                                       .largest_speed = way_in_step * mean_edge_ / chosen.time_step,
+                                       .watched_volume = rest ? watched_of_whole(*rest, stepping, num_tetrahedra)
+                                                              : watched_volumes(prepared_->body, prepared_->parts,
+                                                                                conditions, stepping),
+                                       .may_be_cut = true},
+                           .critical_time_step = chosen.critical_time_step},
+        conditions);
+    next->prepare(chosen.time_step);
     divided_steps_ = 0;
     std::optional<msm::State> state;
     if (steps_)
         state = sound_state();
     steps_ = std::move(next);
-    node_mass_ = prepared_->parts.body.node_mass;
-    parts_ =
-        msm::CutParts::prepare(prepared_->body, prepared_->parts.body,
-                               spring_source(body_, prepared_->settings)); // now, so that a cut does not wait for it
     if (!cuts_.empty())
         cut_anew();
     if (state) {
@@ -141,11 +144,13 @@ void Scene::put_needle(const Tool &tool) {
     if (is_in != was_in && !prepared_->stepping.scaling.parts.empty())
         prepare_steps(!is_in);
     if (is_in)
-        needle_.emplace(tool.needle, remains_.mesh, node_mass_, constrained_conditions(is_constrained_), *steps_);
+        needle_.emplace(tool.needle, remains_.mesh, *steps_);
 }
 
-core::Vector3 Scene::position(int node) const {
-    return body_.mesh.points[node] + steps_->displacement(node);
+core::Vector3 Scene::displacement(int node) const {
+    core::Vector3 found;
+    steps_->displacements({&node, 1}, {&found, 1});
+    return found;
 }
 
 /// Begins with a tool where it differs from the one before.
@@ -167,7 +172,7 @@ void Scene::take_up(const Tool &tool) {
         const auto near = triangles_around(surface_, points, place.point, tool.radius, 0.0);
         contact_.disc = disc_around(surface_, points, near, place, tool.radius);
         proxy_.position = proxy_.target =
-            mean_over(contact_.disc, [&](int i) { return steps_->displacement(i); }) + place.point;
+            mean_over(contact_.disc, [&](int i) { return displacement(i); }) + place.point;
     }
     fit_tool();
 }
@@ -181,7 +186,7 @@ void Scene::fit_tool() {
 /// From where the body is now [N].
 /// @param part  of a step that it is for [s]
 core::Vector3 Scene::force_of_tool(double part) {
-    const auto displacement_of = [&](int node) { return steps_->displacement(node); };
+    const auto displacement_of = [&](int node) { return displacement(node); };
     if (tool_.kind == ToolKind::probe) {
         const bool touched = contact_.touches;
         const auto inwards = penetration(contact_, surface_, body_.mesh.points, {proxy_.position, tool_.radius},
@@ -204,28 +209,24 @@ core::Vector3 Scene::force_of_tool(double part) {
 /// The forces of the tool, from where the body is now.
 /// @param part  of a step that they are for [s]
 void Scene::touch(double part) {
-    const auto before = load_.nodes;
     const auto force = force_of_tool(part);
     if (force.isZero(0.0))
         clear(load_);
     else
         put_force(contact_.disc, force, load_);
-    for (const int node : before)
-        if (load_.nodal[node].isZero(0.0)) {
-            steps_->set_load(node, core::Vector3::Zero());
-            steps_->set_mass(node, node_mass_[node]);
-        }
     carry_load(part);
 }
 
 /// Puts the load on the nodes, and what of the tool's mass they move with.
 void Scene::carry_load(double part) {
-    const auto &disc = contact_.disc;
-    for (std::size_t k = 0; k < disc.nodes.size() && !load_.nodes.empty(); ++k) {
-        const int node = disc.nodes[k];
-        steps_->set_load(node, load_.nodal[node]);
-        steps_->set_mass(node, node_mass_[node] + part * part * touching_stiffness_ * disc.weight[k] / touched_part);
+    std::vector<core::Vector3> forces;
+    std::vector<double> masses;
+    for (std::size_t k = 0; k < load_.nodes.size(); ++k) { // those of the disc
+        forces.push_back(load_.nodal[load_.nodes[k]]);
+        masses.push_back(part * part * touching_stiffness_ * contact_.disc.weight[k] / touched_part);
     }
+    steps_->load(load_.nodes, forces);
+    steps_->add_masses(load_.nodes, masses);
 }
 
 core::Vector3 Scene::within_reach(const core::Vector3 &goal) const {
@@ -244,8 +245,8 @@ void Scene::step(const Tool &tool, double needle_depth, double part) {
         touch(part);
         advance(proxy_, -load_.total, part);
     }
-    steps_->set_time_step(part);
-    steps_->take(1);
+    steps_->prepare(part);
+    steps_->step(part, 1);
     if (needle_)
         needle_->act(*steps_, needle_depth, part);
     if (steps_->is_pressed())
@@ -322,11 +323,9 @@ bool Scene::is_lost(const msm::State &state) const {
 }
 
 void Scene::take_load_off() {
-    for (const int node : load_.nodes) {
-        steps_->set_load(node, core::Vector3::Zero());
-        steps_->set_mass(node, node_mass_[node]);
-    }
     clear(load_);
+    steps_->load({}, {});
+    steps_->add_masses({}, {});
 }
 
 void Scene::reset() {

@@ -11,8 +11,7 @@
 #include "app/live/find_cut.hpp"
 #include "app/live/needle.hpp"
 #include "core/problem.hpp"
-#include "msm/cutting/cut_parts.hpp"
-#include "msm/kernels/fast_steps.hpp"
+#include "msm/dynamics/spring_stepper.hpp"
 
 namespace livermark::live {
 
@@ -148,7 +147,7 @@ class Scene {
     void touch(double part);
     void carry_load(double part);
     void take_load_off();
-    core::Vector3 position(int node) const;
+    core::Vector3 displacement(int node) const;
     bool is_lost(const msm::State &state) const;
     void settle();
     msm::State sound_state();
@@ -186,16 +185,14 @@ class Scene {
     std::map<std::string, core::SpringNetwork, std::less<>> springs_; ///< of each law, for the unit body
 
     std::shared_ptr<const Prepared> prepared_;
-    std::optional<msm::FastSteps> steps_;
+    std::unique_ptr<msm::SpringStepper> steps_; ///< of the whole body without what is gone
     std::vector<MadeCut> cuts_;
-    std::optional<msm::CutParts> parts_; ///< without what is gone
-    bool are_scaled_ = false;            ///< whether the steps were prepared with scaled masses
-    bool has_ended_scaling_ = false;     ///< whether a cut since has ended that of a part
-    std::vector<double> node_mass_;      ///< (N) [kg]
-    double time_step_ = 0.0;             ///< [s]
-    int num_parts_ = 1;                  ///< of a step while something is pressed
-    int fewest_parts_ = 1;  ///< of a step otherwise: more than one where masses are not scaled for a needle
-    int divided_steps_ = 0; ///< how many of the next steps are divided, because something was pressed
+    bool are_scaled_ = false;        ///< whether the steps were prepared with scaled masses
+    bool has_ended_scaling_ = false; ///< whether a cut since has ended that of a part
+    double time_step_ = 0.0;         ///< [s]
+    int num_parts_ = 1;              ///< of a step while something is pressed
+    int fewest_parts_ = 1;           ///< of a step otherwise: more than one where masses are not scaled for a needle
+    int divided_steps_ = 0;          ///< how many of the next steps are divided, because something was pressed
     long num_evaluations_ = 0;
     Tool tool_;
     Proxy proxy_;

@@ -160,10 +160,8 @@ void Scene::cut_anew() {
 
 /// The steps go on without these.
 void Scene::take_out(std::span<const int> tetrahedra) {
-    const auto &changes = parts_->remove(tetrahedra);
-    if (!steps_->cut(parts_->parts(), parts_->node_mass(), changes))
+    if (!steps_->remove(tetrahedra))
         has_ended_scaling_ = true;
-    node_mass_ = parts_->node_mass();
 }
 
 /// Divides steps as far as cuts since the last choice ask for.

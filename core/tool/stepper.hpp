@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <memory>
 #include <span>
 #include <stdexcept>
@@ -23,6 +24,17 @@ struct Effort {
 struct FrameCost {
     double element_passes = 0.0;    ///< how often all elements are visited for forces, or what takes their place
     double bytes_per_element = 0.0; ///< that are stored of the body, over the number of tetrahedra
+};
+
+/// A load case as a model with point masses sees it.
+struct NodalConditions {
+    std::vector<Vector3> displacement;          ///< (N) prescribed displacement [m], NaN where a component is free
+    std::vector<std::array<int, 3>> constraint; ///< (N,3) index into LoadCase::constraint_names, -1 where free
+    std::vector<Vector3> force;                 ///< (N) load [N]; where a place presses, for one newton of it [1]
+    double press_depth = 0.0;                   ///< LoadCase::press_depth [m]
+
+    /// Whether a node has a prescribed displacement in all components.
+    bool constrains(std::size_t node) const { return !displacement[node].array().isNaN().any(); }
 };
 
 /// A body under constant loads as methods with point masses see it.

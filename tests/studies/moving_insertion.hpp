@@ -9,7 +9,7 @@
 
 #include "core/rayleigh_damping.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/needle/moving_needle.hpp"
+#include "tests/samples/needle_in_springs.hpp"
 
 namespace livermark::tests {
 

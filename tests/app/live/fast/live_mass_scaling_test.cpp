@@ -132,7 +132,7 @@ TEST(LiveMassScaling, ComesToTheSameRestAndForceUnderATool) {
     }
 }
 
-/// What was bent by a tool at the lump swings freely when it lets go, without damping.
+/// A body that was bent by a tool at the lump swings freely when it lets go, without damping.
 TEST(LiveMassScaling, GainsNoEnergyAfterARelease) {
     const BoxWithLump box;
     for (const auto &springs : some_springs) {
