@@ -9,18 +9,21 @@ namespace livermark::live {
 /// Kinds of tools. The numbers are those of the messages.
 enum class ToolKind {
     none = 0,
-    probe = 1, ///< a sphere that follows the target and is stopped by the surface, on which it presses as a round tool
+    probe = 1, ///< a rigid ball that follows the target and touches the surface with friction
     pull = 2,  ///< takes hold of the surface around a node, as a round tool does, and draws it to the target
     needle = 3 ///< goes from an entry towards a target inside, see core/tool/needle/moving_needle.hpp
 };
 
 struct Tool {
     ToolKind kind = ToolKind::none;
-    core::Vector3 target = core::Vector3::Zero(); ///< of the centre of the sphere, or of the node [m]
-    double radius = 0.012;                        ///< of the sphere, and of the disc that it presses or holds [m], > 0
+    core::Vector3 target = core::Vector3::Zero(); ///< of the centre of the ball, or of the node [m]
+    double radius = 0.012;                        ///< of the ball, or of the disc that is held [m], > 0
     int node = 0;                                 ///< of the surface; looked at by a pull alone
-    core::Needle needle{};                        ///< looked at by a needle alone, of which only `depth` changes
-    double depth = 0.0;                           ///< of its tip below the entry at rest, as the hand leads it [m]
+    /// Coulomb's coefficient of a probe, >= 0: that of load_cases/touching/large_touch.toml, so that a load case says
+    /// the same.
+    double friction = 0.3;
+    core::Needle needle{}; ///< looked at by a needle alone, of which only `depth` changes
+    double depth = 0.0;    ///< of its tip below the entry at rest, as the hand leads it [m]
 };
 
 /// The needle of the live page.

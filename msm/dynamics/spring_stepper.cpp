@@ -12,6 +12,10 @@ SpringStepper::SpringStepper(std::shared_ptr<const core::Body> body, MovingSprin
     : body_(std::move(body)), moving_(std::move(moving)), held_(std::move(held)), numbers_(body_->mesh) {
     if (moving_.options.may_be_cut)
         parts_ = CutParts::prepare(*body_, moving_.springs, moving_.source);
+    if (!moving_.bears_ball_as_loads)
+        return;
+    force_of_ball_.assign(body_->mesh.points.size(), core::Vector3::Zero());
+    set_factors(moving_.options.scaling);
 }
 
 /// Steps from where the body is.
@@ -38,6 +42,8 @@ void SpringStepper::prepare(double time_step) {
 }
 
 void SpringStepper::step(double time_step, int /*iterations*/) {
+    if (ball_ && moving_.bears_ball_as_loads)
+        load_with_ball();
     steps_->take(1);
     for (std::size_t i = 0; i < led_nodes_.size(); ++i)
         steps_->set_displacement(led_nodes_[i], led_to_[i]);
@@ -135,17 +141,57 @@ void SpringStepper::add_masses(std::span<const int> nodes, std::span<const doubl
         steps_->set_mass(nodes[i], node_mass()[nodes[i]] + more[i]);
 }
 
+void SpringStepper::touch(std::shared_ptr<core::BallContact> ball) {
+    ball_ = std::move(ball);
+    if (!ball_ && moving_.bears_ball_as_loads)
+        load({}, {});
+}
+
+void SpringStepper::set_factors(const MassScaling &scaling) {
+    factor_.assign(scaling.parts.empty() ? 0 : body_->mesh.points.size(), 1.0);
+    for (const auto &part : scaling.parts)
+        for (const int node : part.nodes)
+            factor_[node] = part.factor;
+}
+
+void SpringStepper::set_scaling(const MassScaling &scaling) {
+    steps_->set_scaling(scaling);
+    if (moving_.bears_ball_as_loads)
+        set_factors(scaling);
+}
+
+/// Loads nodes with the forces of the ball in the step before.
+void SpringStepper::load_with_ball() {
+    for (const int node : pressed_)
+        force_of_ball_[node].setZero();
+    pressed_.clear();
+    ball_->begin_step([this](int node, const core::Vector3 &force) {
+        if (force_of_ball_[node].isZero(0.0) && !force.isZero(0.0))
+            pressed_.push_back(node);
+        force_of_ball_[node] += force;
+    });
+    std::vector<core::Vector3> forces;
+    for (const int node : pressed_)
+        forces.push_back(force_of_ball_[node]);
+    load(pressed_, forces);
+}
+
+double SpringStepper::moved_mass(int node) const {
+    return factor_.empty() ? node_mass()[node] : factor_[node] * node_mass()[node];
+}
+
 /// Forces of the ball take part in the step.
 void SpringStepper::push_out(double h) {
     const auto now = [this](int node) { return position(node); };
     const auto yields = [&](int node) {
-        return held_.constrains(static_cast<std::size_t>(node)) ? 0.0 : h * h / node_mass()[node];
+        return held_.constrains(static_cast<std::size_t>(node)) ? 0.0 : h * h / moved_mass(node);
     };
     const auto give = [&](int node, const core::Vector3 &force) {
         const core::Vector3 way = yields(node) * force;
         steps_->push(node, way, way / h);
     };
-    ball_->begin_step(give);
+    if (!moving_.bears_ball_as_loads)
+        ball_->begin_step(give);
     ball_->sweep(
         ball_->part(0, 1), [&](int node) { return core::Vector3(position(node) - h * steps_->velocity(node)); }, now,
         [&](int node) { return Eigen::Matrix3d(yields(node) * Eigen::Matrix3d::Identity()); }, give);

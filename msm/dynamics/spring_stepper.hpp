@@ -23,6 +23,9 @@ struct MovingSprings {
     /// Scaled masses are those of a body whose constraints may be others: nodes that are held belong to no part.
     FastStepOptions options{};
     double critical_time_step = 0.0; ///< at rest [s]
+    /// Whether what a ball exerts acts as loads in the next step, and not as kicks after it: limits of speeds and
+    /// scaled masses leave equilibria under it as they are then.
+    bool bears_ball_as_loads = false;
 };
 
 /// Springs in steps of symplectic Euler on vector units, forces in single precision. Nodes and tetrahedra keep their
@@ -40,7 +43,7 @@ class SpringStepper : public core::Stepper {
     void lead(std::span<const int> nodes, std::span<const core::Vector3> displacement) override;
     void hold(const NodalConditions &conditions) override;
     void cut(const core::NodalProblem &after, const std::vector<int> &parent_tetrahedron) override;
-    void touch(std::shared_ptr<core::BallContact> ball) override { ball_ = std::move(ball); }
+    void touch(std::shared_ptr<core::BallContact> ball) override;
     void act_after_steps(core::AfterStep action) override { after_ = std::move(action); }
     core::Vector3 position(int node) const override { return body_->mesh.points[node] + steps_->displacement(node); }
     std::vector<core::Vector3> displacement() const override;
@@ -74,11 +77,15 @@ class SpringStepper : public core::Stepper {
     bool remove(std::span<const int> tetrahedra);
 
     /// FastSteps::set_scaling().
-    void set_scaling(const MassScaling &scaling) { steps_->set_scaling(scaling); }
+    void set_scaling(const MassScaling &scaling);
 
   private:
     void make_steps();
+    void set_factors(const MassScaling &scaling);
+    void load_with_ball();
     void push_out(double time_step);
+    /// Mass with which a node gives way to the ball in a step [kg].
+    double moved_mass(int node) const;
 
     std::shared_ptr<const core::Body> body_;
     MovingSprings moving_;
@@ -91,6 +98,9 @@ class SpringStepper : public core::Stepper {
     std::vector<core::Vector3> led_to_; ///< [m]
     std::vector<int> loaded_, heavier_; ///< nodes
     std::shared_ptr<core::BallContact> ball_;
+    std::vector<core::Vector3> force_of_ball_; ///< (N) of the step before [N]; empty where it acts as kicks
+    std::vector<int> pressed_;                 ///< nodes that have some of it
+    std::vector<double> factor_;               ///< (N) of masses that are scaled; empty where none are
     core::AfterStep after_;
 };
 
