@@ -1,19 +1,13 @@
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "core/problem.hpp"
+#include "core/tool/stepper.hpp"
 
 namespace livermark::msm {
 
-/// A load case as a model with point masses sees it.
-struct NodalConditions {
-    std::vector<core::Vector3> displacement;    ///< (N) prescribed displacement [m], NaN where a component is free
-    std::vector<std::array<int, 3>> constraint; ///< (N,3) index into LoadCase::constraint_names, -1 where free
-    std::vector<core::Vector3> force;           ///< (N) load [N]; where a place presses, for one newton of it [1]
-    double press_depth = 0.0;                   ///< LoadCase::press_depth [m]
-};
+using core::NodalConditions;
 
 /// Takes the conditions of a load case from its facets to the nodes: a third of each facet's traction to its corners,
 /// the acceleration by node mass. Where several constraints meet at a node, each component takes value and reaction

@@ -8,5 +8,4 @@ set(livermark_portable_msm_sources bounded_least_squares.cpp springs/tetrahedron
   kernels/layout/sliced_fans.cpp kernels/layout/sliced_nodal_springs.cpp kernels/layout/spring_lanes.cpp
   kernels/layout/sliced_body.cpp kernels/layout/sliced_springs.cpp kernels/layout/sliced_stars.cpp
   kernels/layout/new_volumes.cpp kernels/layout/new_chunk.cpp kernels/relaxation.cpp
-  cutting/cut_parts.cpp
-  needle/moving_needle.cpp ${livermark_vector_msm_sources})
+  cutting/cut_parts.cpp dynamics/spring_stepper.cpp ${livermark_vector_msm_sources})

@@ -9,38 +9,18 @@ namespace livermark::live {
 
 Surface touchable_surface(const core::TetraMesh &mesh, const std::vector<bool> &is_constrained) {
     Surface surface;
-    surface.nodal_area.assign(mesh.points.size(), 0.0);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
         if (is_constrained[f])
             continue;
-        const double area = core::area_vector(mesh, f).norm();
-        surface.triangles.push_back(mesh.boundary_triangles[f]);
+        const auto &nodes = mesh.boundary_triangles[f];
+        surface.triangles.push_back(nodes);
         surface.facet.push_back(f);
-        surface.area.push_back(area);
-        for (const int node : mesh.boundary_triangles[f])
-            surface.nodal_area[node] += area / 3.0;
+        surface.area.push_back(core::area_vector(mesh, f).norm());
+        surface.nodes.insert(surface.nodes.end(), nodes.begin(), nodes.end());
     }
-    for (int node = 0; node < mesh.num_nodes(); ++node)
-        if (surface.nodal_area[node] > 0.0)
-            surface.nodes.push_back(node);
+    std::ranges::sort(surface.nodes);
+    surface.nodes.erase(std::unique(surface.nodes.begin(), surface.nodes.end()), surface.nodes.end());
     return surface;
-}
-
-Load no_load(const Surface &surface) {
-    Load load;
-    load.nodal.assign(surface.nodal_area.size(), core::Vector3::Zero());
-    load.facet.assign(surface.triangles.size(), core::Vector3::Zero());
-    return load;
-}
-
-void clear(Load &load) {
-    for (const int node : load.nodes)
-        load.nodal[node].setZero();
-    for (const int triangle : load.triangles)
-        load.facet[triangle].setZero();
-    load.nodes.clear();
-    load.triangles.clear();
-    load.total.setZero();
 }
 
 namespace {
@@ -71,17 +51,18 @@ using core::Vector3;
 
 /// Parts of the radius that the parts of a triangle are at most large, over which a round load is summed.
 constexpr double part_of_radius = 0.1;
-/// A disc stays where it is until its middle is off by so many parts of its radius.
-constexpr double off_middle = 1e-5;
-/// How often the nearest point of the surface is searched for while nothing is touched.
-constexpr int misses_between_searches = 8;
-constexpr double search_margin = 0.008; ///< [m]
-/// How deep in the surface a sphere is at most that begins to touch it on its way, as a part of its radius and in
-/// metres.
-constexpr double shallow = 0.25, least_shallow = 0.002;
-/// Cosine of the angle by which a disc may have turned since it was at rest: the normal of a dent that a sphere is in
-/// tells nothing, so that the force has the direction of the normal at rest.
-constexpr double most_turned = 0.5;
+/// Steps between two searches for facets around the ball, which take as long as a third of a step on a liver.
+constexpr int steps_between_looks = 8;
+/// Depth of its centre below the surface at most, as a part of the radius, at which a ball has been pushed through: a
+/// deeper one is beside a fold.
+constexpr double pushed_through = 0.5;
+/// Depth at most, as a part of the radius, in which a ball begins to touch that comes out of the body: what it gave at
+/// once, the body would take as a blow.
+constexpr double shallow = 0.25;
+/// Moves that take a ball out of a dent, where other facets are near; a flat one needs one.
+constexpr int most_moves = 4;
+/// Difference of distances, over the radius, with which two triangles count as equally near.
+constexpr double as_near = 1e-6;
 
 core::Corners corners_of(const Surface &surface, int triangle, const PositionOf &position_of) {
     const auto &[a, b, c] = surface.triangles[triangle];
@@ -97,53 +78,46 @@ double longest_side(const core::Corners &corners) {
     return std::sqrt(std::max({(a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm()}));
 }
 
-/// Barycentric coordinates of the point of a triangle that is nearest to a point.
-/// (C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5)
-Vector3 nearest_in(const core::Corners &corners, const Vector3 &point) {
-    const auto &[a, b, c] = corners;
-    const Vector3 ab = b - a, ac = c - a;
-    const double d1 = ab.dot(point - a), d2 = ac.dot(point - a), d3 = ab.dot(point - b), d4 = ac.dot(point - b),
-                 d5 = ab.dot(point - c), d6 = ac.dot(point - c);
-    const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
-    if (d1 <= 0.0 && d2 <= 0.0)
-        return {1.0, 0.0, 0.0};
-    if (d3 >= 0.0 && d4 <= d3)
-        return {0.0, 1.0, 0.0};
-    if (d6 >= 0.0 && d5 <= d6)
-        return {0.0, 0.0, 1.0};
-    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0)
-        return {1.0 - d1 / (d1 - d3), d1 / (d1 - d3), 0.0};
-    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0)
-        return {1.0 - d2 / (d2 - d6), 0.0, d2 / (d2 - d6)};
-    if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
-        const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return {0.0, 1.0 - w, w};
-    }
-    const double sum = va + vb + vc;
-    return {va / sum, vb / sum, vc / sum};
+/// Barycentric coordinates of a point in a triangle.
+Vector3 coordinates_in(const core::Corners &corners, const Vector3 &point) {
+    const Vector3 normal = normal_of(corners);
+    const auto part = [&](const Vector3 &a, const Vector3 &b) {
+        return (a - point).cross(b - point).dot(normal) / normal.squaredNorm();
+    };
+    return {part(corners[1], corners[2]), part(corners[2], corners[0]), part(corners[0], corners[1])};
 }
 
-/// The point at rest whose place now is nearest to a point.
-/// @param facing  triangles whose normals at rest look away from this are left out; zero for none
-/// @return on no triangle if nothing is near, as where a motion is lost
-Place nearest_place(const Surface &surface, const std::vector<Vector3> &points, const std::vector<int> &triangles,
-                    const Vector3 &facing, const PositionOf &position_of, const Vector3 &point) {
-    const auto at_rest = [&](int node) { return points[node]; };
-    Place nearest;
+/// Point of the surface that is nearest to another one.
+struct NearestPoint {
+    Vector3 point = Vector3::Zero();    ///< [m]
+    double height = 0.0;                ///< of the other one above the surface [m]; negative below it
+    Vector3 outwards = Vector3::Zero(); ///< from the surface to the outside, of length 1
+};
+
+/// @param triangles  one at least
+NearestPoint nearest_point(const Surface &surface, const std::vector<int> &triangles, const PositionOf &position_of,
+                           const Vector3 &to, double tolerance) {
+    std::vector<std::pair<double, Vector3>> found; // distance, normal
+    NearestPoint nearest;
     double least = std::numeric_limits<double>::infinity();
     for (const int t : triangles) {
-        const auto rest = corners_of(surface, t, at_rest);
-        const Vector3 normal = normal_of(rest);
-        if (!facing.isZero(0.0) && normal.dot(facing) <= 0.0)
-            continue;
-        const auto now = corners_of(surface, t, position_of);
-        const Vector3 share = nearest_in(now, point);
-        const double square = (core::point_at(now, share) - point).squaredNorm();
-        if (square < least) {
-            least = square;
-            nearest = {.point = core::point_at(rest, share), .outwards = normal, .triangle = t};
+        const auto corners = corners_of(surface, t, position_of);
+        const Vector3 point = core::nearest_of_triangle(corners, to);
+        const double distance = (point - to).norm();
+        found.emplace_back(distance, normal_of(corners).normalized());
+        if (distance < least) {
+            least = distance;
+            nearest.point = point;
         }
     }
+    // At an edge or a node, the triangles around it tell together what is outside.
+    Vector3 normal = Vector3::Zero();
+    for (const auto &[distance, of_triangle] : found)
+        if (distance <= least + tolerance)
+            normal += of_triangle;
+    const bool is_above = (to - nearest.point).dot(normal) > 0.0;
+    nearest.height = is_above ? least : -least;
+    nearest.outwards = is_above && least > tolerance ? Vector3((to - nearest.point) / least) : normal.normalized();
     return nearest;
 }
 
@@ -193,18 +167,6 @@ std::vector<int> all_triangles(const Surface &surface) {
     return all;
 }
 
-/// Puts the disc around another place.
-void move_disc(SphereContact &contact, const Surface &surface, const std::vector<Vector3> &points, const Place &place,
-               double radius) {
-    if (place.triangle < 0)
-        return;
-    if (contact.near.empty() || (place.point - contact.near_point).norm() > search_margin) {
-        contact.near = triangles_around(surface, points, place.point, radius, search_margin);
-        contact.near_point = place.point;
-    }
-    contact.disc = disc_around(surface, points, contact.near, place, radius);
-}
-
 } // namespace
 
 Place place_of_node(const Surface &surface, const std::vector<Vector3> &points, int node) {
@@ -217,28 +179,16 @@ Place place_of_node(const Surface &surface, const std::vector<Vector3> &points, 
     return place;
 }
 
-std::vector<int> triangles_around(const Surface &surface, const std::vector<Vector3> &points, const Vector3 &point,
-                                  double radius, double margin) {
-    std::vector<int> found;
-    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
-        const auto corners = corners_of(surface, t, [&](int i) { return points[i]; });
-        const double reach = radius + margin + longest_side(corners);
-        if ((corners[0] - point).squaredNorm() < reach * reach)
-            found.push_back(t);
-    }
-    return found;
-}
-
-Disc disc_around(const Surface &surface, const std::vector<Vector3> &points, const std::vector<int> &near,
-                 const Place &place, double radius) {
+Disc disc_around(const Surface &surface, const std::vector<Vector3> &points, const Place &place, double radius) {
     Disc disc;
     disc.place = place;
     disc.shape = {place.point, radius};
     const auto at_rest = [&](int node) { return points[node]; };
     double sum = 0.0;
-    for (const int t : near) {
+    for (const int t : all_triangles(surface)) {
         const auto corners = corners_of(surface, t, at_rest);
-        if (normal_of(corners).dot(place.outwards) <= 0.0)
+        const double reach = radius + longest_side(corners);
+        if ((corners[0] - place.point).squaredNorm() >= reach * reach || normal_of(corners).dot(place.outwards) <= 0.0)
             continue;
         const auto moment = moments(disc.shape, corners, surface.area[t]);
         if (moment[0] == 0.0)
@@ -248,7 +198,7 @@ Disc disc_around(const Surface &surface, const std::vector<Vector3> &points, con
     }
     if (sum == 0.0) {
         const auto corners = corners_of(surface, place.triangle, at_rest);
-        const Vector3 at = nearest_in(corners, place.point);
+        const Vector3 at = coordinates_in(corners, core::nearest_of_triangle(corners, place.point));
         add_triangle(disc, surface, place.triangle, {1.0, at[0], at[1], at[2]});
         sum = 1.0;
     }
@@ -265,69 +215,117 @@ Vector3 mean_over(const Disc &disc, const PositionOf &field) {
     return mean;
 }
 
-Vector3 mean_normal(const Disc &disc, const Surface &surface, const PositionOf &position_of) {
-    Vector3 sum = Vector3::Zero();
-    for (std::size_t k = 0; k < disc.triangles.size(); ++k) {
-        const int t = disc.triangles[k];
-        sum += disc.share[k] / surface.area[t] * normal_of(corners_of(surface, t, position_of));
-    }
-    return sum.normalized();
+Load load_of(const Disc &disc, const Vector3 &force) {
+    Load load{.nodes = disc.nodes, .triangles = disc.triangles, .total = force, .shape = disc.shape};
+    for (const double share : disc.share)
+        load.facet.emplace_back(share * force);
+    for (const double weight : disc.weight)
+        load.nodal.emplace_back(weight * force);
+    return load;
 }
 
-void put_force(const Disc &disc, const Vector3 &force, Load &load) {
-    clear(load);
-    load.triangles = disc.triangles;
-    for (std::size_t k = 0; k < disc.triangles.size(); ++k)
-        load.facet[disc.triangles[k]] = disc.share[k] * force;
-    load.nodes = disc.nodes;
-    for (std::size_t k = 0; k < disc.nodes.size(); ++k)
-        load.nodal[disc.nodes[k]] = disc.weight[k] * force;
-    load.total = force;
-    load.shape = disc.shape;
+TouchableBody touchable_body(const core::TetraMesh &mesh, const std::vector<core::Material> &materials,
+                             const std::vector<bool> &is_constrained) {
+    TouchableBody touchable{.body = {.name = {}, .mesh = mesh, .materials = materials}, .load_case = {}};
+    auto &load_case = touchable.load_case;
+    load_case.conditions.push_back({"held", core::ConditionKind::displacement});
+    for (const bool is_held : is_constrained)
+        load_case.condition_on.push_back(is_held ? 0 : -1);
+    load_case.value.assign(is_constrained.size(), Vector3::Zero());
+    load_case.touching.emplace();
+    touchable.facets = core::touched_facets(touchable.body, load_case);
+    return touchable;
 }
 
-Vector3 penetration(SphereContact &contact, const Surface &surface, const std::vector<Vector3> &points,
-                    const Sphere &sphere, double tracking, const PositionOf &displacement_of) {
-    auto &disc = contact.disc;
-    const auto position_of = [&](int node) -> Vector3 { return points[node] + displacement_of(node); };
-    if (!contact.touches && contact.num_misses % misses_between_searches == 0) {
-        const auto place =
-            nearest_place(surface, points, all_triangles(surface), Vector3::Zero(), position_of, sphere.centre);
-        move_disc(contact, surface, points, place, sphere.radius);
+HeldBall HeldBall::copy() const {
+    auto other = *this;
+    if (contact)
+        other.contact = std::make_shared<core::BallContact>(*contact);
+    return other;
+}
+
+HeldBall take_ball(const TouchableBody &touchable, double radius, double friction) {
+    auto load_case = touchable.load_case;
+    // Points are as close as under a finger that presses half as deep as its radius.
+    load_case.touching =
+        core::TouchingTool{radius, Vector3::Zero(), 0.5 * radius * Vector3::UnitX(), Vector3::Zero(), friction, 0};
+    const int divisions = core::contact_divisions(touchable.body, load_case);
+    return {.contact = std::make_shared<core::BallContact>(touchable.facets, divisions, radius, friction),
+            .radius = radius};
+}
+
+Vector3 outside(const Surface &surface, double radius, const Vector3 &centre, const PositionOf &position_of) {
+    const auto all = all_triangles(surface);
+    Vector3 place = centre;
+    for (int move = 0; move < most_moves; ++move) {
+        const auto nearest = nearest_point(surface, all, position_of, place, as_near * radius);
+        if (nearest.height >= (1.0 - as_near) * radius || !nearest.outwards.allFinite())
+            break;
+        place = nearest.point + radius * nearest.outwards;
     }
-    const auto to_centre = [&]() -> Vector3 {
-        return sphere.centre - disc.place.point - mean_over(disc, displacement_of);
+    return place;
+}
+
+namespace {
+
+/// Triangles whose corners are all among some nodes, in ascending order.
+std::vector<int> triangles_between(const Surface &surface, const std::vector<int> &nodes) {
+    std::vector<int> found;
+    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t)
+        if (std::ranges::all_of(surface.triangles[t],
+                                [&](int node) { return std::ranges::binary_search(nodes, node); }))
+            found.push_back(t);
+    return found;
+}
+
+/// Looks for the facets that the ball may come to, and on which side of them its centre is.
+void look_around(HeldBall &ball, const Surface &surface, const Vector3 &centre, const PositionOf &position_of) {
+    ball.contact->look_around(position_of);
+    const auto near = triangles_between(surface, ball.contact->near());
+    if (near.empty())
+        return;
+    const double height = nearest_point(surface, near, position_of, centre, as_near * ball.radius).height;
+    ball.is_below =
+        ball.is_below ? height < (1.0 - shallow) * ball.radius : height < 0.0 && height > -pushed_through * ball.radius;
+    if (ball.is_below)
+        ball.contact->visit_points([](const auto &, const auto &, double, Vector3 &force) { force.setZero(); });
+}
+
+} // namespace
+
+void lead(HeldBall &ball, const Surface &surface, const Proxy &proxy, const Vector3 &from, double time_step,
+          const PositionOf &position_of) {
+    if (--ball.steps_to_look < 0) {
+        ball.steps_to_look = steps_between_looks - 1;
+        ball.contact->set_way(from, proxy.position + steps_between_looks * time_step * proxy.velocity);
+        look_around(ball, surface, proxy.position, position_of);
+    }
+    ball.contact->set_way(from, proxy.position);
+}
+
+Load load_of(const HeldBall &ball, const Surface &surface) {
+    Load load;
+    const auto add = [](std::vector<int> &numbers, std::vector<Vector3> &forces, int number, const Vector3 &force) {
+        const auto known = std::ranges::find(numbers, number) - numbers.begin();
+        if (known == std::ssize(numbers)) {
+            numbers.push_back(number);
+            forces.emplace_back(Vector3::Zero());
+        }
+        forces[known] += force;
     };
-    const auto at_rest = [&](int node) { return points[node]; };
-    const Vector3 normal = mean_normal(disc, surface, at_rest);
-    const double turned = normal.dot(mean_normal(disc, surface, position_of));
-    const auto along = [&](const Vector3 &way) -> Vector3 { return way - way.dot(normal) * normal; };
-    const Vector3 way = contact.touches ? Vector3(sphere.centre - contact.last_centre) : Vector3::Zero();
-    const Vector3 aside = along(to_centre()), shift = along(way) + tracking * (aside - along(way));
-    if (aside.norm() > off_middle * sphere.radius)
-        move_disc(contact, surface, points,
-                  nearest_place(surface, points, contact.near, disc.place.outwards, at_rest, disc.place.point + shift),
-                  sphere.radius);
-    contact.last_centre = sphere.centre;
-    const Vector3 from_surface = to_centre();
-    const double height = from_surface.dot(normal);
-    const double off_square = (from_surface - height * normal).squaredNorm(),
-                 radius_square = sphere.radius * sphere.radius;
-    // What touches already is driven out also where its centre has got below the surface, as under a body in motion.
-    // What does not touch begins to where it is shallow: a body that swings would gain energy of a sphere in it.
-    const double depth = off_square < radius_square ? std::sqrt(radius_square - off_square) - height : 0.0;
-    const bool is_taken_up = !contact.touches && contact.num_misses == 0;
-    const bool may_begin = height > 0.0 && (is_taken_up || depth < std::max(shallow * sphere.radius, least_shallow));
-    if (is_taken_up)
-        contact.first_depth = std::max(depth, 0.0);
-    else if (!contact.touches)
-        contact.first_depth = 0.0;
-    contact.touches =
-        depth > 0.0 && depth < 2.0 * sphere.radius && turned > most_turned && (contact.touches || may_begin);
-    contact.num_misses = contact.touches ? 0 : contact.num_misses + 1;
-    if (!contact.touches)
-        return Vector3::Zero();
-    return -depth * normal;
+    int triangle = 0; // the contact visits its facets in their order
+    ball.contact->visit_points([&](const std::array<int, 3> &nodes, const std::array<double, 3> &shape,
+                                   double /*compliance*/, const Vector3 &force) {
+        while (surface.triangles[triangle] != nodes)
+            ++triangle;
+        if (force.isZero(0.0))
+            return;
+        load.total += force;
+        add(load.triangles, load.facet, triangle, force);
+        for (std::size_t k = 0; k < 3; ++k)
+            add(load.nodes, load.nodal, nodes[k], shape[k] * force);
+    });
+    return load;
 }
 
 } // namespace livermark::live

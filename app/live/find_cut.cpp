@@ -19,7 +19,7 @@ namespace {
 
 using FaceKey = std::array<int, 3>;
 
-/// Of the faces on the boundary of a mesh: which boundary triangle each is.
+/// Numbers of the boundary triangles of a mesh by their faces.
 std::map<FaceKey, int> numbers_of_facets(const core::TetraMesh &mesh) {
     std::map<FaceKey, int> numbers;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
@@ -156,7 +156,7 @@ std::vector<bool> region_taken(const CutRequest &request, const core::TetraMesh 
     return taken;
 }
 
-/// What is constrained of each piece, and of what goes.
+/// Constraints of each piece, and of what goes.
 struct Held {
     std::vector<bool> pieces;
     int num_lost = 0, num_all = 0; ///< constrained triangles

@@ -7,7 +7,7 @@
 
 namespace livermark::live {
 
-/// What is left of a mesh from which tetrahedra are taken away. Nodes keep their numbers; those that are gone are
+/// Remains of a mesh from which tetrahedra are taken away. Nodes keep their numbers; those that are gone are
 /// corners of no tetrahedron.
 struct Remains {
     core::TetraMesh mesh;         ///< all nodes; the tetrahedra that are left, in their order, and their boundary
@@ -20,7 +20,7 @@ struct Remains {
 /// @param is_gone  shape (M) of the whole mesh, whose boundary triangles are those of its tetrahedra
 Remains remains_of(const core::TetraMesh &whole, const std::vector<char> &is_gone);
 
-/// Of each boundary triangle of what is left, whether it is constrained. The wound is free.
+/// Constraints of what is left: whether each boundary triangle is constrained. The wound is free.
 /// @param is_constrained  shape (T) of the whole mesh
 std::vector<bool> constrained_remains(const Remains &remains, const std::vector<bool> &is_constrained);
 
@@ -29,11 +29,11 @@ double wound_area(const Remains &remains);
 
 /// Which tetrahedra a cut takes away from a body that moves.
 
-/// What somebody asks to be cut. A region is taken with its margin as at rest, because so it was planned; a plane and a
+/// A cut that somebody asks for. A region is taken with its margin as at rest, because so it was planned; a plane and a
 /// blade meet the body where it is.
 struct CutRequest {
     meshes::CutTool tool; ///< that takes something away: a blade has a thickness
-    /// Of a region: what is nearer than the margin with any point goes as well, so that it is left everywhere. By
+    /// Margin of a region that is kept everywhere: what is nearer than the margin with any point goes as well. By
     /// centroids alone, as in load cases, a large tetrahedron that touches the region at a node may stay.
     bool keeps_margin = false;
     bool takes_loose = false; ///< pieces that nothing holds go as well; otherwise a cut that leaves one is refused

@@ -35,7 +35,7 @@ class Numbers {
             throw support::InputError(fmt::format("a message has {} where a whole number belongs", value));
         return static_cast<int>(value);
     }
-    /// Of something that takes so many numbers each.
+    /// Number of things, each of which takes so many numbers.
     std::size_t count() {
         const int value = integer();
         if (value < 0 || static_cast<std::size_t>(value) > left_.size())
@@ -103,19 +103,19 @@ std::string frame_bytes(const Frame &frame, double seconds) {
     append_vector(bytes, frame.tool);
     append_vector(bytes, frame.force);
     append_vector(bytes, load.shape.middle);
-    append(bytes, load.triangles.empty() ? 0.0 : load.shape.radius);
+    append(bytes, load.shape.radius);
     for (const double number :
          {frame.indentation, frame.smallest_volume, frame.largest_speed, static_cast<double>(frame.restarts), seconds,
           count(frame.displacement), count(load.nodes), count(load.triangles)})
         append(bytes, number);
     for (const int node : load.nodes)
         append(bytes, static_cast<double>(node));
-    for (const int node : load.nodes)
-        append_vector(bytes, load.nodal[node]);
+    for (const auto &force : load.nodal)
+        append_vector(bytes, force);
     for (const int triangle : load.triangles)
         append(bytes, static_cast<double>(frame.surface->facet[triangle]));
-    for (const int triangle : load.triangles)
-        append_vector(bytes, load.facet[triangle] / frame.surface->area[triangle]);
+    for (std::size_t l = 0; l < load.triangles.size(); ++l)
+        append_vector(bytes, load.facet[l] / frame.surface->area[load.triangles[l]]);
     for (const auto &u : frame.displacement)
         for (const double x : u)
             append(bytes, static_cast<float>(x));

@@ -6,7 +6,7 @@
 
 #include "app/live/scene.hpp"
 
-/// What the live page says to a scene, and how it replies, as numbers in a row: the same to the kernel in the page
+/// Messages of the live page to a scene, and replies, as numbers in a row: the same to the kernel in the page
 /// and to the one behind a socket. Numbers are float64, little-endian; so are the integers among them.
 namespace livermark::live {
 
@@ -23,7 +23,8 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 ///         the longest one while something is pressed [s], number of springs
 ///     2, tool, target (3) [m], radius [m], node, number of steps
 ///         Reply: time [s], tool (3) [m], force (3) [N], middle (3) [m] and radius [m] of the round load that the
-///         tractions are the means of over facets, radius 0 where nothing is loaded (core/tool/round_load.hpp),
+///         tractions of a pull are the means of over facets (core/tool/round_load.hpp), radius 0 of those of a probe,
+///         which are even on each facet,
 ///         indentation [m], smallest volume, largest speed [m/s], restarts, seconds that the steps took, N, K, L; node
 ///         (K), force (K,3) [N], facet (L), traction (L,3) [Pa]; and as float32 displacement (N,3) [m]
 ///     3

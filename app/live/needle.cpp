@@ -14,7 +14,7 @@ namespace {
 
 /// Points of the way that are looked at whether they are inside.
 constexpr int num_looks = 24;
-/// Of the spread: so far the entry may be from the body.
+/// Distance of the entry from the body at most, over the spread.
 constexpr double off_surface = 0.25;
 
 /// Written so that what is no number is outside.
@@ -26,13 +26,12 @@ void check_number(const char *what, double value, double least, double most) {
 
 } // namespace
 
-HeldNeedle::HeldNeedle(const core::Needle &needle, const core::TetraMesh &mesh, const std::vector<double> &node_mass,
-                       const msm::NodalConditions &conditions, const msm::FastSteps &steps)
-    : moving_(needle, mesh, node_mass, conditions), impulses_(moving_.num_places(), core::Vector3::Zero()) {
+HeldNeedle::HeldNeedle(const core::Needle &needle, const core::TetraMesh &mesh, const core::Stepper &steps)
+    : moving_(needle, mesh, steps.per_mass()), impulses_(moving_.num_places(), core::Vector3::Zero()) {
     moving_.begin(steps);
 }
 
-void HeldNeedle::act(msm::FastSteps &steps, double depth, double time_step) {
+void HeldNeedle::act(core::Stepper &steps, double depth, double time_step) {
     const double most = fastest_needle * time_step;
     moving_.act(steps, moving_.depth() + std::clamp(depth - moving_.depth(), -most, most), time_step);
     force_ += time_step * moving_.force();
@@ -41,7 +40,7 @@ void HeldNeedle::act(msm::FastSteps &steps, double depth, double time_step) {
     time_ += time_step;
 }
 
-NeedleReading HeldNeedle::reading(const msm::FastSteps &steps) {
+NeedleReading HeldNeedle::reading(const core::Stepper &steps) {
     const bool has_moved = time_ > 0.0;
     NeedleReading reading{.depth = moving_.depth(),
                           .tip = moving_.tip(),

@@ -32,8 +32,8 @@ core::Body with_material(core::Body body, double young_modulus, double poisson_r
 
 namespace {
 
-/// Of the critical time step of a pressed body. What is pressed in one direction bulges in others, where its triangles
-/// get larger and its springs longer; with 0.8 one poke in two hundred was lost.
+/// Part of the critical time step of a pressed body. What is pressed in one direction bulges in others, where its
+/// triangles get larger and its springs longer; with 0.8 one poke in two hundred was lost.
 constexpr double pressed_part = 0.5;
 /// The same of springs whose energy keeps tetrahedra from turning inside out. Of 900 pokes and pulls on the healthy
 /// liver as many motions were lost as with 0.5, one; with 0.7 three in 300.
@@ -42,15 +42,15 @@ constexpr double pressed_part_of_energies = 0.6;
 /// critical one, because what bulges does so before it is pressed: with 0.8 the healthy liver did not come to rest.
 constexpr int most_parts = 3;
 constexpr int most_parts_of_energies = 2;
-/// Of the critical step at rest, where only the guard keeps tetrahedra from turning inside out: with 0.8 the liver with
-/// tumours did not come to rest after 100 pokes at Poisson's ratio 0.49.
+/// Part of the critical step at rest, where only the guard keeps tetrahedra from turning inside out: with 0.8 the liver
+/// with tumours did not come to rest after 100 pokes at Poisson's ratio 0.49.
 constexpr double guarded_part = 0.5;
-/// Of its volume at rest, below which a tetrahedron is watched: the guard begins at a half.
+/// Part of its volume at rest, below which a tetrahedron is watched: the guard begins at a half.
 constexpr double watched_part = 0.7;
-/// How much longer steps have to get by scaled masses: a step with them takes up to a fifth more time.
+/// Factor by which steps have to get longer by scaled masses: a step with them takes up to a fifth more time.
 constexpr double least_gain = 1.25;
-/// Of squared frequencies: steps are far from the critical ones, and nobody likes to wait for settings.
-constexpr double of_steps = 1e-5;
+/// Accuracy of squared frequencies: steps are far from the critical ones, and nobody likes to wait for settings.
+constexpr double step_accuracy = 1e-5;
 /// The last digits of a longest step are not those that another machine found.
 constexpr double rounding = 1.0 + 1e-6;
 /// However soft a body is, the mass between it and the hand has to be moved in steps that it bears [s].
@@ -68,18 +68,18 @@ const msm::Integrator &symplectic_euler() {
     return msm::find_integrator("symplectic_euler");
 }
 
-/// What steps a body bears with these masses.
+/// Steps that a body bears with these masses.
 Chosen longest_steps(const core::Body &body, const msm::MassSprings &parts, const msm::NodalConditions &conditions,
                      const msm::MassScaling &scaling, const Settings &settings) {
     const auto &points = body.mesh.points;
-    const double highest = msm::largest_angular_frequency(parts.body, points, conditions, scaling, of_steps);
+    const double highest = msm::largest_angular_frequency(parts.body, points, conditions, scaling, step_accuracy);
     if (!(highest > 0.0))
         throw support::InputError("no part of the body can move; constrain less of it");
     Chosen chosen{.num_springs = static_cast<int>(parts.springs.edges.size())};
     chosen.critical_time_step = critical_step(highest, settings);
     auto pressed = parts.body;
     pressed.terms.push_back(msm::pressed_guard(with_material_of_guard(body)));
-    const double highest_pressed = msm::largest_angular_frequency(pressed, points, conditions, scaling, of_steps);
+    const double highest_pressed = msm::largest_angular_frequency(pressed, points, conditions, scaling, step_accuracy);
     const bool has_energy = keep_from_inverting(settings.springs);
     chosen.pressed_time_step =
         (has_energy ? pressed_part_of_energies : pressed_part) * critical_step(highest_pressed, settings);
@@ -111,6 +111,7 @@ void check_tool(const Tool &tool, const Surface &surface) {
     if (!tool.target.allFinite() || !(tool.target.norm() < 1e3))
         throw support::InputError("a tool is led to a place that is none, or a kilometre away; lead it to the body");
     check_range("a tool's radius", tool.radius, 1e-3, 0.1, " m");
+    check_range("a tool's friction", tool.friction, 0.0, 10.0, "");
     if (tool.kind == ToolKind::pull && !std::ranges::binary_search(surface.nodes, tool.node))
         throw support::InputError(
             fmt::format("node {} cannot be pulled; take one of the surface that is not constrained", tool.node));
@@ -220,8 +221,8 @@ double smallest_volume_ratio(const core::TetraMesh &mesh, const std::vector<core
 double indentation(const Load &load, const std::vector<core::Vector3> &displacement) {
     const double force = load.total.norm();
     double work = 0.0;
-    for (const int node : load.nodes)
-        work += load.nodal[node].dot(displacement[node]);
+    for (std::size_t k = 0; k < load.nodes.size(); ++k)
+        work += load.nodal[k].dot(displacement[load.nodes[k]]);
     return force > 0.0 ? work / force : 0.0;
 }
 

@@ -61,14 +61,14 @@ std::vector<double> watched_volumes(const core::Body &body, const msm::MassSprin
 /// Mean length of the edges [m].
 double mean_edge(const core::TetraMesh &mesh);
 
-/// Of all nodes [m/s].
+/// Largest speed of all nodes [m/s].
 /// @param velocity  shape (3 N) [m/s]
 double largest_speed(const Eigen::VectorXd &velocity);
 
-/// Of all tetrahedra the smallest volume, as a part of what it is at rest.
+/// Smallest volume of all tetrahedra, as a part of what it is at rest.
 double smallest_volume_ratio(const core::TetraMesh &mesh, const std::vector<core::Vector3> &displacement);
 
-/// How far a body gives way under nodal forces, sum of f_i . u_i / |sum of f_i| [m]; 0 without a force.
+/// Way by which a body yields under nodal forces, sum of f_i . u_i / |sum of f_i| [m]; 0 without a force.
 double indentation(const Load &load, const std::vector<core::Vector3> &displacement);
 
 } // namespace livermark::live

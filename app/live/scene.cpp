@@ -16,27 +16,15 @@ namespace livermark::live {
 namespace {
 
 constexpr int most_steps = 10000;
-/// How stiff the contact of a tool with its disc is, at most [N/m]: the strongest coupling draws a pull 6 mm from what
-/// it holds, and presses a probe 3 mm into the surface.
-constexpr double stiffest_contact = 6000.0, stiffest_grip = 2000.0;
-/// How deep a probe is in the surface until its contact is as stiff as that: what touches lightly is pressed softly, as
-/// by a pad of flesh, and does not rattle [m].
-constexpr double soft_depth = 0.002;
-/// What a probe exerts at most: where it rests, the coupling holds against it, which is half as strong [N].
-constexpr double strongest_contact = 2.0 * strongest_coupling;
+/// Stiffness between a pull and what it holds, at most [N/m]: the strongest coupling draws a pull 6 mm from that.
+constexpr double stiffest_grip = 2000.0;
 /// A tool of stiffness k at a node of mass m would ask for steps h with h^2 k / m < 4, which are shorter than the
-/// body's. So the node gets some of the mass of the tool while it touches, and h^2 k over what is added is
+/// body's. So the node gets some of the mass of the tool while it is held, and h^2 k over what is added is
 constexpr double touched_part = 2.0;
 /// And h^2 k over the mass of the tool itself is at most
 constexpr double coupled_part = 0.5;
-/// Where springs with an energy are pressed flatter than this, they get no stiffer: the guard is at work long before.
+/// Stretch below which springs with an energy get no stiffer: the guard is at work long before.
 constexpr double least_stretch = 0.4;
-/// A probe may be put down deep in the body: how deep that was counts less and less in this time, so that it parts the
-/// body and does not burst it [s].
-constexpr double soft_start = 0.02;
-/// A disc goes along with its probe at once, but follows what the body does in this time: so it stays nearly where it
-/// is while the body swings, and the contact takes as much energy as it gives [s].
-constexpr double tracking_time = 0.05;
 /// Steps that are divided after something was pressed: to change their length at each oscillation would add energy.
 constexpr int num_divided = 16;
 /// Parts of the mean edge that each component of a node's motion is at most long in one step. Nothing that a hand does
@@ -104,32 +92,40 @@ void Scene::prepare_steps(bool may_be_scaled) {
     const auto &chosen = stepping.chosen;
     num_parts_ = fewest_parts_ * num_parts_of(chosen.time_step, chosen.pressed_time_step);
     const auto num_tetrahedra = body_.mesh.tetrahedra.size();
-    auto next = msm::FastSteps::prepare(
-        prepared_->parts.body, body_.mesh.points, conditions, prepared_->settings.damping, "symplectic_euler",
-        chosen.time_step,
-        {.precision = msm::ForcePrecision::single_precision,
-         .num_threads = num_threads_,
-         .scaling = rest ? msm::MassScaling{} : stepping.scaling,
-         .least_stretch = least_stretch,
-         .largest_speed = way_in_step * mean_edge_ / chosen.time_step,
-         .watched_volume = rest ? watched_of_whole(*rest, stepping, num_tetrahedra)
-                                : watched_volumes(prepared_->body, prepared_->parts, conditions, stepping),
-         .may_be_cut = true});
+    const std::shared_ptr<const core::Body> body(prepared_, &prepared_->body);
+    auto next = std::make_unique<msm::SpringStepper>(
+        body,
+        msm::MovingSprings{.springs = prepared_->parts.body,
+                           .source = spring_source(body_, prepared_->settings),
+                           .damping = prepared_->settings.damping,
+                           .options = {.precision = msm::ForcePrecision::single_precision,
+                                       .num_threads = num_threads_,
+                                       .scaling = rest ? msm::MassScaling{} : stepping.scaling,
+                                       .least_stretch = least_stretch,
+                                       .largest_speed = way_in_step * mean_edge_ / chosen.time_step,
+                                       .watched_volume = rest ? watched_of_whole(*rest, stepping, num_tetrahedra)
+                                                              : watched_volumes(prepared_->body, prepared_->parts,
+                                                                                conditions, stepping),
+                                       .may_be_cut = true},
+                           .critical_time_step = chosen.critical_time_step,
+                           .bears_ball_as_loads = true},
+        conditions);
+    next->prepare(chosen.time_step);
     divided_steps_ = 0;
     std::optional<msm::State> state;
     if (steps_)
         state = sound_state();
     steps_ = std::move(next);
-    node_mass_ = prepared_->parts.body.node_mass;
-    parts_ =
-        msm::CutParts::prepare(prepared_->body, prepared_->parts.body,
-                               spring_source(body_, prepared_->settings)); // now, so that a cut does not wait for it
+    touchable_ = touchable_body(remains_.mesh, prepared_->body.materials, constrained_remains());
     if (!cuts_.empty())
         cut_anew();
     if (state) {
         steps_->set_state(*state);
         if (!state->displacement.isZero(0.0))
             divided_steps_ = num_divided; // these springs may be pressed where the body is
+    }
+    if (ball_.contact) {
+        touch_anew();
     }
 }
 
@@ -141,97 +137,93 @@ void Scene::put_needle(const Tool &tool) {
     if (is_in != was_in && !prepared_->stepping.scaling.parts.empty())
         prepare_steps(!is_in);
     if (is_in)
-        needle_.emplace(tool.needle, remains_.mesh, node_mass_, constrained_conditions(is_constrained_), *steps_);
+        needle_.emplace(tool.needle, remains_.mesh, *steps_);
 }
 
-core::Vector3 Scene::position(int node) const {
-    return body_.mesh.points[node] + steps_->displacement(node);
+core::Vector3 Scene::displacement(int node) const {
+    core::Vector3 found;
+    steps_->displacements({&node, 1}, {&found, 1});
+    return found;
 }
 
 /// Begins with a tool where it differs from the one before.
 void Scene::take_up(const Tool &tool) {
     const bool is_same = tool.kind == ToolKind::needle ? are_one_needle(tool, tool_)
                                                        : tool.kind == tool_.kind && tool.radius == tool_.radius &&
+                                                             tool.friction == tool_.friction &&
                                                              (tool.kind != ToolKind::pull || tool.node == tool_.node);
     tool_ = tool;
     if (is_same)
         return;
     take_load_off();
     put_needle(tool);
-    contact_ = {};
+    disc_ = {};
+    ball_ = {};
     divided_steps_ = num_divided; // it is not known yet how far it presses
     proxy_ = {.position = tool.target, .target = tool.target};
+    if (tool.kind == ToolKind::probe) {
+        ball_ = take_ball(*touchable_, tool.radius, tool.friction);
+        proxy_.position = proxy_.target =
+            outside(surface_, tool.radius, tool.target, [&](int node) { return steps_->position(node); });
+    }
     if (tool.kind == ToolKind::pull) {
         const auto &points = body_.mesh.points;
         const auto place = place_of_node(surface_, points, tool.node);
-        const auto near = triangles_around(surface_, points, place.point, tool.radius, 0.0);
-        contact_.disc = disc_around(surface_, points, near, place, tool.radius);
-        proxy_.position = proxy_.target =
-            mean_over(contact_.disc, [&](int i) { return steps_->displacement(i); }) + place.point;
+        disc_ = disc_around(surface_, points, place, tool.radius);
+        proxy_.position = proxy_.target = mean_over(disc_, [&](int node) { return displacement(node); }) + place.point;
     }
+    let_touch();
     fit_tool();
 }
 
-/// How stiff the tool is.
+/// Begins to touch again where the body was of another material, or whole, or not.
+void Scene::touch_anew() {
+    const bool is_below = ball_.is_below;
+    ball_ = take_ball(*touchable_, tool_.radius, tool_.friction);
+    ball_.is_below = is_below;
+    let_touch();
+}
+
+/// Lets the ball take part in steps, as long as it is outside.
+void Scene::let_touch() {
+    steps_->touch(ball_.is_below ? nullptr : ball_.contact);
+}
+
+/// Finds the stiffness of a pull.
 void Scene::fit_tool() {
     const double bearable = coupled_part * coupling_mass / (time_step_ * time_step_); // [N/m]
-    tool_stiffness_ = std::min(tool_.kind == ToolKind::probe ? stiffest_contact : stiffest_grip, bearable);
+    grip_stiffness_ = std::min(stiffest_grip, bearable);
 }
 
-/// From where the body is now [N].
-/// @param part  of a step that it is for [s]
-core::Vector3 Scene::force_of_tool(double part) {
-    const auto displacement_of = [&](int node) { return steps_->displacement(node); };
-    if (tool_.kind == ToolKind::probe) {
-        const bool touched = contact_.touches;
-        const auto inwards = penetration(contact_, surface_, body_.mesh.points, {proxy_.position, tool_.radius},
-                                         contact_.touches ? std::min(0.5, part / tracking_time) : 0.5, displacement_of);
-        contact_.time = touched ? contact_.time + part : 0.0;
-        const double pardoned = contact_.first_depth * std::max(0.0, 1.0 - contact_.time / soft_start);
-        const double depth = inwards.norm() - pardoned;
-        touching_stiffness_ = tool_stiffness_ * std::clamp(depth / soft_depth, 0.0, 1.0);
-        if (depth <= 0.0)
-            return core::Vector3::Zero();
-        // Of energies k d^3 / (6 s) up to a depth s, and k d (d - s) / 2 beyond but for a constant.
-        const double way = depth < soft_depth ? 0.5 * depth * depth / soft_depth : depth - 0.5 * soft_depth;
-        return std::min(tool_stiffness_ * way, strongest_contact) * inwards.normalized();
-    }
-    touching_stiffness_ = tool_stiffness_;
-    const auto &disc = contact_.disc;
-    return tool_stiffness_ * (proxy_.position - disc.place.point - mean_over(disc, displacement_of));
-}
-
-/// The forces of the tool, from where the body is now.
+/// Forces of a pull, from where the body is now.
 /// @param part  of a step that they are for [s]
-void Scene::touch(double part) {
-    const auto before = load_.nodes;
-    const auto force = force_of_tool(part);
-    if (force.isZero(0.0))
-        clear(load_);
-    else
-        put_force(contact_.disc, force, load_);
-    for (const int node : before)
-        if (load_.nodal[node].isZero(0.0)) {
-            steps_->set_load(node, core::Vector3::Zero());
-            steps_->set_mass(node, node_mass_[node]);
-        }
+void Scene::draw(double part) {
+    const auto moved = mean_over(disc_, [&](int node) { return displacement(node); });
+    load_ = load_of(disc_, grip_stiffness_ * (proxy_.position - disc_.place.point - moved));
     carry_load(part);
 }
 
-/// Puts the load on the nodes, and what of the tool's mass they move with.
+/// Puts the load of a pull on the nodes, and what of the tool's mass they move with.
 void Scene::carry_load(double part) {
-    const auto &disc = contact_.disc;
-    for (std::size_t k = 0; k < disc.nodes.size() && !load_.nodes.empty(); ++k) {
-        const int node = disc.nodes[k];
-        steps_->set_load(node, load_.nodal[node]);
-        steps_->set_mass(node, node_mass_[node] + part * part * touching_stiffness_ * disc.weight[k] / touched_part);
-    }
+    std::vector<double> masses;
+    for (std::size_t k = 0; k < load_.nodes.size(); ++k)
+        masses.push_back(part * part * grip_stiffness_ * disc_.weight[k] / touched_part);
+    steps_->load(load_.nodes, load_.nodal);
+    steps_->add_masses(load_.nodes, masses);
+}
+
+/// Leads a probe on, against what the body exerted on it in the last step.
+void Scene::lead_ball(double part) {
+    const auto from = proxy_.position;
+    advance(proxy_, -ball_.force(), part);
+    lead(ball_, surface_, proxy_, from, part, [&](int node) { return steps_->position(node); });
+    let_touch();
 }
 
 core::Vector3 Scene::within_reach(const core::Vector3 &goal) const {
     if (tool_.kind != ToolKind::pull)
         return goal;
-    const auto &middle = contact_.disc.place.point;
+    const auto &middle = disc_.place.point;
     const double length = (goal - middle).norm(), furthest = furthest_pull * extent_;
     return length > furthest ? core::Vector3(middle + furthest / length * (goal - middle)) : goal;
 }
@@ -241,11 +233,15 @@ core::Vector3 Scene::within_reach(const core::Vector3 &goal) const {
 void Scene::step(const Tool &tool, double needle_depth, double part) {
     if (tool_.kind != ToolKind::none && !needle_) {
         follow(proxy_, within_reach(tool.target), part);
-        touch(part);
-        advance(proxy_, -load_.total, part);
+        if (ball_.contact) {
+            lead_ball(part);
+        } else {
+            draw(part);
+            advance(proxy_, -load_.total, part);
+        }
     }
-    steps_->set_time_step(part);
-    steps_->take(1);
+    steps_->prepare(part);
+    steps_->step(part, 1);
     if (needle_)
         needle_->act(*steps_, needle_depth, part);
     if (steps_->is_pressed())
@@ -276,7 +272,7 @@ core::Vector3 Scene::feel(const Tool &tool, int num_steps) {
 }
 
 core::Vector3 Scene::force_on_tool() const {
-    return needle_ ? core::Vector3(-needle_->force()) : core::Vector3(-load_.total);
+    return -(needle_ ? needle_->force() : ball_.contact ? ball_.force() : load_.total);
 }
 
 Frame Scene::move(const Tool &tool, int num_steps) {
@@ -309,8 +305,8 @@ Frame Scene::frame() {
     for (const int node : gone_nodes_)
         frame.displacement[node].setZero();
     frame.smallest_volume = smallest_volume_ratio(remains_.mesh, frame.displacement);
-    frame.indentation = indentation(load_, frame.displacement);
-    frame.load = load_;
+    frame.load = ball_.contact ? load_of(ball_, surface_) : load_;
+    frame.indentation = indentation(frame.load, frame.displacement);
     frame.surface = &surface_;
     return frame;
 }
@@ -322,11 +318,9 @@ bool Scene::is_lost(const msm::State &state) const {
 }
 
 void Scene::take_load_off() {
-    for (const int node : load_.nodes) {
-        steps_->set_load(node, core::Vector3::Zero());
-        steps_->set_mass(node, node_mass_[node]);
-    }
-    clear(load_);
+    load_ = {};
+    steps_->load({}, {});
+    steps_->add_masses({}, {});
 }
 
 void Scene::reset() {
@@ -345,7 +339,9 @@ void Scene::settle() {
     steps_->set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
     tool_ = {};
     proxy_ = {};
-    contact_ = {};
+    disc_ = {};
+    ball_ = {};
+    let_touch();
     put_needle(tool_);
     divided_steps_ = 0;
     fit_tool();
@@ -359,7 +355,9 @@ void Scene::keep() {
              .state = std::move(state),
              .tool = tool_,
              .proxy = proxy_,
-             .contact = contact_,
+             .disc = disc_,
+             .ball = ball_.copy(),
+             .touched = touchable_->facets,
              .load = load_,
              .divided_steps = divided_steps_,
              .needle = needle_};
@@ -378,7 +376,13 @@ void Scene::restore() {
     steps_->set_state(kept_->state);
     tool_ = kept_->tool;
     proxy_ = kept_->proxy;
-    contact_ = kept_->contact;
+    disc_ = kept_->disc;
+    const bool is_same = std::ranges::equal(kept_->touched, touchable_->facets, {}, &core::TouchedFacet::penalty,
+                                            &core::TouchedFacet::penalty);
+    ball_ = kept_->ball.copy();
+    let_touch();
+    if (ball_.contact && !is_same)
+        touch_anew();
     load_ = kept_->load;
     divided_steps_ = kept_->divided_steps;
     // The time step may be another one by now.

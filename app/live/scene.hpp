@@ -11,8 +11,7 @@
 #include "app/live/find_cut.hpp"
 #include "app/live/needle.hpp"
 #include "core/problem.hpp"
-#include "msm/cutting/cut_parts.hpp"
-#include "msm/kernels/fast_steps.hpp"
+#include "msm/dynamics/spring_stepper.hpp"
 
 namespace livermark::live {
 
@@ -20,7 +19,7 @@ namespace livermark::live {
 /// app/viewer/src/live/settings_panel.ts.
 inline constexpr const char *usual_springs = "nodal_neo_hookean";
 
-/// What may be chosen while a body moves.
+/// Choices while a body moves.
 struct Settings {
     std::string springs = usual_springs; ///< of spring_names()
     bool keeps_volume = true;            ///< springs carry lambda = mu, a nodal volume term the rest
@@ -30,7 +29,7 @@ struct Settings {
     double time_step = 0.0; ///< [s]; 0 takes the longest
 };
 
-/// What the settings come to.
+/// Steps that the settings come to.
 struct Chosen {
     double time_step = 0.0;          ///< [s]
     double longest_time_step = 0.0;  ///< that may be asked for [s]
@@ -44,8 +43,8 @@ struct Frame {
     double time = 0.0;                           ///< since the start [s]
     core::Vector3 tool = core::Vector3::Zero();  ///< centre of the probe, or of what is pulled [m]
     core::Vector3 force = core::Vector3::Zero(); ///< of the body on the tool [N]
-    /// How far the body gives way in the mean over the disc of the tool, weighted with what it exerts, along its force:
-    /// sum of f_i . u_i / |sum of f_i| over the nodal forces [m]; what a load case with `press` prescribes.
+    /// Way by which the body yields in the mean over what the tool touches, weighted with what it exerts, along its
+    /// force: sum of f_i . u_i / |sum of f_i| over the nodal forces [m]; what a load case with `press` prescribes.
     double indentation = 0.0;
     double smallest_volume = 1.0; ///< of a tetrahedron, as a part of its volume at rest; below 0 it is inverted
     double largest_speed = 0.0;   ///< of all nodes, and of the tool [m/s]
@@ -56,7 +55,7 @@ struct Frame {
     std::optional<NeedleReading> needle;     ///< of a needle; its tip is `tool`
 };
 
-/// What a cut has done.
+/// Numbers of a cut that has been made.
 struct CutReading {
     double volume = 0.0;             ///< that it has taken, at rest [m^3]
     double wound_area = 0.0;         ///< of all cuts, at rest [m^2]
@@ -93,8 +92,8 @@ class Scene {
     /// the next move()
     core::Vector3 feel(const Tool &tool, int num_steps);
 
-    /// How often forces have been evaluated since the scene was made: more often than steps were taken where something
-    /// was pressed.
+    /// Number of times that forces have been evaluated since the scene was made: more often than steps were taken where
+    /// something was pressed.
     long num_evaluations() const { return num_evaluations_; }
 
     /// Takes tetrahedra away from the body as it moves, and the tool with them: what is left goes on from where it is,
@@ -106,10 +105,10 @@ class Scene {
     ///   a cut that has been made already
     CutReading cut(const CutRequest &request);
 
-    /// What cuts have left.
+    /// Remains that cuts have left.
     const Remains &remains() const { return remains_; }
 
-    /// Of its boundary triangles, which are constrained.
+    /// Constraints of its boundary triangles.
     std::vector<bool> constrained_remains() const { return live::constrained_remains(remains_, is_constrained_facet_); }
 
     /// Tetrahedra that cuts have taken, ascending.
@@ -133,7 +132,6 @@ class Scene {
   private:
     void take_up(const Tool &tool);
     void fit_tool();
-    core::Vector3 force_of_tool(double part);
     core::Vector3 within_reach(const core::Vector3 &goal) const;
     void step(const Tool &tool, double needle_depth, double part);
     void put_needle(const Tool &tool);
@@ -145,10 +143,13 @@ class Scene {
     void undo_cuts(std::size_t num_left);
     std::vector<char> is_gone(std::size_t num_cuts) const;
     core::Vector3 force_on_tool() const;
-    void touch(double part);
+    void draw(double part);
     void carry_load(double part);
+    void lead_ball(double part);
     void take_load_off();
-    core::Vector3 position(int node) const;
+    void let_touch();
+    void touch_anew();
+    core::Vector3 displacement(int node) const;
     bool is_lost(const msm::State &state) const;
     void settle();
     msm::State sound_state();
@@ -160,13 +161,15 @@ class Scene {
         double critical_time_step; ///< around its wound [s]
     };
 
-    /// What restore() goes back to.
+    /// State that restore() goes back to.
     struct Moment {
         std::size_t num_cuts;
         msm::State state;
         Tool tool;
         Proxy proxy;
-        SphereContact contact;
+        Disc disc;
+        HeldBall ball;
+        std::vector<core::TouchedFacet> touched; ///< of the ball
         Load load;
         int divided_steps;
         std::optional<HeldNeedle> needle;
@@ -186,23 +189,22 @@ class Scene {
     std::map<std::string, core::SpringNetwork, std::less<>> springs_; ///< of each law, for the unit body
 
     std::shared_ptr<const Prepared> prepared_;
-    std::optional<msm::FastSteps> steps_;
+    std::unique_ptr<msm::SpringStepper> steps_; ///< of the whole body without what is gone
     std::vector<MadeCut> cuts_;
-    std::optional<msm::CutParts> parts_; ///< without what is gone
-    bool are_scaled_ = false;            ///< whether the steps were prepared with scaled masses
-    bool has_ended_scaling_ = false;     ///< whether a cut since has ended that of a part
-    std::vector<double> node_mass_;      ///< (N) [kg]
-    double time_step_ = 0.0;             ///< [s]
-    int num_parts_ = 1;                  ///< of a step while something is pressed
-    int fewest_parts_ = 1;  ///< of a step otherwise: more than one where masses are not scaled for a needle
-    int divided_steps_ = 0; ///< how many of the next steps are divided, because something was pressed
+    bool are_scaled_ = false;        ///< whether the steps were prepared with scaled masses
+    bool has_ended_scaling_ = false; ///< whether a cut since has ended that of a part
+    double time_step_ = 0.0;         ///< [s]
+    int num_parts_ = 1;              ///< of a step while something is pressed
+    int fewest_parts_ = 1;           ///< of a step otherwise: more than one where masses are not scaled for a needle
+    int divided_steps_ = 0;          ///< how many of the next steps are divided, because something was pressed
     long num_evaluations_ = 0;
     Tool tool_;
     Proxy proxy_;
-    SphereContact contact_;           ///< of a pull its disc alone, which stays
-    double tool_stiffness_ = 0.0;     ///< between the tool and its disc, at most [N/m]
-    double touching_stiffness_ = 0.0; ///< the same as deep as the tool is now [N/m]
-    Load load_;
+    Disc disc_;                   ///< that a pull has hold of
+    double grip_stiffness_ = 0.0; ///< between a pull and its disc [N/m]
+    Load load_;                   ///< of a pull
+    std::optional<TouchableBody> touchable_;
+    HeldBall ball_; ///< of a probe
     std::optional<HeldNeedle> needle_;
     std::optional<Moment> kept_;
     double time_ = 0.0;

@@ -16,8 +16,8 @@ namespace livermark::live {
 
 namespace {
 
-/// Of squared frequencies.
-constexpr double of_frequencies = 1e-3;
+/// Accuracy of squared frequencies.
+constexpr double frequency_accuracy = 1e-3;
 
 /// The settings that leave the materials of a part as they are.
 Settings settings_of_part(const core::Body &part, Settings settings) {
@@ -77,7 +77,7 @@ double critical_step_around(const core::Body &body, const std::vector<char> &is_
     const std::vector<int> around(nodes.begin(), nodes.end());
     const double highest = msm::frequency_around(
         body, is_gone, around, [&](const core::Body &part) { return springs_of_part(part, settings).body; }, conditions,
-        of_frequencies);
+        frequency_accuracy);
     return highest > 0.0 ? critical_step(highest, settings) : std::numeric_limits<double>::infinity();
 }
 
@@ -129,8 +129,9 @@ void Scene::show_remains() {
                                        counted(body_.mesh.boundary_triangles.size())}
                              : remains_of(body_.mesh, is_gone(cuts_.size()));
     surface_ = touchable_surface(remains_.mesh, constrained_remains());
-    load_ = no_load(surface_);
-    contact_ = {};
+    load_ = {};
+    disc_ = {};
+    ball_ = {};
     std::vector<char> is_there(body_.mesh.points.size(), 0);
     for (const auto &tetrahedron : remains_.mesh.tetrahedra)
         for (const int node : tetrahedron)
@@ -160,10 +161,8 @@ void Scene::cut_anew() {
 
 /// The steps go on without these.
 void Scene::take_out(std::span<const int> tetrahedra) {
-    const auto &changes = parts_->remove(tetrahedra);
-    if (!steps_->cut(parts_->parts(), parts_->node_mass(), changes))
+    if (!steps_->remove(tetrahedra))
         has_ended_scaling_ = true;
-    node_mass_ = parts_->node_mass();
 }
 
 /// Divides steps as far as cuts since the last choice ask for.
@@ -226,6 +225,7 @@ CutReading Scene::cut(const CutRequest &request) {
     reading.seconds_of_springs = lap();
     cuts_.push_back({request.tool, found.tetrahedra, critical});
     show_remains();
+    touchable_ = touchable_body(remains_.mesh, prepared_->body.materials, constrained_remains());
     divide_steps();
     reading.volume = found.volume;
     reading.wound_area = wound_area(remains_);

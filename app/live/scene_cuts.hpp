@@ -47,7 +47,7 @@ struct Scene::Prepared {
     msm::MassSprings parts;
     Settings settings;
     Stepping stepping; ///< of the whole body, or of the rest in its numbers
-    /// What cuts had left when this was chosen; null if nothing had been cut.
+    /// Remains that cuts had left when this was chosen; null if nothing had been cut.
     std::shared_ptr<const FittedRest> rest;
     std::size_t num_cuts = 0; ///< that had been made by then
 };

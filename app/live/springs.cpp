@@ -26,12 +26,12 @@ std::shared_ptr<const msm::ElasticTerm> guard(const core::Body &body) {
     return msm::inversion_guard(with_material_of_guard(body));
 }
 
-/// Of a body with the Young's modulus that laws are asked with; springs are in proportion to it.
+/// Body with the Young's modulus that laws are asked with; springs are in proportion to it.
 core::Body reference_of(const core::Body &own) {
     return with_material(own, reference_young_modulus, 0.25);
 }
 
-/// What springs of a law are stiffer than those of the reference by.
+/// Factor by which springs of a law are stiffer than those of the reference.
 double factor_of_springs(const core::Body &body, const Settings &settings) {
     const auto &material = body.materials[largest_region(body.mesh)];
     const double carried = settings.keeps_volume ? 2.5 * material.shear_modulus() : material.young_modulus;

@@ -30,7 +30,7 @@ using SpringsOfLaws = std::map<std::string, core::SpringNetwork, std::less<>>;
 /// @throws support::InputError if there are no such springs
 msm::MassSprings mass_springs(const core::Body &own, const Settings &settings, SpringsOfLaws &kept);
 
-/// Where the stiffness of these springs comes from, for msm::CutParts; nothing of springs that are coupled.
+/// Source of the stiffness of these springs, for msm::CutParts; nothing of springs that are coupled.
 std::optional<msm::SpringSource> spring_source(const core::Body &own, const Settings &settings);
 
 /// The same with the material that the guard against inversion has everywhere: that of the largest region, with a

@@ -6,7 +6,7 @@ namespace {
 
 using Eigen::Index;
 
-/// How often the number of those on a wrong side may fail to fall before one alone changes sides.
+/// Number of times that the number of those on a wrong side may fail to fall before one alone changes sides.
 constexpr int most_goes = 3;
 
 } // namespace

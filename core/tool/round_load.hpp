@@ -8,7 +8,7 @@
 
 namespace livermark::core {
 
-/// How the traction of a round tool is spread: as h(x) = sqrt(1 - |x - m|^2 / a^2), and nothing beyond its rim.
+/// Spread of the traction of a round tool: as h(x) = sqrt(1 - |x - m|^2 / a^2), and nothing beyond its rim.
 /// (Hertz's contact; K. L. Johnson, Contact Mechanics, 1985, equation 3.39)
 struct RoundLoad {
     Vector3 middle = Vector3::Zero(); ///< m [m]

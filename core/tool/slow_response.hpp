@@ -10,7 +10,7 @@
 
 namespace livermark::core {
 
-/// What a tool meets at each time of a slow history.
+/// Response that a tool meets at each time of a slow history.
 struct SlowResponse {
     std::string place; ///< its name; empty where the load case gives none
     /// Whether the tool is moved, and the values are its force along its motion [N]; otherwise its traction is given,
@@ -19,7 +19,7 @@ struct SlowResponse {
     std::vector<double> values; ///< (K) as far as the solution came
 };
 
-/// Of each tool, as in tool_places().
+/// Responses of each tool, as in tool_places().
 /// @param load_case  with a slow history
 std::vector<SlowResponse> slow_responses(const TetraMesh &mesh, const LoadCase &load_case, const Solution &solution);
 
@@ -28,7 +28,7 @@ std::vector<SlowResponse> slow_responses(const TetraMesh &mesh, const LoadCase &
 /// model says neither.
 double lost_energy(const SlowHistory &history, const Solution &solution);
 
-/// How far a slow history is from that of the reference.
+/// Distance of a slow history from that of the reference.
 struct SlowComparison {
     /// Median and largest of |f_k - r_k| over the records, over the largest |r_k|; of the place where the largest is
     /// largest. NaN where the way ended early.

@@ -127,8 +127,8 @@ bool are_equal(const core::Material &a, const core::Material &b) {
 bool are_equal(const core::Body &a, const core::Body &b) {
     return a.mesh.points == b.mesh.points && a.mesh.tetrahedra == b.mesh.tetrahedra && a.mesh.region == b.mesh.region &&
            a.mesh.boundary_triangles == b.mesh.boundary_triangles &&
-           std::ranges::equal(a.materials, b.materials, [](const core::Material &of_a, const core::Material &of_b) {
-               return are_equal(of_a, of_b);
+           std::ranges::equal(a.materials, b.materials, [](const core::Material &first, const core::Material &second) {
+               return are_equal(first, second);
            });
 }
 
@@ -224,20 +224,21 @@ std::vector<Row> rows_of(const std::string &bytes) {
     return rows;
 }
 
-core::RoundLoad round_load(const Row &row) {
+/// Spread of the tractions; nothing where they are even on each facet.
+std::optional<core::RoundLoad> round_load(const Row &row) {
     const auto [x, y, z, radius] = row;
     const core::Vector3 middle(x, y, z);
-    if (!middle.allFinite() || !(radius > 0.0 && radius < largest_radius))
-        throw support::InputError(
-            fmt::format("a round load of radius {:g} m around ({:g}, {:g}, {:g}) m is none; send a "
-                        "finite middle, and a radius above 0 and below {:g} m",
-                        radius, x, y, z, largest_radius));
-    return {middle, radius};
+    if (!middle.allFinite() || !(radius >= 0.0 && radius < largest_radius))
+        throw support::InputError(fmt::format(
+            "a round load of radius {:g} m around ({:g}, {:g}, {:g}) m is none; send a "
+            "finite middle, and a radius below {:g} m, which is 0 for tractions that are even on each facet",
+            radius, x, y, z, largest_radius));
+    return radius > 0.0 ? std::optional(core::RoundLoad{middle, radius}) : std::nullopt;
 }
 
 /// @param factor  of all tractions
-core::LoadCase with_tractions(core::LoadCase load_case, const core::RoundLoad &shape, std::span<const Row> rows,
-                              double factor) {
+core::LoadCase with_tractions(core::LoadCase load_case, const std::optional<core::RoundLoad> &shape,
+                              std::span<const Row> rows, double factor) {
     const auto num_facets = load_case.num_facets();
     const auto pressed = static_cast<int>(load_case.conditions.size());
     load_case.conditions.push_back({"probe", core::ConditionKind::traction, shape});
@@ -395,11 +396,11 @@ class LiveFem {
         }
     }
 
-    /// @param of_left  displacements of the nodes of what is left, or none
-    std::vector<Eigen::Vector3f> on_whole_body(const std::vector<core::Vector3> &of_left) {
+    /// @param on_left  displacements of the nodes of what is left, or none
+    std::vector<Eigen::Vector3f> on_whole_body(const std::vector<core::Vector3> &on_left) {
         std::vector<Eigen::Vector3f> displacement(whole_.body->mesh.points.size(), Eigen::Vector3f::Zero());
-        for (std::size_t i = 0; i < of_left.size(); ++i)
-            displacement[node_.empty() ? i : static_cast<std::size_t>(node_[i])] = of_left[i].cast<float>();
+        for (std::size_t i = 0; i < on_left.size(); ++i)
+            displacement[node_.empty() ? i : static_cast<std::size_t>(node_[i])] = on_left[i].cast<float>();
         if (!std::ranges::all_of(displacement, [](const Eigen::Vector3f &u) { return u.allFinite(); })) {
             last_.clear();
             throw support::InputError("the body moves farther than a float32 can say; send smaller tractions");

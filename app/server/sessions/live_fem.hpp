@@ -51,12 +51,12 @@ class SharedFem {
 };
 
 /// Comparison for the springs of the live page: the solution of the reference of small motion, quadratic elements, for
-/// the same round load on the same body, constrained as open_live_body() says. Messages and their replies:
+/// the same tractions on the same body, constrained as open_live_body() says. Messages and their replies:
 ///
 ///     young_modulus=<Pa>&poisson_ratio=<nu>   other materials, see live::with_material(); until then those of the file
 ///     chosen=fem_p2                           the model
 ///
-///     elements=<linear|hyperelastic>          what answers round loads from here on: linear until others are chosen;
+///     elements=<linear|hyperelastic>          what answers tractions from here on: linear until others are chosen;
 ///     the chosen=fem_p2p1_neo_hookean             reference of large loads on the mesh, which takes seconds; or fem_p2
 ///
 ///     gone=<numbers with commas>              tetrahedra that cuts have taken away, of the whole body: from here on it
@@ -69,7 +69,7 @@ class SharedFem {
 ///     binary float64, little-endian (1+L,4)   middle x y z of a round load and its radius [m]
 ///     (core/tool/round_load.hpp),
 ///                                             then facet, and the mean traction on it x y z [Pa], which is spread as
-///                                             that load; each facet once at most
+///                                             that load, or evenly where its radius is 0; each facet once at most
 ///     binary, little-endian: float64          sum of f_i . u_i over the nodes of the elements, f being their forces
 ///                                             [J]: over the resultant it is the displacement along it in the mean
 ///                                             weighted with the tractions, as a load case with `press` prescribes it

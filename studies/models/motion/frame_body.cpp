@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
+#include "msm/nodal_conditions.hpp"
 
 namespace livermark::models {
 
@@ -14,7 +16,7 @@ constexpr double part_of_frame = 1e-9; ///< rounding of lengths over the way of 
 constexpr double way_of_observation = 1e-5;
 
 /// The same conditions with all that is prescribed at zero; NaN, a free component, stays NaN.
-msm::NodalConditions at_rest(msm::NodalConditions conditions) {
+core::NodalConditions at_rest(core::NodalConditions conditions) {
     for (auto &displacement : conditions.displacement)
         displacement *= 0.0;
     return conditions;
@@ -26,6 +28,14 @@ NodalProblem on_nodes(const core::Problem &problem) {
     auto masses = msm::lumped_masses(*problem.body);
     auto conditions = msm::nodal_conditions(problem, masses);
     return {problem.body, std::move(masses), std::move(conditions)};
+}
+
+std::optional<Effort> least_effort(const Stepper &stepper, double frame) {
+    const double longest = msm::default_safety_factor * stepper.critical_time_step();
+    if (!std::isfinite(longest))
+        return std::nullopt;
+    const int count = static_cast<int>(std::ceil(frame / longest));
+    return stepper.counts_iterations() ? Effort{.iterations = count} : Effort{.steps = count};
 }
 
 ToolPlace tool_place(const core::Problem &problem, const std::vector<double> &node_mass) {

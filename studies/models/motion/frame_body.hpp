@@ -7,18 +7,28 @@
 
 #include "core/problem.hpp"
 #include "core/tool/needle/moving_needle.hpp"
+#include "core/tool/stepper.hpp"
 #include "core/tool/tool_motion.hpp"
-#include "studies/models/motion/stepper.hpp"
 
 /// Bodies that move frame by frame under a tool, a needle or a blade.
 namespace livermark::models {
+
+using core::Effort;
+using core::FrameCost;
+using core::NodalProblem;
+using core::Stepper;
+
+NodalProblem on_nodes(const core::Problem &problem);
+
+/// Least work in a frame of this length [s]; nothing where every step is stable.
+std::optional<Effort> least_effort(const Stepper &stepper, double frame);
 
 /// The place of a moving tool as a model with point masses sees it: T nodes, and what is held beside them.
 struct ToolPlace {
     std::vector<int> nodes;                   ///< (T)
     std::vector<core::Vector3> pressed, slid; ///< (T) displacement at the whole depth, and of the whole slide [m]
     std::vector<int> held;                    ///< nodes that never move
-    msm::NodalConditions while_held, let_go;  ///< of all nodes at rest, with and without the tool
+    core::NodalConditions while_held, let_go; ///< of all nodes at rest, with and without the tool
     core::ToolMotion motion;
 
     core::Vector3 displacement(std::size_t i, const core::ToolPosition &position) const {
@@ -113,7 +123,7 @@ class FrameBody {
     FrameCost cost(const Effort &effort) const { return stepper_->cost(effort); }
 
     /// Least work in a frame, because longer steps are unstable; nothing if every step is stable.
-    std::optional<Effort> least_effort() const { return stepper_->least_effort(frame_); }
+    std::optional<Effort> least_effort() const { return models::least_effort(*stepper_, frame_); }
 
   private:
     bool has_explicit_steps() const { return least_effort().has_value(); }

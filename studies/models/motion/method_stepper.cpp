@@ -21,7 +21,7 @@ using livermark::interactive::Simulation;
 /// An interactive method.
 class MethodStepper : public Stepper {
   public:
-    MethodStepper(Method method, const NodalProblem &problem, const msm::NodalConditions &once_released,
+    MethodStepper(Method method, const NodalProblem &problem, const core::NodalConditions &once_released,
                   const StepperOptions &options)
         : method_(std::move(method)), scene_{.body = problem.body,
                                              .node_mass = problem.node_mass,
@@ -59,7 +59,7 @@ class MethodStepper : public Stepper {
         simulation_->set_targets(targets);
     }
 
-    void hold(const msm::NodalConditions &conditions) override {
+    void hold(const core::NodalConditions &conditions) override {
         const Field positions = simulation_->positions(), velocities = simulation_->velocities(),
                     forces = simulation_->external_forces();
         scene_.constrained_nodes = held_nodes(conditions);
@@ -106,7 +106,7 @@ class MethodStepper : public Stepper {
         if (!simulation_->touch(ball) && ball)
             throw std::logic_error("the method knows no contact");
     }
-    void act_after_steps(AfterStep action) override { simulation_->act_after_steps(action); }
+    void act_after_steps(core::AfterStep action) override { simulation_->act_after_steps(action); }
 
     core::Vector3 position(int node) const override { return simulation_->positions().col(node); }
 
@@ -182,10 +182,10 @@ class MethodStepper : public Stepper {
     }
 
   private:
-    static std::vector<int> held_nodes(const msm::NodalConditions &conditions) {
+    static std::vector<int> held_nodes(const core::NodalConditions &conditions) {
         std::vector<int> nodes;
         for (std::size_t i = 0; i < conditions.displacement.size(); ++i)
-            if (!conditions.displacement[i].array().isNaN().any())
+            if (conditions.constrains(i))
                 nodes.push_back(static_cast<int>(i));
         return nodes;
     }
@@ -233,7 +233,7 @@ class MethodStepper : public Stepper {
 } // namespace
 
 std::unique_ptr<Stepper> method_stepper(const Method &method, const NodalProblem &problem,
-                                        const msm::NodalConditions &once_released, const StepperOptions &options) {
+                                        const core::NodalConditions &once_released, const StepperOptions &options) {
     return std::make_unique<MethodStepper>(method, problem, once_released, options);
 }
 

@@ -1,9 +1,13 @@
 #include "studies/models/motion/moving_method.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/support/input_error.hpp"
 #include "interactive/method.hpp"
+#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/spring_stepper.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
@@ -116,6 +120,34 @@ std::span<const MovingSpringModel> moving_spring_models() {
 }
 
 namespace {
+
+/// Parameters as of MovingMethod::prepare.
+std::unique_ptr<core::Stepper> spring_stepper(const MovingSpringModel &model, const core::NodalProblem &problem,
+                                              const core::NodalConditions &once_released,
+                                              const StepperOptions &options) {
+    namespace msm = livermark::msm;
+    const auto &body = *problem.body;
+    const auto springs = model.make(body);
+    msm::MassScaling scaling;
+    if (options.scales_masses)
+        scaling = msm::scale_masses(body, springs, once_released);
+    const auto highest_frequency = [&](const core::NodalConditions &conditions) {
+        return msm::largest_angular_frequency(springs, body.mesh.points, conditions,
+                                              msm::constrained(scaling, conditions));
+    };
+    // One step for the whole motion: what is held less has the higher frequencies, but where held nodes leave a scaled
+    // part.
+    double highest = highest_frequency(once_released);
+    if (!scaling.parts.empty())
+        highest = std::max(highest, highest_frequency(problem.conditions));
+    msm::MovingSprings moving{.springs = springs,
+                              .damping = {.alpha = options.mass_damping, .beta = 0.0},
+                              .options = {.scaling = std::move(scaling), .may_be_cut = options.may_be_cut},
+                              .critical_time_step = 2.0 / highest};
+    if (options.may_be_cut)
+        moving.source = model.spring_source(body);
+    return std::make_unique<msm::SpringStepper>(problem.body, std::move(moving), problem.conditions);
+}
 
 void add_springs(std::vector<MovingMethod> &methods) {
     for (const auto &model : moving_spring_models()) {

@@ -10,7 +10,6 @@
 #include "msm/cutting/cut_parts.hpp"
 #include "msm/elastic_body.hpp"
 #include "studies/models/motion/frame_body.hpp"
-#include "studies/models/motion/stepper.hpp"
 
 namespace livermark::interactive {
 struct Method;
@@ -30,6 +29,13 @@ inline constexpr Setting all_settings[] = {Setting::one_step, Setting::ten_itera
 /// The word for a setting in tables and files. Methods with a least effort have no choice.
 const char *to_string(Setting setting);
 
+/// Settings of a stepper that do not change while it moves.
+struct StepperOptions {
+    double mass_damping = 0.0;  ///< alpha [1/s]: forces -alpha m v
+    bool scales_masses = false; ///< those of stiff parts, of explicit methods
+    bool may_be_cut = false;
+};
+
 /// A method of the arena, with a tool, a needle or a blade.
 struct MovingMethod {
     std::string name;
@@ -40,7 +46,7 @@ struct MovingMethod {
     /// Puts the method on a body at rest.
     /// @param problem        with displacements of zero where it is held
     /// @param once_released  the same with what is held once a tool has let go: steps are stable for both
-    std::function<std::unique_ptr<Stepper>(const NodalProblem &problem, const msm::NodalConditions &once_released,
+    std::function<std::unique_ptr<Stepper>(const NodalProblem &problem, const core::NodalConditions &once_released,
                                            const StepperOptions &options)>
         prepare;
     bool only_when_named = false;
@@ -77,10 +83,8 @@ struct MovingSpringModel {
 
 std::span<const MovingSpringModel> moving_spring_models();
 
-/// Steppers of both kinds; parameters as of MovingMethod::prepare.
-std::unique_ptr<Stepper> spring_stepper(const MovingSpringModel &model, const NodalProblem &problem,
-                                        const msm::NodalConditions &once_released, const StepperOptions &options);
+/// Steps of an interactive method; parameters as of MovingMethod::prepare.
 std::unique_ptr<Stepper> method_stepper(const interactive::Method &method, const NodalProblem &problem,
-                                        const msm::NodalConditions &once_released, const StepperOptions &options);
+                                        const core::NodalConditions &once_released, const StepperOptions &options);
 
 } // namespace livermark::models

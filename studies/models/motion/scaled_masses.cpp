@@ -16,8 +16,8 @@ using interactive::Field;
 using interactive::Scene;
 using interactive::Simulation;
 
-/// Of squared frequencies: as in interactive::critical_time_step().
-constexpr double of_squared_frequency = 1e-4;
+/// Accuracy of squared frequencies: as in interactive::critical_time_step().
+constexpr double frequency_accuracy = 1e-4;
 
 auto as_field(const Eigen::VectorXd &components) {
     return Eigen::Map<const Field>(components.data(), 3, components.size() / 3);
@@ -95,14 +95,16 @@ core::Body with_own_nodes(const Scene &scene) {
     if (scene.own_nodes.empty())
         return body;
     const auto table = core::edge_table(scene.body->mesh.tetrahedra);
-    const int of_mesh = scene.body->mesh.num_nodes();
+    const int mesh_nodes = scene.body->mesh.num_nodes();
     constexpr std::array<std::array<std::size_t, 3>, 4> edges_at{{{0, 1, 2}, {0, 4, 3}, {1, 3, 5}, {2, 5, 4}}};
     body.mesh.points = points_of(scene);
     body.mesh.tetrahedra.clear();
     body.mesh.region.clear();
     for (std::size_t t = 0; t < scene.body->mesh.tetrahedra.size(); ++t)
         for (std::size_t corner = 0; corner < 4; ++corner) {
-            const auto middle = [&](std::size_t k) { return of_mesh + table.tetrahedron_edge[t][edges_at[corner][k]]; };
+            const auto middle = [&](std::size_t k) {
+                return mesh_nodes + table.tetrahedron_edge[t][edges_at[corner][k]];
+            };
             body.mesh.tetrahedra.push_back({scene.body->mesh.tetrahedra[t][corner], middle(0), middle(1), middle(2)});
             body.mesh.region.push_back(scene.body->mesh.region[t]);
         }
@@ -145,9 +147,8 @@ msm::MassScaling constrained(const msm::MassScaling &scaling, const Scene &scene
 }
 
 double critical_time_step(const Simulation &at_rest, const msm::MassScaling &scaling) {
-    const double highest =
-        msm::largest_angular_frequency(elastic_body(at_rest), points_of(at_rest.scene()),
-                                       conditions_of(at_rest.scene()), scaling, of_squared_frequency);
+    const double highest = msm::largest_angular_frequency(elastic_body(at_rest), points_of(at_rest.scene()),
+                                                          conditions_of(at_rest.scene()), scaling, frequency_accuracy);
     return highest > 0.0 ? 2.0 / highest : std::numeric_limits<double>::infinity();
 }
 

@@ -21,7 +21,7 @@ msm::MassScaling constrained(const msm::MassScaling &scaling, const interactive:
 /// @return [s]; infinity if nothing can move
 double critical_time_step(const interactive::Simulation &at_rest, const msm::MassScaling &scaling);
 
-/// What makes explicit steps those of the scaled masses. Damping by mass is in proportion to these.
+/// Correction that makes explicit steps those of the scaled masses. Damping by mass is in proportion to these.
 /// @return null where no part is scaled
 std::shared_ptr<interactive::StepCorrection> correction_of(msm::MassScaling scaling);
 

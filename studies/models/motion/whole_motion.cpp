@@ -43,7 +43,7 @@ core::History free_motion(std::string_view name, const core::Problem &problem,
     const auto stepper = method_stepper(method, let_go, let_go.conditions, {.mass_damping = release.damping.alpha});
     stepper->start_from(displacement);
     const double step = release.output_interval;
-    const auto least = stepper->least_effort(step);
+    const auto least = least_effort(*stepper, step);
     const int iterations = least ? least->iterations : method.iterations;
     core::History history;
     history.integrator = method.name;

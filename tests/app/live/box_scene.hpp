@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,7 @@ struct BoxScene {
                 return i;
         return -1;
     }
-    /// Of no triangle that can be touched.
+    /// Node of no triangle that can be touched.
     int constrained_node() const { return node_at({0.0, 0.01, 0.01}); }
 
     Tool pull(const Vector3 &by) const {
@@ -41,6 +42,21 @@ struct BoxScene {
                 .radius = 0.008};
     }
 };
+
+/// A body that a ball of a load case presses which is that of the tool.
+/// @param start, press  of its centre [m]
+inline core::Problem touched_by_ball(const core::Body &body, const std::vector<bool> &is_constrained, const Tool &tool,
+                                     const Vector3 &start, const Vector3 &press) {
+    core::LoadCase load_case;
+    load_case.regime = core::Regime::large;
+    load_case.path = {0.25, 0.5, 0.75, 1.0};
+    load_case.conditions = {{"held", core::ConditionKind::displacement}, {"touch", core::ConditionKind::touch}};
+    load_case.value.assign(is_constrained.size(), Vector3::Zero());
+    for (const bool is_held : is_constrained)
+        load_case.condition_on.push_back(is_held ? 0 : -1);
+    load_case.touching = core::TouchingTool{tool.radius, start, press, Vector3::Zero(), tool.friction, 1};
+    return {std::make_shared<core::Body>(body), load_case};
+}
 
 inline Settings settings(const std::string &law = "patch") {
     return {.springs = law, .young_modulus = 5e3, .poisson_ratio = 0.45, .damping = {40.0, 0.0}};

@@ -35,7 +35,7 @@ Tool finger(const Vector3 &point, const Vector3 &normal) {
     return {.kind = ToolKind::probe, .target = point + 0.010 * normal, .radius = 0.012};
 }
 
-/// Of live::scene_of().
+/// Message of live::scene_of().
 std::vector<double> body_message(const TrialBody &trial) {
     const auto &mesh = trial.body.mesh;
     const auto &materials = trial.body.materials;

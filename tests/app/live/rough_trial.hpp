@@ -8,7 +8,7 @@
 
 #include "app/live/scene.hpp"
 
-/// What a reckless user does to a body of the live page, at random and the same every time.
+/// Acts of a reckless user on a body of the live page, at random and the same every time.
 namespace livermark::live {
 
 /// A body, and what of its boundary is constrained: a shipped liver by palpation; `beam` at its end x = 0;
@@ -41,7 +41,7 @@ class RoughTrial {
     /// @param lowest_poisson_ratio  of the materials; the highest is 0.49
     RoughTrial(const TrialBody &body, std::uint32_t seed, double lowest_poisson_ratio);
 
-    /// What the next step does, in order. The finger's poke comes last.
+    /// Acts of the next step, in order. The finger's poke comes last.
     std::vector<Act> next();
 
   private:
@@ -66,7 +66,7 @@ class RoughTrial {
     double lowest_poisson_ratio_;
 };
 
-/// What became of a trial.
+/// Outcome of a trial.
 struct TrialOutcome {
     int num_steps = 0, num_tools = 0, num_choices = 0;
     int num_restarts = 0;         ///< motions that were lost, and set back to rest

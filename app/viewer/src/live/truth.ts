@@ -1,4 +1,4 @@
-// What finite elements say to the round load or the needle that the springs are under: one question under way, always about the latest frame.
+// What finite elements say to the tractions or the needle that the springs are under: one question under way, always about the latest frame.
 // Linear elements follow the tool. Where they are off themselves, hyperelastic ones judge the springs once these are at rest.
 import { nodalVolumes } from '../data/nodal_volumes.ts';
 import { Fault } from '../data/types.ts';
@@ -13,7 +13,7 @@ export interface Truth {
   judge: Elements; // that have answered
   force: number; // of the hand [N]
   springs: number; // indentation, or how far the target of a needle has moved [m]
-  elements: number; // the same of finite elements; an indentation in the mean over the disc weighted with the same round load [m]
+  elements: number; // the same of finite elements; an indentation in the mean weighted with the same tractions [m]
   apart: number | null; // of a needle: between the two targets [m]
   error: number; // of the displacement, weighted by volume as in the comparison of result files
   isAtRest: boolean; // whether the springs rest there
@@ -39,11 +39,11 @@ export const stiffnessRatio = ({ springs, elements }: Pick<Truth, 'springs' | 'e
 /** By how much a force has to change for a hand to notice, as a part of it (Pang, Tan, Durlach 1991, Perception & Psychophysics 49). */
 const noticeable = 0.07;
 
-/** Indentation over the radius of the disc at which linear elements are off by 2 to 3 % themselves, and by more below (docs/studies/live.md). */
+/** Indentation over the radius of the tool at which linear elements are off by 2 to 3 % themselves, and by more below (docs/studies/live.md). */
 const deep = 0.1;
 
 /** Whether linear elements are too far off to judge springs under this load. A needle spreads what it does over its way, and they judge it. */
-export const isDeep = ({ needle, indentation, disc }: Pick<LiveFrame, 'needle' | 'indentation' | 'disc'>): boolean => !needle && Math.abs(indentation) > deep * disc.radius;
+export const isDeep = ({ needle, indentation, radius }: Pick<LiveFrame, 'needle' | 'indentation' | 'radius'>): boolean => !needle && Math.abs(indentation) > deep * radius;
 
 /** What a hand would say of the springs at rest, or where they have the target, and what they are compared with, in one sentence or two. */
 export function inWords(truth: Pick<Truth, 'springs' | 'elements' | 'apart' | 'isAtRest' | 'isJudging' | 'judge' | 'fault'> & { frame: Parameters<typeof isDeep>[0] }): string {
@@ -52,7 +52,7 @@ export function inWords(truth: Pick<Truth, 'springs' | 'elements' | 'apart' | 'i
   const off = stiffnessRatio(truth) - 1;
   if (!Number.isFinite(off)) return '';
   const isOff = truth.judge === 'linear' && isDeep(truth.frame);
-  const depth = `Deeper than ${millimetres(deep * truth.frame.disc.radius)} mm linear elements are themselves off by more than 3 %`;
+  const depth = `Deeper than ${millimetres(deep * truth.frame.radius)} mm linear elements are themselves off by more than 3 %`;
   if (isOff && truth.isJudging) return `${depth}: hyperelastic ones are being asked.`;
   const amount = Math.round(100 * Math.abs(off));
   const how = amount === 0 ? `as stiff as ${truth.judge} FEM here` : `${amount} % too ${off < 0 ? 'soft' : 'stiff'} here beside ${truth.judge} FEM`;

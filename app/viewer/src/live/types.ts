@@ -32,7 +32,7 @@ export interface Chosen {
 }
 
 /**
- * What the tool does. A probe is a sphere that follows the target as if by a spring, and is stopped by the body; a pull
+ * What the tool does. A probe is a rigid ball that follows the target as if by a spring, and touches the body; a pull
  * takes hold of the surface around a node and draws it to the target. A needle goes straight from an entry to a target inside.
  */
 export type Tool =
@@ -46,14 +46,15 @@ export interface LiveFrame {
   displacement: Float32Array; // (N,3) m
   tool: Vector; // centre of the probe, or of the patch that is pulled, or tip of the needle [m]
   force: Vector; // of the body on the tool [N]
-  /** What the tool presses or holds: a round load (core/tool/round_load.hpp) around a point of the surface at rest [m]; radius 0 untouched. */
+  radius: number; // of a probe, or of what a pull holds [m]; 0 of others
+  /** Spread of a pull's tractions: a round load (core/tool/round_load.hpp) around a point of the surface at rest [m]; radius 0 where they are even on each facet. */
   disc: { middle: Vector; radius: number };
-  /** How far the body gives way, in the mean over the disc weighted with the round load: sum of f_i . u_i / |sum of f_i| over nodal forces [m]; 0 untouched. */
+  /** How far the body gives way, in the mean weighted with what the tool exerts: sum of f_i . u_i / |sum of f_i| over nodal forces [m]; 0 untouched. */
   indentation: number;
   loadedNodes: Int32Array; // (K)
   nodalForces: Float64Array; // (K,3) of the tool on the body [N]
   loadedFacets: Int32Array; // (L) index into the triangles
-  tractions: Float64Array; // (L,3) the same as the nodal forces, as the load cases say it: means over the facets of a round load [Pa]
+  tractions: Float64Array; // (L,3) the same as the nodal forces, as the load cases say it: means over the facets [Pa]
   smallestVolume: number; // of a tetrahedron, as a part of its volume at rest; below 0 it is inverted
   largestSpeed: number; // of all nodes, and of the tool [m/s]
   restarts: number; // how often the motion left all bounds and was set back to rest
@@ -83,7 +84,7 @@ export interface Engine {
 /** Elements that are linear at any depth, or hyperelastic ones, which take a hundred times as long. */
 export type Elements = 'linear' | 'hyperelastic';
 
-/** The finite element answer to the same round load, or to a needle. */
+/** The finite element answer to the same tractions, or to a needle. */
 export interface TruthEngine {
   /** @param body  of a file in the server's list; it may have been cut */
   open(body: LiveBody): Promise<void>;

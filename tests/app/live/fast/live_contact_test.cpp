@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <string>
@@ -14,7 +15,7 @@ using core::Vector3;
 
 constexpr double radius = 0.012; // [m]
 
-/// A box of 40 x 40 x 10 mm whose sides can be touched but for the bottom, and what its nodes have moved by.
+/// A box of 40 x 40 x 10 mm whose sides can be touched but for the bottom.
 struct Box {
     core::TetraMesh mesh = tests::box_mesh({0.04, 0.04, 0.01}, {4, 4, 1});
     Surface surface = touchable_surface(mesh, [this] {
@@ -23,7 +24,6 @@ struct Box {
             is_constrained.push_back(mesh.patch_names[patch] == "z_min");
         return is_constrained;
     }());
-    std::vector<Vector3> displacement = std::vector<Vector3>(mesh.points.size(), Vector3::Zero());
 
     int node_at(const Vector3 &place) const {
         for (int i = 0; i < mesh.num_nodes(); ++i)
@@ -34,23 +34,11 @@ struct Box {
     /// In the middle of the top.
     int top_node() const { return node_at({0.02, 0.02, 0.01}); }
 
-    Disc disc(const Place &place, double of_radius) const {
-        return disc_around(surface, mesh.points, triangles_around(surface, mesh.points, place.point, of_radius, 0.0),
-                           place, of_radius);
+    Disc on_top(double disc_radius = radius) const {
+        return disc_around(surface, mesh.points, place_of_node(surface, mesh.points, top_node()), disc_radius);
     }
-    Disc on_top(double of_radius = radius) const {
-        return disc(place_of_node(surface, mesh.points, top_node()), of_radius);
-    }
-    Vector3 press(SphereContact &contact, const Sphere &sphere, int times = 1) const {
-        Vector3 found = Vector3::Zero();
-        for (int i = 0; i < times; ++i)
-            found =
-                penetration(contact, surface, mesh.points, sphere, 0.5, [&](int node) { return displacement[node]; });
-        return found;
-    }
-    /// Where the middle of a disc is now.
-    Vector3 now(const Disc &disc) const {
-        return disc.place.point + mean_over(disc, [&](int node) { return displacement[node]; });
+    core::Vector3 outside(double ball, const Vector3 &centre) const {
+        return live::outside(surface, ball, centre, [&](int node) { return mesh.points[node]; });
     }
 };
 
@@ -71,21 +59,23 @@ TEST(LiveDisc, SpreadsAForceAsTheLoadCaseOfThatRadiusDoes) {
             "force = [0.0, 0.0, -2.0]\n",
             "tool.toml", box.mesh)};
     const auto expected = msm::nodal_conditions(problem, std::vector<double>(box.mesh.points.size(), 0.0)).force;
-    SphereContact contact;
-    box.press(contact, {{0.017, 0.022, 0.01 + 0.9 * radius}, radius});
-    auto load = no_load(box.surface);
-    put_force(contact.disc, {0.0, 0.0, -2.0}, load);
+    const Place place{.point = {0.017, 0.022, 0.01}, .outwards = Vector3::UnitZ(), .triangle = -1};
+    const auto load = load_of(disc_around(box.surface, box.mesh.points, place, radius), {0.0, 0.0, -2.0});
+    const auto on = [](const std::vector<int> &numbers, const std::vector<Vector3> &forces, std::size_t number) {
+        const auto found = std::ranges::find(numbers, static_cast<int>(number)) - numbers.begin();
+        return found == std::ssize(numbers) ? Vector3(Vector3::Zero()) : forces[found];
+    };
     const auto tool = problem.load_case.round_loads().front();
     EXPECT_NEAR((load.shape.middle - tool.middle).norm(), 0.0, 1e-12);
     EXPECT_EQ(load.shape.radius, tool.radius);
     for (std::size_t i = 0; i < expected.size(); ++i)
-        EXPECT_NEAR((load.nodal[i] - expected[i]).norm(), 0.0, 0.005 * 2.0) << i;
+        EXPECT_NEAR((on(load.nodes, load.nodal, i) - expected[i]).norm(), 0.0, 0.005 * 2.0) << i;
     for (std::size_t t = 0; t < box.surface.triangles.size(); ++t) {
         const int f = box.surface.facet[t];
         const Vector3 traction = problem.load_case.value[f];
         const Vector3 on_facet =
             problem.load_case.round_load_on(f) ? Vector3(box.surface.area[t] * traction) : Vector3::Zero();
-        EXPECT_NEAR((load.facet[t] - on_facet).norm(), 0.0, 0.005 * 2.0) << t;
+        EXPECT_NEAR((on(load.triangles, load.facet, t) - on_facet).norm(), 0.0, 0.005 * 2.0) << t;
     }
 }
 
@@ -94,9 +84,7 @@ TEST(LiveDisc, TakesWhatItSharesOutAndLeavesTheFarSideAlone) {
     const auto disc = box.on_top(0.02); // reaches below the bottom
     expect_on_top(box, disc.nodes);
     const Vector3 force(0.3, -0.2, 1.0);
-    auto load = no_load(box.surface);
-    put_force(disc, {9.0, 9.0, 9.0}, load);
-    put_force(disc, force, load);
+    const auto load = load_of(disc, force);
     Vector3 over_nodes = Vector3::Zero(), over_facets = Vector3::Zero();
     for (const auto &f : load.nodal)
         over_nodes += f;
@@ -104,92 +92,58 @@ TEST(LiveDisc, TakesWhatItSharesOutAndLeavesTheFarSideAlone) {
         over_facets += f;
     for (const auto &sum : {over_nodes, over_facets, load.total, mean_over(disc, [&](int) { return force; })})
         EXPECT_NEAR((sum - force).norm(), 0.0, 1e-12);
-    const auto normal = mean_normal(disc, box.surface, [&](int node) { return box.mesh.points[node]; });
-    EXPECT_NEAR((normal - Vector3::UnitZ()).norm(), 0.0, 1e-12);
 }
 
 TEST(LiveDisc, IsOfItsTriangleAloneWhereTheMeshIsTooCoarseForIt) {
     const Box box;
     const Place place{
         .point = {0.012, 0.021, 0.01}, .outwards = Vector3::UnitZ(), .triangle = box.on_top().triangles.front()};
-    const auto disc = box.disc(place, 1e-5);
+    const auto disc = disc_around(box.surface, box.mesh.points, place, 1e-5);
     EXPECT_EQ(disc.triangles.size(), 1U);
     EXPECT_EQ(disc.nodes.size(), 3U);
     const auto mean = mean_over(disc, [](int) { return Vector3(1.0, 2.0, 3.0); });
     EXPECT_NEAR((mean - Vector3(1.0, 2.0, 3.0)).norm(), 0.0, 1e-12);
 }
 
-TEST(LiveContact, IsTheGradientOfAnEnergy) {
-    Box box;
-    SphereContact contact;
-    const Sphere sphere{{0.017, 0.022, 0.019}, radius};
-    for (std::size_t i = 0; i < box.displacement.size(); ++i)
-        box.displacement[i] = 5e-4 * Vector3(std::sin(1.0 * i), std::cos(2.0 * i), std::sin(3.0 * i));
-    const auto found = box.press(contact, sphere, 100);
-    ASSERT_TRUE(contact.touches);
-    const auto &disc = contact.disc;
-    const auto energy = [&] {
-        const double depth = sphere.radius - (box.now(disc) - sphere.centre).norm();
-        return 0.5 * depth * depth;
+/// Wherever it is put down, it is led from outside.
+TEST(LiveBall, BeginsWhereItDoesNotReachIntoTheBody) {
+    const Box box;
+    const auto near = [](const Vector3 &found, const Vector3 &expected) {
+        EXPECT_LT((found - expected).norm(), 2e-5 * radius) << found.transpose();
     };
-    const double step = 1e-7;
-    for (std::size_t k = 0; k < disc.nodes.size(); ++k)
-        for (int axis = 0; axis < 3; ++axis) {
-            double &u = box.displacement[disc.nodes[k]][axis];
-            const double before = u;
-            u = before + step;
-            const double ahead = energy();
-            u = before - step;
-            const double behind = energy();
-            u = before;
-            EXPECT_NEAR(disc.weight[k] * found[axis], -(ahead - behind) / (2.0 * step), 1e-5 * found.norm());
+    near(box.outside(radius, {0.02, 0.02, 0.05}), {0.02, 0.02, 0.05});
+    near(box.outside(radius, {0.017, 0.022, 0.015}), {0.017, 0.022, 0.01 + radius});
+    near(box.outside(radius, {0.017, 0.022, 0.009}), {0.017, 0.022, 0.01 + radius});
+    near(box.outside(radius, {0.039, 0.022, 0.003}), {0.04 + radius, 0.022, 0.003});
+    const Vector3 beside_edge = box.outside(radius, {0.042, 0.02, 0.012});
+    near(beside_edge, Vector3(0.04, 0.02, 0.01) + radius * Vector3(1.0, 0.0, 1.0).normalized());
+    for (const double x : {0.001, 0.02, 0.038})
+        for (const double z : {0.001, 0.005, 0.009}) {
+            const auto centre = box.outside(0.004, {x, 0.015, z});
+            const Vector3 inside = centre.cwiseMax(Vector3::Zero()).cwiseMin(Vector3(0.04, 0.04, 0.01));
+            EXPECT_GT((centre - inside).norm(), 0.00399) << x << ' ' << z;
         }
 }
 
-TEST(LiveContact, GoesAlongUnderASphereThatSlides) {
-    Box box;
-    SphereContact contact;
-    for (int i = 0; i < box.mesh.num_nodes(); ++i) // sheared and stretched
-        box.displacement[i] = {0.3 * box.mesh.points[i].z(), 0.5 * box.mesh.points[i].y(), 0.0};
-    Sphere sphere{{0.015, 0.020, 0.02}, radius};
-    for (int step = 0; step < 100; ++step) {
-        sphere.centre += Vector3(1e-4, 1e-4, 0.0);
-        box.press(contact, sphere);
-        EXPECT_TRUE(contact.touches);
-        EXPECT_LT((box.now(contact.disc) - sphere.centre).head<2>().norm(), 5e-4);
-    }
-    const auto found = box.press(contact, sphere, 50);
-    EXPECT_NEAR((box.now(contact.disc) - sphere.centre).head<2>().norm(), 0.0, 2e-4 * radius);
-    EXPECT_NEAR((found - Vector3(0.0, 0.0, -0.002)).norm(), 0.0, 1e-5);
-}
-
-TEST(LiveContact, LeavesAloneWhatTheSphereDoesNotReachOrHasItsCentreIn) {
+/// A ball that is pushed through the surface finds nothing to push.
+TEST(LiveBall, TouchesNothingWhereItsCentreIsBelowTheSurface) {
     const Box box;
-    for (const double height : {0.01 + 1.001 * radius, 0.01 - 0.001}) {
-        SphereContact contact;
-        EXPECT_TRUE(box.press(contact, {{0.02, 0.02, height}, radius}).isZero(0.0)) << height;
-        EXPECT_FALSE(contact.touches);
-    }
-}
-
-TEST(LiveContact, LosesASphereThatSlidesOffTheRimAndFindsTheSide) {
-    const Box box;
-    SphereContact contact;
-    Sphere sphere{{0.035, 0.02, 0.02}, radius};
-    box.press(contact, sphere);
-    ASSERT_TRUE(contact.touches);
-    double last = 0.002;
-    for (int step = 0; step < 400; ++step) {
-        sphere.centre += Vector3(5e-5, 0.0, 0.0);
-        const double depth = box.press(contact, sphere).norm();
-        EXPECT_NEAR(depth, last, 1e-4) << "it does not jump";
-        last = depth;
-    }
-    EXPECT_FALSE(contact.touches);
-    sphere.centre.z() = 0.005;
-    sphere.centre.x() = 0.04 + radius - 0.001;
-    const auto found = box.press(contact, sphere, 20);
-    EXPECT_NEAR((found - Vector3(-0.001, 0.0, 0.0)).norm(), 0.0, 1e-5);
+    std::vector<bool> is_constrained;
+    for (const int patch : box.mesh.boundary_patch)
+        is_constrained.push_back(box.mesh.patch_names[patch] == "z_min");
+    auto ball = take_ball(touchable_body(box.mesh, {{1060.0, 5e3, 0.45}}, is_constrained), radius, 0.3);
+    const auto at_rest = [&](int node) { return box.mesh.points[node]; };
+    const auto led_to = [&](double height) {
+        const Proxy proxy{.position = {0.02, 0.02, 0.01 + height}};
+        ball.steps_to_look = 0;
+        lead(ball, box.surface, proxy, proxy.position, 1e-3, at_rest);
+        return !ball.is_below;
+    };
+    EXPECT_TRUE(led_to(0.9 * radius));
+    EXPECT_TRUE(led_to(0.1 * radius)) << "it touches already";
+    EXPECT_FALSE(led_to(-0.1 * radius));
+    EXPECT_FALSE(led_to(0.1 * radius)) << "it would be thrown out";
+    EXPECT_TRUE(led_to(0.9 * radius));
 }
 
 TEST(LiveProxy, ComesToItsTargetWithoutSwinging) {

@@ -41,8 +41,12 @@ struct BoxWithLump {
                 node = i;
     }
 
+    /// Without friction, with which there are many equilibria.
     Tool poke(const Vector3 &place, double depth) const {
-        return {.kind = ToolKind::probe, .target = place + Vector3(0.0, 0.0, 0.008 - depth), .radius = 0.008};
+        return {.kind = ToolKind::probe,
+                .target = place + Vector3(0.0, 0.0, 0.008 - depth),
+                .radius = 0.008,
+                .friction = 0.0};
     }
     Tool poke_at_lump(double depth) const { return poke(body.mesh.points[node], depth); }
     Tool pull_at_lump(const Vector3 &by) const {
@@ -132,7 +136,7 @@ TEST(LiveMassScaling, ComesToTheSameRestAndForceUnderATool) {
     }
 }
 
-/// What was bent by a tool at the lump swings freely when it lets go, without damping.
+/// A body that was bent by a tool at the lump swings freely when it lets go, without damping.
 TEST(LiveMassScaling, GainsNoEnergyAfterARelease) {
     const BoxWithLump box;
     for (const auto &springs : some_springs) {

@@ -32,7 +32,7 @@ struct OddBeam : TrialBody {
     }
 };
 
-/// That a scene at rest is, to the last bit, one in which nothing has been done but choosing.
+/// Expects that a scene at rest is, to the last bit, one in which nothing has been done but choosing.
 void expect_fresh(Scene &scene, const OddBeam &beam, const Settings &settings) {
     auto fresh = beam.scene(settings);
     const int restarts = scene.move({}, 0).restarts;

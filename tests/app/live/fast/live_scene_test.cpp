@@ -8,11 +8,13 @@
 #include "app/live/parameters.hpp"
 #include "app/live/springs.hpp"
 #include "core/support/input_error.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/spring_energy.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/statics/equilibrium.hpp"
+#include "msm/statics/load_path.hpp"
 #include "tests/app/live/box_scene.hpp"
 
 namespace livermark::live {
@@ -25,11 +27,11 @@ Frame moved(Scene &scene, const Tool &tool, double seconds, double time_step) {
     return frame;
 }
 
-/// Where the model that the comparison knows by these names comes to rest under what the tool did.
+/// Displacement in which the model of these names in the comparison comes to rest under what the tool did.
 std::vector<Vector3> rest_under(const Frame &frame, const BoxScene &box, const msm::ElasticBody &model) {
     auto conditions = constrained_conditions(constrained_nodes(box.body.mesh, box.is_constrained));
-    for (const int node : frame.load.nodes)
-        conditions.force[node] = frame.load.nodal[node];
+    for (std::size_t k = 0; k < frame.load.nodes.size(); ++k)
+        conditions.force[frame.load.nodes[k]] = frame.load.nodal[k];
     const auto rest = msm::find_equilibrium(model, box.body.mesh.points, conditions);
     EXPECT_EQ(rest.status, core::SolutionStatus::ok) << rest.message;
     return rest.displacement;
@@ -82,6 +84,76 @@ TEST(LiveScene, ComesToRestWhereTheComparedSpringsAroundNodesDo) {
     }
 }
 
+/// Answer of the comparison to a ball that goes straight to where the one of the page has come to rest.
+msm::FollowedPath pressed_by_ball(const BoxScene &box, const Tool &tool, const Frame &frame,
+                                  const msm::ElasticBody &model) {
+    const Vector3 start = box.body.mesh.points[box.node] + tool.radius * Vector3::UnitZ();
+    const auto problem = touched_by_ball(box.body, box.is_constrained, tool, start, frame.tool - start);
+    const auto conditions = constrained_conditions(constrained_nodes(box.body.mesh, box.is_constrained));
+    const msm::RestStiffness rest(model, box.body.mesh.points, conditions.displacement);
+    const auto path = msm::follow_path(model, problem, model.node_mass, rest);
+    EXPECT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
+    return path;
+}
+
+/// The law of contact is that of load cases; what differs is the way on which friction has come about, and points of
+/// contact where the ball is deeper than half its radius or less.
+TEST(LiveScene, PressesAsTheBallOfALoadCaseDoes) {
+    const BoxScene box;
+    for (const std::string name : {"nodal_springs", "nodal_neo_hookean"}) {
+        const auto model = msm::coupled_springs_with_volume(box.body, msm::find_coupled_springs(name));
+        Scene scene(box.body, box.is_constrained);
+        const auto chosen = scene.choose(settings(name));
+        for (const double friction : {0.0, 0.3}) {
+            auto tool = box.poke(0.004);
+            tool.friction = friction;
+            const auto frame = moved(scene, tool, 3.0, chosen.time_step);
+            const auto expected = pressed_by_ball(box, tool, frame, model);
+            const double tolerance = friction == 0.0 ? 1e-3 : 0.02;
+            EXPECT_LT((frame.force + expected.points.back().reaction[1]).norm(), tolerance * frame.force.norm())
+                << name;
+            EXPECT_LT(distance(frame.displacement, expected.end.displacement), tolerance) << name;
+        }
+        const auto frame = scene.move(box.poke(0.004), 0);
+        Vector3 on_nodes = Vector3::Zero(), on_triangles = Vector3::Zero();
+        for (const auto &force : frame.load.nodal)
+            on_nodes += force;
+        for (const auto &force : frame.load.facet)
+            on_triangles += force;
+        EXPECT_LT((on_nodes + frame.force).norm() + (on_triangles + frame.force).norm(), 1e-9 * frame.force.norm());
+    }
+}
+
+/// A step of the load on a body without damping takes it twice as far as it comes to rest, with four times the energy.
+TEST(LiveScene, ABallGivesABodyWithoutDampingNoMoreEnergyThanAStepOfItsLoad) {
+    const BoxScene box;
+    for (const std::string name : {"patch", "nodal_neo_hookean"}) {
+        SpringsOfLaws kept;
+        const auto model = mass_springs(box.body, settings(name), kept).body;
+        const auto energy = [&](const std::vector<Vector3> &displacement) {
+            auto positions = box.body.mesh.points;
+            for (std::size_t i = 0; i < positions.size(); ++i)
+                positions[i] += displacement[i];
+            return msm::elastic_energy(model, positions);
+        };
+        const double none = energy(std::vector<Vector3>(box.body.mesh.points.size(), Vector3::Zero()));
+        Scene scene(box.body, box.is_constrained);
+        const double step = scene.choose(settings(name)).time_step;
+        const auto rest = moved(scene, box.poke(0.004), 3.0, step);
+        const double at_rest = energy(rest.displacement) - none;
+        auto undamped = settings(name);
+        undamped.damping = {0.0, 0.0};
+        scene.choose(undamped);
+        scene.reset();
+        double most = 0.0;
+        for (int i = 0; i < 1500; ++i)
+            most = std::max(most, energy(scene.move(box.poke(0.004), 3).displacement) - none);
+        EXPECT_GT(most, at_rest) << name;
+        const double way = 0.004 / (0.004 - rest.force.norm() / coupling_stiffness); // of the hand, over that at rest
+        EXPECT_LT(most, 4.0 * way * way * at_rest) << name;
+    }
+}
+
 TEST(LiveScene, DividesStepsWhileSomethingIsPressed) {
     const BoxScene box;
     Scene scene(box.body, box.is_constrained);
@@ -127,13 +199,15 @@ TEST(LiveScene, GivesTheSameBitsOnSeveralThreads) {
 /// A tool that touches is not softer where steps are longer.
 TEST(LiveScene, PressesAsFarWithLongStepsAsWithShortOnes) {
     const BoxScene box;
+    auto tool = box.poke(0.004);
+    tool.friction = 0.0; // with friction there are many equilibria
     const auto pressed = [&](double part) {
         Scene scene(box.body, box.is_constrained);
         auto chosen = scene.choose(settings());
         auto other = settings();
         other.time_step = part * chosen.longest_time_step;
         chosen = scene.choose(other);
-        return moved(scene, box.poke(0.004), 3.0, chosen.time_step);
+        return moved(scene, tool, 3.0, chosen.time_step);
     };
     const auto longest = pressed(1.0), shorter = pressed(0.1);
     EXPECT_NEAR(longest.force.norm(), shorter.force.norm(), 1e-3 * shorter.force.norm());

@@ -14,7 +14,7 @@ namespace {
 using core::Vector3;
 
 constexpr int num_handlings = 150;
-/// How long a tool touches, how long it then leaves the body alone, and how long this is left alone in the end [s].
+/// Times in which a tool touches, leaves the body alone after that, and leaves it alone in the end [s].
 constexpr double touch = 0.06, pause = 0.015, at_rest_after = 1.2;
 
 /// A node that can be touched, and where its outside is.
@@ -23,7 +23,7 @@ struct Place {
     Vector3 point, normal;
 };
 
-/// What a load case holds still.
+/// Facets that a load case holds still.
 std::vector<bool> constrained_facets(const core::LoadCase &load_case) {
     std::vector<bool> constrained;
     for (int f = 0; f < load_case.num_facets(); ++f)

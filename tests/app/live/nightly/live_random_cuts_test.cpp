@@ -44,7 +44,7 @@ std::vector<bool> held_at_an_end(const core::TetraMesh &mesh) {
 std::string fault_of_numbers(const core::Body &own, const std::vector<int> &gone) {
     const auto settings = settings_of(own);
     const auto body = live::with_material(own, settings.young_modulus, settings.poisson_ratio);
-    live::SpringsOfLaws kept, of_rest;
+    live::SpringsOfLaws kept, rest_springs;
     const auto springs = live::mass_springs(own, settings, kept);
     auto parts = msm::CutParts::prepare(body, springs.body, live::spring_source(own, settings)).value();
     parts.remove(gone);
@@ -56,7 +56,7 @@ std::string fault_of_numbers(const core::Body &own, const std::vector<int> &gone
     const auto rest = msm::part_of_body(body, is_there, none);
     auto settings_of_rest = settings;
     settings_of_rest.young_modulus = rest.body.materials[live::largest_region(rest.body.mesh)].young_modulus;
-    const auto elastic = live::mass_springs(rest.body, settings_of_rest, of_rest).body;
+    const auto elastic = live::mass_springs(rest.body, settings_of_rest, rest_springs).body;
     const auto anew = msm::step_parts(elastic).value();
     for (std::size_t i = 0; i < rest.node.size(); ++i)
         if (parts.node_mass()[rest.node[i]] != elastic.node_mass[i])

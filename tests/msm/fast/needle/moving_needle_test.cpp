@@ -1,4 +1,4 @@
-#include "msm/needle/moving_needle.hpp"
+#include "tests/samples/needle_in_springs.hpp"
 
 #include <algorithm>
 #include <cmath>

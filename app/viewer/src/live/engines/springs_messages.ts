@@ -83,6 +83,7 @@ export function readFrame(bytes: ArrayBuffer, tool: Tool): LiveFrame {
     time: numbers.number(),
     tool: numbers.vector(),
     force: numbers.vector(),
+    radius: tool.kind === 'probe' || tool.kind === 'pull' ? tool.radius : 0,
     disc: { middle: numbers.vector(), radius: numbers.number() },
     indentation: numbers.number(),
     smallestVolume: numbers.number(),

@@ -1,4 +1,4 @@
-// The disc that a tool presses or holds, and what is said of it.
+// Where a tool touches or holds, and what is said of it.
 import { byId } from '../../page/elements.ts';
 import { tell } from '../readings.ts';
 import type { LiveBody, LiveFrame } from '../types.ts';
@@ -21,17 +21,19 @@ const millimetres = (metres: number) => Number((1000 * metres).toFixed(1));
 /** One sentence where the mesh is too coarse for the tool, else none. @param radius, edge [m] */
 export function coarseness(radius: number, edge: number): string {
   if (!(radius < edge)) return '';
-  return `The contact is smaller than an edge: its radius is ${millimetres(radius)} mm, the edges there are ${millimetres(edge)} mm long, and neither springs nor FEM resolve what happens under it.`;
+  return `The tool is smaller than an edge: its radius is ${millimetres(radius)} mm, the edges there are ${millimetres(edge)} mm long, and neither springs nor FEM resolve what happens under it.`;
 }
 
-/** Says where the tool presses or holds, as a load case would: disc = { point, radius, profile = "round" }. */
-export function showDisc(body: LiveBody, { disc, loadedFacets }: LiveFrame): void {
+/** Says where the tool touches or holds, as a load case would: the ball of a touch, or disc = { point, radius, profile = "round" }. */
+export function showDisc(body: LiveBody, { disc, loadedFacets, radius, tool }: LiveFrame): void {
   const isLoaded = loadedFacets.length > 0;
+  const isDisc = disc.radius > 0;
+  const middle = isDisc ? disc.middle : tool;
   const number = (x: number) => (1000 * x).toFixed(1).replace('-', '−');
-  tell('live-disc', isLoaded ? disc.radius : Number.NaN, isLoaded ? `${number(disc.radius)} mm` : '–');
-  byId('live-disc-middle').textContent = isLoaded ? `The disc is around (${disc.middle.map(number).join(', ')}) mm.` : '';
-  byId('live-disc').dataset['middle'] = isLoaded ? disc.middle.join() : '';
-  const sentence = isLoaded ? coarseness(disc.radius, edgeLength(body, loadedFacets)) : '';
+  tell('live-disc', isLoaded ? radius : Number.NaN, isLoaded ? `${number(radius)} mm` : '–');
+  byId('live-disc-middle').textContent = isLoaded ? `The ${isDisc ? 'disc is around' : 'centre of the ball is at'} (${middle.map(number).join(', ')}) mm.` : '';
+  byId('live-disc').dataset['middle'] = isLoaded ? middle.join() : '';
+  const sentence = isLoaded ? coarseness(radius, edgeLength(body, loadedFacets)) : '';
   const line = byId('live-coarse');
   if (line.textContent !== sentence) line.textContent = sentence;
   line.hidden = sentence === '';

@@ -146,7 +146,7 @@ TEST_P(LiveCutOfSprings, KeepsTheMotionOfWhatIsLeft) {
     EXPECT_GT(scene.move({}, 10).largest_speed, 0.1 * before.largest_speed);
 }
 
-/// What is found around the cut alone, and what a choice sets up from nothing.
+/// Springs that are found around the cut alone, and those that a choice sets up from nothing.
 TEST_P(LiveCutOfSprings, MoveToTheBitAsThoseThatAreSetUpAnew) {
     Scene scene(box.body, box.is_constrained), anew(box.body, box.is_constrained);
     for (auto *each : {&scene, &anew}) {

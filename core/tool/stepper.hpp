@@ -1,9 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
+#include <array>
 #include <memory>
-#include <optional>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -11,11 +10,9 @@
 #include "core/problem.hpp"
 #include "core/tool/ball_contact.hpp"
 #include "core/tool/needle/moving_needle.hpp"
-#include "msm/dynamics/time_step.hpp"
-#include "msm/nodal_conditions.hpp"
 
-/// One interface for all bodies that move in steps of time: springs and interactive methods, whatever acts on them.
-namespace livermark::models {
+/// Bodies that move in steps of time: springs and interactive methods, whatever acts on them.
+namespace livermark::core {
 
 /// Work of a method in a frame: steps of equal length, and iterations in each.
 struct Effort {
@@ -29,26 +26,26 @@ struct FrameCost {
     double bytes_per_element = 0.0; ///< that are stored of the body, over the number of tetrahedra
 };
 
+/// A load case as a model with point masses sees it.
+struct NodalConditions {
+    std::vector<Vector3> displacement;          ///< (N) prescribed displacement [m], NaN where a component is free
+    std::vector<std::array<int, 3>> constraint; ///< (N,3) index into LoadCase::constraint_names, -1 where free
+    std::vector<Vector3> force;                 ///< (N) load [N]; where a place presses, for one newton of it [1]
+    double press_depth = 0.0;                   ///< LoadCase::press_depth [m]
+
+    /// Whether a node has a prescribed displacement in all components.
+    bool constrains(std::size_t node) const { return !displacement[node].array().isNaN().any(); }
+};
+
 /// A body under constant loads as methods with point masses see it.
 struct NodalProblem {
-    std::shared_ptr<const core::Body> body;
+    std::shared_ptr<const Body> body;
     std::vector<double> node_mass; ///< (N) [kg]
-    msm::NodalConditions conditions;
+    NodalConditions conditions;
 };
-
-NodalProblem on_nodes(const core::Problem &problem);
-
-/// Settings of a stepper that do not change while it moves.
-struct StepperOptions {
-    double mass_damping = 0.0;  ///< alpha [1/s]: forces -alpha m v
-    bool scales_masses = false; ///< those of stiff parts, of explicit methods
-    bool may_be_cut = false;
-};
-
-using core::AfterStep;
 
 /// A body that moves in steps, from rest. For one thread; the same calls give the same bits.
-class Stepper : public core::MovingNodes {
+class Stepper : public MovingNodes {
   public:
     /// Prepares steps of a length, so that the first one does not take time for it.
     virtual void prepare(double time_step) = 0;
@@ -64,15 +61,12 @@ class Stepper : public core::MovingNodes {
     /// Whether an explicit step is divided into iterations.
     virtual bool counts_iterations() const = 0;
 
-    /// Least work in a frame of this length [s]; nothing where every step is stable.
-    std::optional<Effort> least_effort(double frame) const;
-
     /// Leads held nodes: they are there when the next step ends.
     /// @param displacement  of each [m]
-    virtual void lead(std::span<const int> nodes, std::span<const core::Vector3> displacement) = 0;
+    virtual void lead(std::span<const int> nodes, std::span<const Vector3> displacement) = 0;
 
     /// Holds other nodes from now on; they stay where they are. What has to be prepared for that is prepared here.
-    virtual void hold(const msm::NodalConditions &conditions) = 0;
+    virtual void hold(const NodalConditions &conditions) = 0;
 
     /// Goes on with what a cut along facets has left: each node is where it was, or where that was from which it was
     /// parted, and as fast. The next step is prepared. Known to steppers that may be cut.
@@ -81,31 +75,29 @@ class Stepper : public core::MovingNodes {
     virtual void cut(const NodalProblem &after, const std::vector<int> &parent_tetrahedron) = 0;
 
     /// Facets that a ball may touch: those of the mesh, or parts of them where the method has nodes in between.
-    virtual std::vector<core::TouchedFacet> touched_facets(std::vector<core::TouchedFacet> facets) const {
-        return facets;
-    }
+    virtual std::vector<TouchedFacet> touched_facets(std::vector<TouchedFacet> facets) const { return facets; }
 
     /// Lets a ball touch the body from the next step on; null for none.
     /// @throws std::logic_error if the method knows no contact
-    virtual void touch(std::shared_ptr<core::BallContact> ball) = 0;
+    virtual void touch(std::shared_ptr<BallContact> ball) = 0;
 
     /// Lets something act after each explicit step to come; null for nothing. Implicit steps know no such action.
     virtual void act_after_steps(AfterStep action) = 0;
 
     /// Position of a node now [m].
-    virtual core::Vector3 position(int node) const = 0;
+    virtual Vector3 position(int node) const = 0;
 
     /// Displacements of all nodes of the mesh, shape (N) [m].
-    virtual std::vector<core::Vector3> displacement() const = 0;
+    virtual std::vector<Vector3> displacement() const = 0;
 
     /// Starts from these displacements, at rest. shape (N) [m]
-    virtual void start_from(const std::vector<core::Vector3> &displacement) = 0;
+    virtual void start_from(const std::vector<Vector3> &displacement) = 0;
 
     /// Goes on from where another body of the same method and problem is, with its loads.
     virtual void take_motion_of(const Stepper &other) = 0;
 
     /// Elastic force of the body on whatever holds these nodes [N].
-    virtual core::Vector3 elastic_force(std::span<const int> held) const = 0;
+    virtual Vector3 elastic_force(std::span<const int> held) const = 0;
 
     /// Inverse masses of the nodes [1/kg], shape (N); zero where nothing moves.
     virtual std::vector<double> per_mass() const = 0;
@@ -118,27 +110,16 @@ class Stepper : public core::MovingNodes {
     /// @param frame  [s]
     /// @return shape (3 N, 3 K) [1/kg]
     /// @throws std::logic_error of explicit steps, which respond by their masses: per_mass()
-    virtual Eigen::MatrixXf converged_response(const core::PlaceWeights & /*weights*/, double /*frame*/) const {
+    virtual Eigen::MatrixXf converged_response(const PlaceWeights & /*weights*/, double /*frame*/) const {
         throw std::logic_error("explicit steps respond by their masses");
     }
-    virtual Eigen::MatrixXf observed_response(const core::PlaceWeights & /*weights*/, double /*frame*/,
+    virtual Eigen::MatrixXf observed_response(const PlaceWeights & /*weights*/, double /*frame*/,
                                               const Effort & /*effort*/, double /*force*/) const {
         throw std::logic_error("explicit steps respond by their masses");
     }
 
-    /// Loads some nodes from the next step on, and no others [N].
-    /// @throws std::logic_error of explicit steps
-    virtual void load(std::span<const int> /*nodes*/, std::span<const core::Vector3> /*force*/) {
-        throw std::logic_error("forces on explicit steps are kicks");
-    }
+    /// Loads some nodes from the next step on [N], and those no more that were loaded before.
+    virtual void load(std::span<const int> nodes, std::span<const Vector3> force) = 0;
 };
 
-inline std::optional<Effort> Stepper::least_effort(double frame) const {
-    const double longest = msm::default_safety_factor * critical_time_step();
-    if (!std::isfinite(longest))
-        return std::nullopt;
-    const int count = static_cast<int>(std::ceil(frame / longest));
-    return counts_iterations() ? Effort{.iterations = count} : Effort{.steps = count};
-}
-
-} // namespace livermark::models
+} // namespace livermark::core
