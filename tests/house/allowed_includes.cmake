@@ -76,7 +76,7 @@ endforeach()
 # The tests of a folder lie in tests/<folder>/; those of all that ships, of damaged files, of the house itself and of sweeps, and parts that tests share, have folders of their own.
 file(GLOB test_folders LIST_DIRECTORIES ON RELATIVE ${SOURCE_DIR}/tests ${SOURCE_DIR}/tests/*)
 foreach(folder IN LISTS test_folders)
-  if(IS_DIRECTORY ${SOURCE_DIR}/tests/${folder} AND NOT folder IN_LIST folders AND NOT folder MATCHES "^(fuzz|house|oracles|package|peer|samples|validation|workflow)$")
+  if(IS_DIRECTORY ${SOURCE_DIR}/tests/${folder} AND NOT folder IN_LIST folders AND NOT folder MATCHES "^(fuzz|golden|house|oracles|package|peer|samples|validation|workflow)$")
     string(APPEND faults "tests/${folder}/ is named as no folder; put its tests where the folder is named that they test\n")
   endif()
 endforeach()
