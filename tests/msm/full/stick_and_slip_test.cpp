@@ -33,7 +33,8 @@ ShearedSprings shear_springs(const char *name, double part_of_slip, double beyon
         return found;
     found.force = path.points.back().reaction.back();
     const auto &ball = *problem.load_case.touching;
-    found.tilt = (ball.press.x() - found.shear.displacement({0.0, 0.0, tests::SimpleShear::height}).x()) / ball.shape.radius;
+    found.tilt =
+        (ball.press.x() - found.shear.displacement({0.0, 0.0, tests::SimpleShear::height}).x()) / ball.shape.radius;
     const auto &points = problem.body->mesh.points;
     for (std::size_t i = 0; i < points.size(); ++i)
         found.largest_difference =
