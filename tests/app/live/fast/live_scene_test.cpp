@@ -96,25 +96,19 @@ msm::FollowedPath pressed_by_ball(const BoxScene &box, const Tool &tool, const F
     return path;
 }
 
-/// The law of contact is that of load cases; what differs is the way on which friction has come about, and points of
-/// contact where the ball is deeper than half its radius or less.
+/// The law of contact is that of load cases. With friction there are many equilibria, so it is left out.
 TEST(LiveScene, PressesAsTheBallOfALoadCaseDoes) {
     const BoxScene box;
+    auto tool = box.poke(0.004);
+    tool.friction = 0.0;
     for (const std::string name : {"nodal_springs", "nodal_neo_hookean"}) {
         const auto model = msm::coupled_springs_with_volume(box.body, msm::find_coupled_springs(name));
         Scene scene(box.body, box.is_constrained);
         const auto chosen = scene.choose(settings(name));
-        for (const double friction : {0.0, 0.3}) {
-            auto tool = box.poke(0.004);
-            tool.friction = friction;
-            const auto frame = moved(scene, tool, 3.0, chosen.time_step);
-            const auto expected = pressed_by_ball(box, tool, frame, model);
-            const double tolerance = friction == 0.0 ? 1e-3 : 0.02;
-            EXPECT_LT((frame.force + expected.points.back().reaction[1]).norm(), tolerance * frame.force.norm())
-                << name;
-            EXPECT_LT(distance(frame.displacement, expected.end.displacement), tolerance) << name;
-        }
-        const auto frame = scene.move(box.poke(0.004), 0);
+        const auto frame = moved(scene, tool, 3.0, chosen.time_step);
+        const auto expected = pressed_by_ball(box, tool, frame, model);
+        EXPECT_LT((frame.force + expected.points.back().reaction[1]).norm(), 1e-3 * frame.force.norm()) << name;
+        EXPECT_LT(distance(frame.displacement, expected.end.displacement), 1e-3) << name;
         Vector3 on_nodes = Vector3::Zero(), on_triangles = Vector3::Zero();
         for (const auto &force : frame.load.nodal)
             on_nodes += force;
@@ -124,8 +118,8 @@ TEST(LiveScene, PressesAsTheBallOfALoadCaseDoes) {
     }
 }
 
-/// A step of the load on a body without damping takes it twice as far as it comes to rest, with four times the energy.
-TEST(LiveScene, ABallGivesABodyWithoutDampingNoMoreEnergyThanAStepOfItsLoad) {
+/// Once the hand has come to where it was to go, it and friction only take energy from a body without damping.
+TEST(LiveScene, ABodyWithoutDampingGainsNoEnergyOfABallThatIsHeldInIt) {
     const BoxScene box;
     for (const std::string name : {"patch", "nodal_neo_hookean"}) {
         SpringsOfLaws kept;
@@ -137,25 +131,22 @@ TEST(LiveScene, ABallGivesABodyWithoutDampingNoMoreEnergyThanAStepOfItsLoad) {
             return msm::elastic_energy(model, positions);
         };
         const double none = energy(std::vector<Vector3>(box.body.mesh.points.size(), Vector3::Zero()));
-        Scene scene(box.body, box.is_constrained);
-        const double step = scene.choose(settings(name)).time_step;
-        const auto rest = moved(scene, box.poke(0.004), 3.0, step);
-        const double at_rest = energy(rest.displacement) - none;
         auto undamped = settings(name);
         undamped.damping = {0.0, 0.0};
+        Scene scene(box.body, box.is_constrained);
         scene.choose(undamped);
-        scene.reset();
-        double most = 0.0;
-        for (int i = 0; i < 1500; ++i)
-            most = std::max(most, energy(scene.move(box.poke(0.004), 3).displacement) - none);
-        EXPECT_GT(most, at_rest) << name;
-        const double way = 0.004 / (0.004 - rest.force.norm() / coupling_stiffness); // of the hand, over that at rest
-        EXPECT_LT(most, 4.0 * way * way * at_rest) << name;
+        double first = 0.0, later = 0.0; // highest of seconds
+        for (int i = 0; i < 1500; ++i) {
+            const double now = energy(scene.move(box.poke(0.004), 3).displacement) - none;
+            (i < 500 ? first : later) = std::max(i < 500 ? first : later, now);
+        }
+        EXPECT_GT(later, 0.0) << name;
+        EXPECT_LT(later, 1.02 * first) << name;
     }
 }
 
 TEST(LiveScene, DividesStepsWhileSomethingIsPressed) {
-    const BoxScene box;
+    BoxScene box;
     Scene scene(box.body, box.is_constrained);
     const auto chosen = scene.choose(settings());
     ASSERT_GT(chosen.time_step, 1.5 * chosen.pressed_time_step);
@@ -163,7 +154,8 @@ TEST(LiveScene, DividesStepsWhileSomethingIsPressed) {
     EXPECT_EQ(scene.num_evaluations(), 10) << "at rest a step is one";
     // As far as a step is divided it is no longer than what the pressed body bears.
     const auto most = static_cast<long>(std::ceil(chosen.time_step / chosen.pressed_time_step));
-    scene.move(box.poke(0.0), 100); // a probe that is put down below the surface would not find it
+    box.node = box.node_at({0.01, 0.02, 0.03}); // beside what is held, so that it is pressed and does not bend away
+    scene.move(box.poke(0.0), 100);
     const long before = scene.num_evaluations();
     double smallest = 1.0;
     for (int i = 0; i < 200; ++i)
