@@ -134,7 +134,7 @@ std::vector<bool> region_taken(const CutRequest &request, const core::TetraMesh 
     const double margin = std::get<meshes::RegionCut>(request.tool).margin;
     const auto level = meshes::tool_level(request.tool, mesh);
     for (std::size_t t = 0; t < taken.size(); ++t)
-        if (std::ranges::any_of(mesh.tetrahedra[t], [&](int node) { return level.of_nodes[node] < 0.0; }))
+        if (std::ranges::any_of(mesh.tetrahedra[t], [&](int node) { return level.node_values[node] < 0.0; }))
             taken[t] = true;
     // A face may be nearer than its nodes.
     std::vector<std::array<int, 4>> inside;

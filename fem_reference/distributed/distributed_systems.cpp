@@ -425,8 +425,6 @@ DistributedMultigrid::DistributedMultigrid(const SymmetricBlocks<double> &stiffn
     levels_.initialize(matrix_, settings);
 }
 
-namespace {
-
 /// The inverses of the diagonal blocks, of what is free: what Chebyshev's polynomials smooth with.
 class BlockJacobi : public dealii::Subscriptor {
   public:
@@ -608,8 +606,6 @@ using ChebyshevOfMass = dealii::PreconditionChebyshev<DistributedMass, NodeExcha
 constexpr double largest_eigenvalue = 2.5, smallest_eigenvalue = 0.5;
 /// Leaves less than a thousandth: more would not save iterations.
 constexpr unsigned int mass_degree = 8;
-
-} // namespace
 
 void MatricesOfPart::apply(std::span<const double> u, std::span<const double> p, std::span<double> force,
                            std::span<double> imbalance) const {
