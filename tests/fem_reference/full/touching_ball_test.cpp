@@ -422,9 +422,6 @@ TEST(Punch, PlateThatCoversABarPressesItEvenly) {
         }
 }
 
-namespace {
-
-using hyperelastic::Elements;
 using hyperelastic::TouchingBall;
 
 /// Every point that the ball drags along is on the cone of friction, and so is their sum where the surface is flat.
