@@ -161,6 +161,7 @@ TEST_F(OwnExperiment, SaysHowManyTetrahedraAreExpectedAndRefusesTooMany) {
     EXPECT_EQ(said, std::vector<std::string>{"jelly: a mesh of about 130 tetrahedra"});
     EXPECT_NEAR(experiment.expected_tetrahedra(0.02), 127.3, 0.1);
     text_ = replaced(text_, "size = [0.06, 0.05, 0.04]", "size = [0.06, 3000, 0.04]");
+    tests::expect_input_error([&] { read(); }, {"a box of 0.06 x 3000 x 0.04 m", "tetrahedra", "make them longer"});
     said.clear();
     tests::expect_input_error(
         [&] { read_experiment(toml_, [&](const std::string &sentence) { said.push_back(sentence); }); },
