@@ -96,7 +96,7 @@ msm::FollowedPath pressed_by_ball(const BoxScene &box, const Tool &tool, const F
     return path;
 }
 
-/// The law of contact is that of load cases. With friction there are many equilibria, so it is left out.
+/// The law of contact is that of load cases. With friction there are many equilibria, see below.
 TEST(LiveScene, PressesAsTheBallOfALoadCaseDoes) {
     const BoxScene box;
     auto tool = box.poke(0.004);
@@ -116,6 +116,26 @@ TEST(LiveScene, PressesAsTheBallOfALoadCaseDoes) {
             on_triangles += force;
         EXPECT_LT((on_nodes + frame.force).norm() + (on_triangles + frame.force).norm(), 1e-9 * frame.force.norm());
     }
+}
+
+/// With friction the body comes to rest where its way there has left it: a hand that goes down in 4 s ends where the
+/// ball of a load case does. One that jumps makes the body swing and stick elsewhere.
+TEST(LiveScene, AHandThatGoesSlowlyMeetsTheFrictionOfALoadCase) {
+    const BoxScene box;
+    const std::string name = "nodal_neo_hookean";
+    const auto model = msm::coupled_springs_with_volume(box.body, msm::find_coupled_springs(name));
+    Scene scene(box.body, box.is_constrained);
+    const auto chosen = scene.choose(settings(name));
+    ASSERT_GT(box.poke(0.0).friction, 0.0);
+    constexpr int num_parts = 200;
+    for (int part = 1; part < num_parts; ++part)
+        moved(scene, box.poke(0.004 * part / num_parts), 0.02, chosen.time_step);
+    const auto frame = moved(scene, box.poke(0.004), 3.0, chosen.time_step);
+    const auto expected = pressed_by_ball(box, box.poke(0.004), frame, model);
+    EXPECT_LT((frame.force + expected.points.back().reaction[1]).norm(), 0.02 * frame.force.norm());
+    EXPECT_LT(distance(frame.displacement, expected.end.displacement), 0.01);
+    const Vector3 normal = Vector3::UnitZ();
+    EXPECT_GT((frame.force - frame.force.dot(normal) * normal).norm(), 0.2 * frame.force.norm()) << "friction acts";
 }
 
 /// Once the hand has come to where it was to go, it and friction only take energy from a body without damping.
