@@ -18,7 +18,9 @@ int main(int argc, char **argv) {
     const std::filesystem::path folder = argv[1];
     // Enough bricks that the larger datasets are chunked and compressed, as those of a liver are.
     const auto result = tests::sample_result(1000);
-    auto part_of_load = result; // as where the reference ends before its load
+    auto part_of_load = result; // as where the reference ends before its load, below a plate
+    auto &touching = part_of_load.problem.load_case.touching.value();
+    touching.shape = {livermark::core::ToolFace::round, 0.3, 0.03, touching.press};
     for (auto &model : part_of_load.models)
         if (model.comparison)
             model.comparison->load_fraction = 0.75;
@@ -30,7 +32,11 @@ int main(int argc, char **argv) {
     results::write_stability(folder / "sample_stability.h5", tests::sample_stability());
     results::write_calibration(folder / "sample_calibration.h5", tests::sample_calibration(*result.problem.body));
     results::write_cohort(folder / "sample_cohort.h5", tests::sample_cohort());
-    results::write_arena(folder / "sample_arena.h5", tests::sample_arena());
+    auto below_a_plate = tests::sample_arena();
+    below_a_plate.tool = livermark::results::touching_tool;
+    below_a_plate.face = livermark::core::ToolFace::square;
+    below_a_plate.plate_size = 0.02;
+    results::write_arena(folder / "sample_arena.h5", below_a_plate);
     results::write_cut(folder / "sample_cut.h5", tests::sample_cut());
     results::write_needles(folder / "sample_needles.h5", tests::sample_needles());
     results::write_experiment(folder / "sample_experiment.h5", tests::sample_experiment());

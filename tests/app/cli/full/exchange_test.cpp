@@ -89,7 +89,7 @@ TEST(AdviseCommand, NamesModelsStepsErrorsAndCaveatsOfAMeshAlone) {
     EXPECT_FALSE(says(advised, "about 0 ")) << advised.output;
     expect_outcome(livermark("advise " + mesh + " --budget 1e-9"), 2, {"every model takes longer"});
     const auto json = livermark("advise --body " + mesh + " --poisson 0.3 --json");
-    expect_outcome(json, 0, {"{\n \"body\" : {", "\"poisson_ratio\" : 0.29999999999999999"});
+    expect_outcome(json, 0, {"{\n    \"body\" : {", "\"poisson_ratio\" : 0.29999999999999999"});
 }
 
 TEST(BodyArgument, IsTheSameBehindTheCommandAndBehindAnOption) {
