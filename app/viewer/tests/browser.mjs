@@ -12,7 +12,7 @@ export const livermark = join(build, 'livermark');
 export const builtTests = join(build, 'tests');
 const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 
-export const builtPage = join(top, 'viewer/dist/index.html');
+export const builtPage = join(top, 'app/viewer/dist/index.html');
 
 const program = (path) => {
   if (existsSync(path)) return path;
