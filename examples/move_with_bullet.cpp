@@ -21,7 +21,7 @@
 #include <hdf5_hl.h>
 #include <vector>
 
-/// What a scene file has; see "Tool scenes" in results/schema.md.
+/// Content of a scene file; see "Tool scenes" in results/schema.md.
 struct Scene {
     std::vector<double> points, density, young_modulus, poisson_ratio, time, way;
     std::vector<int> tetrahedra, held, tool;

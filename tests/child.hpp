@@ -10,7 +10,7 @@
 
 namespace livermark::tests {
 
-/// How a child process is to run.
+/// Settings of a child process.
 struct ChildOptions {
     std::filesystem::path folder{};               ///< where it works
     std::filesystem::path output{};               ///< where its standard output goes; kept if empty
@@ -21,7 +21,7 @@ struct ChildOptions {
     int kill_signal = SIGKILL;                    ///< with what
 };
 
-/// How it ended.
+/// End of a child process.
 struct ChildEnd {
     int status = -1;          ///< exit status, -1 if a signal ended it
     int signal = 0;           ///< that ended it, 0 if none

@@ -24,7 +24,7 @@ struct RandomCuts {
 };
 RandomCuts try_random_cuts(const core::Body &body, int num_cuts, unsigned seed);
 
-/// What is wrong with the boundary of a mesh that has been cut, in a sentence; empty if it is sound: it is that of the
+/// Fault of the boundary of a mesh that has been cut, in a sentence; empty if it is sound: it is that of the
 /// tetrahedra, each of its edges has two triangles, from both sides, other than where the body before had more, and the
 /// triangles around each node of the wound are one ring.
 std::string fault_of_surface(const core::TetraMesh &mesh);

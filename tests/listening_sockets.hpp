@@ -10,7 +10,7 @@
 #include <sys/types.h>
 #include <system_error>
 
-/// What /proc knows of who listens.
+/// Listening sockets, as /proc knows them.
 namespace livermark::tests {
 
 /// Numbers of the processes that a process has started, and those have.

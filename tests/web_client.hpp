@@ -18,7 +18,7 @@
 
 #include "app/server/site.hpp"
 
-/// What a browser sends to a server on this machine, and what nobody else should.
+/// Requests of a browser to a server on this machine, and what nobody else should.
 namespace livermark::tests {
 
 using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_body>;
@@ -31,10 +31,10 @@ inline std::string own_origin(std::uint16_t port) {
     return "http://" + own_host(port);
 }
 
-/// Of the servers of the tests.
+/// Token of the servers of the tests.
 inline constexpr auto token = "0123456789abcdef";
 
-/// What a browser sends after its first visit.
+/// Cookie that a browser sends after its first visit.
 inline std::string own_cookie(std::uint16_t port) {
     return fmt::format("livermark_{}={}", port, token);
 }
@@ -54,7 +54,7 @@ inline UpgradeRequest upgrade(std::uint16_t port, const std::string &target) {
 
 using Response = boost::beast::http::response<boost::beast::http::string_body>;
 
-/// What HTTP answers.
+/// Answer of HTTP.
 inline Response response_to(const UpgradeRequest &request, std::uint16_t port) {
     boost::asio::io_context context;
     boost::asio::ip::tcp::socket socket(context);

@@ -112,9 +112,9 @@ NearestPoint nearest_point(const Surface &surface, const std::vector<int> &trian
     }
     // At an edge or a node, the triangles around it tell together what is outside.
     Vector3 normal = Vector3::Zero();
-    for (const auto &[distance, of_triangle] : found)
+    for (const auto &[distance, triangle_normal] : found)
         if (distance <= least + tolerance)
-            normal += of_triangle;
+            normal += triangle_normal;
     const bool is_above = (to - nearest.point).dot(normal) > 0.0;
     nearest.height = is_above ? least : -least;
     nearest.outwards = is_above && least > tolerance ? Vector3((to - nearest.point) / least) : normal.normalized();

@@ -90,12 +90,12 @@ void compare_works(const TetraMesh &mesh, const LoadCase &load_case, const ToolP
                    const Solution &reference, double ratio, PlaceErrors &errors) {
     const auto forces = nodal_forces(mesh, load_case, place);
     /// Work of the reference over that of the solution.
-    const auto ratio_of = [&](const auto &of_reference, const auto &of_solution) {
+    const auto ratio_of = [&](const auto &reference_field, const auto &solution_field) {
         double possible = 0.0;
         for (const auto &[node, force] : forces)
-            possible += force.norm() * static_cast<double>(of_reference[node].norm());
-        const double work = work_of(forces, of_reference);
-        return std::abs(work) > smallest_work * possible ? work / work_of(forces, of_solution) : no_stiffness;
+            possible += force.norm() * static_cast<double>(reference_field[node].norm());
+        const double work = work_of(forces, reference_field);
+        return std::abs(work) > smallest_work * possible ? work / work_of(forces, solution_field) : no_stiffness;
     };
     const double at_end = ratio_of(reference.displacement, solution.displacement);
     errors.stiffness = ratio * at_end - 1.0;
@@ -109,10 +109,10 @@ void compare_works(const TetraMesh &mesh, const LoadCase &load_case, const ToolP
 /// Errors at a place whose force is a result.
 void compare_forces(int constraint, std::size_t num_points, const Solution &solution, const Solution &reference,
                     double smallest_force, PlaceErrors &errors) {
-    const auto along = [](const Vector3 &force, const Vector3 &of_reference) {
-        return force.dot(of_reference) / of_reference.squaredNorm() - 1.0;
+    const auto along = [](const Vector3 &force, const Vector3 &reference_field) {
+        return force.dot(reference_field) / reference_field.squaredNorm() - 1.0;
     };
-    const auto has_force = [&](const Vector3 &of_reference) { return of_reference.norm() > smallest_force; };
+    const auto has_force = [&](const Vector3 &reference_field) { return reference_field.norm() > smallest_force; };
     const bool ends_with_force = has_force(reference.reaction[constraint]);
     errors.stiffness =
         ends_with_force ? along(solution.reaction[constraint], reference.reaction[constraint]) : no_stiffness;

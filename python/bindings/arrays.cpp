@@ -177,8 +177,8 @@ py::array_t<double> to_array(const std::vector<core::Vector3> &field) {
 
 namespace {
 
-/// Of its volume, as a part of that of the regular tetrahedron with its longest edge: flatter ones have no stiffness
-/// that a double can hold.
+/// Least volume of a tetrahedron, as a part of that of the regular tetrahedron with its longest edge: flatter ones have
+/// no stiffness that a double can hold.
 constexpr double flat = 1e-9;
 
 void check_volumes(const core::TetraMesh &mesh) {

@@ -19,8 +19,8 @@ namespace livermark::python {
 /// Raises an exception of livermark.errors at the next return to Python.
 /// @param type  its name
 inline void set_error(const char *type, const char *sentence) {
-    const auto of_package = pybind11::module_::import("livermark.errors").attr(type);
-    PyErr_SetString(of_package.ptr(), sentence);
+    const auto package_type = pybind11::module_::import("livermark.errors").attr(type);
+    PyErr_SetString(package_type.ptr(), sentence);
 }
 
 /// Raises an exception of livermark.errors.
@@ -50,7 +50,7 @@ inline std::atomic<int> num_running = 0;
 inline std::atomic<bool> is_ending = false;
 inline std::thread::id ending_thread;
 
-/// What a thread of the program that ends does in place of more work.
+/// Endless wait of a thread of a program that ends, in place of more work.
 [[noreturn]] inline void wait_for_the_end() {
     while (true)
         pause();

@@ -250,7 +250,7 @@ class Simulation {
         forks_ = support::fork_count();
     }
 
-    /// Of some nodes, others each time: what is not finite spreads from node to node with every step.
+    /// Check of some nodes, others each time: what is not finite spreads from node to node with every step.
     bool looks_finite() {
         for (std::size_t i = 0; i < std::min(nodes_looked_at, points_.size()); ++i) {
             next_look_ = (next_look_ + 1) % points_.size();

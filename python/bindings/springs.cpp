@@ -72,7 +72,7 @@ std::vector<core::Vector3> positions_of(const Springs &springs, const py::object
     return to_vectors(positions, "positions", springs.points.size());
 }
 
-/// What each node is pulled with.
+/// Elastic force on each node [N].
 py::array_t<double> elastic_forces(const Springs &springs, const py::object &positions) {
     auto force = msm::elastic_gradient(springs.body, positions_of(springs, positions));
     for (auto &f : force)
@@ -228,7 +228,8 @@ void add_springs(py::module_ &module) {
 
 namespace {
 
-constexpr const char *of_edges = "edges", *of_law = "law", *of_coupled = "coupled"; ///< what comes first in a pickle
+constexpr const char *kind_edges = "edges", *kind_law = "law",
+                     *kind_coupled = "coupled"; ///< what comes first in a pickle
 constexpr std::size_t items_of_edges = 6, items_of_body = 7;
 
 template <class Scalar, class Value> py::array_t<Scalar> copied(const std::vector<Value> &values, py::ssize_t columns) {
@@ -246,13 +247,13 @@ py::tuple to_pickle(const Springs &springs) {
     const auto &[body, name, volume_term, is_coupled] = springs.source;
     const auto points = copied<double>(springs.points, 3);
     if (!body)
-        return py::make_tuple(of_edges, points, copied<int>(springs.network.edges, 2),
+        return py::make_tuple(kind_edges, points, copied<int>(springs.network.edges, 2),
                               numbers(springs.network.stiffness), numbers(springs.network.node_mass),
                               numbers(springs.network.rest_length));
     std::vector<std::array<double, 3>> materials;
     for (const auto &material : body->materials)
         materials.push_back({material.density, material.young_modulus, material.poisson_ratio});
-    return py::make_tuple(is_coupled ? of_coupled : of_law, points, copied<int>(body->mesh.tetrahedra, 4),
+    return py::make_tuple(is_coupled ? kind_coupled : kind_law, points, copied<int>(body->mesh.tetrahedra, 4),
                           copied<int>(body->mesh.region, 1), copied<double>(materials, 3), name, volume_term);
 }
 
@@ -279,7 +280,7 @@ core::Body body_of(const py::tuple &kept) {
 
 Springs from_pickle(const py::tuple &kept) {
     const auto kind = kept.empty() ? std::string() : py::cast<std::string>(kept[0]);
-    if (kind == of_edges && kept.size() == items_of_edges) {
+    if (kind == kind_edges && kept.size() == items_of_edges) {
         core::SpringNetwork network;
         auto points = to_vectors(kept[1], "points");
         const auto ends = to_node_numbers(kept[2], "edges", 2, points.size());
@@ -290,9 +291,9 @@ Springs from_pickle(const py::tuple &kept) {
         network.rest_length = to_numbers(kept[5], "rest_length", network.edges.size());
         return springs_of_network(std::move(points), network);
     }
-    if ((kind == of_law || kind == of_coupled) && kept.size() == items_of_body)
+    if ((kind == kind_law || kind == kind_coupled) && kept.size() == items_of_body)
         return springs_of_body({std::make_shared<const core::Body>(body_of(kept)), py::cast<std::string>(kept[5]),
-                                py::cast<std::optional<std::string>>(kept[6]), kind == of_coupled});
+                                py::cast<std::optional<std::string>>(kept[6]), kind == kind_coupled});
     refuse();
 }
 

@@ -13,7 +13,7 @@
 
 namespace livermark::python {
 
-/// What springs of a mesh were made of, so that they can be made again.
+/// Source of the springs of a mesh, so that they can be made again.
 struct SpringsSource {
     std::shared_ptr<const core::Body> body; ///< null for springs that were given one by one
     std::string name{};                     ///< of the law, or of the model of coupled springs
@@ -28,7 +28,7 @@ struct KnownFrequency {
     std::optional<double> largest{};          ///< [rad/s]
 };
 
-/// What Python calls Springs: where the nodes are at rest, the springs of their edges, and all that resists. They never
+/// Springs of Python: where the nodes are at rest, the springs of their edges, and all that resists. They never
 /// change.
 struct Springs {
     std::vector<core::Vector3> points; ///< (N) [m]

@@ -31,7 +31,7 @@ livermark_fault(const char *sentence, std::size_t length);
     return message.data();
 }
 
-/// Where the last answer is.
+/// Begin of the last answer.
 [[clang::export_name("answer")]] const char *answer_begin() {
     return answer.data();
 }

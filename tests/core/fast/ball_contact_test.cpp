@@ -89,7 +89,7 @@ TEST(BallForce, KeepsToTheConeOfFriction) {
     EXPECT_GT(num_slipping, 20);
 }
 
-/// What iterations have pushed too much they take back.
+/// Iterations take back what they have pushed too much.
 TEST(BallForce, TakesBackWhatWasTooMuch) {
     const core::BallStep ball{Vector3::Zero(), Vector3::Zero(), 1.0, 0.0};
     const Vector3 start(0, 0, 1.0), before(0, 0, 0.4);

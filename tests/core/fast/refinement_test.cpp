@@ -31,9 +31,9 @@ Body sample_body() {
 
 std::vector<double> region_volumes(const TetraMesh &mesh) {
     std::vector<double> volumes(mesh.region_names.size(), 0.0);
-    const auto of_tetrahedra = tetrahedron_volumes(mesh);
-    for (std::size_t t = 0; t < of_tetrahedra.size(); ++t)
-        volumes[mesh.region[t]] += of_tetrahedra[t];
+    const auto tetrahedron_volume = tetrahedron_volumes(mesh);
+    for (std::size_t t = 0; t < tetrahedron_volume.size(); ++t)
+        volumes[mesh.region[t]] += tetrahedron_volume[t];
     return volumes;
 }
 
@@ -209,7 +209,7 @@ double volume(const core::TetraMesh &mesh) {
     return std::accumulate(volumes.begin(), volumes.end(), 0.0);
 }
 
-/// Of a triangle, however its nodes are turned.
+/// Nodes of a triangle from the least one on, however they were turned.
 std::array<int, 3> turned(std::array<int, 3> nodes) {
     std::ranges::rotate(nodes, std::ranges::min_element(nodes));
     return nodes;
@@ -230,8 +230,8 @@ core::Problem pressed_box() {
     return {body, std::move(load_case)};
 }
 
-/// What fits together has no outer faces but the parts of the boundary triangles: a face between two tetrahedra that
-/// one of them cut differently would be one.
+/// A mesh that fits together has no outer faces but the parts of the boundary triangles: a face between two tetrahedra
+/// that one of them cut differently would be one.
 TEST(LocalRefinement, LeavesAMeshThatFitsTogether) {
     const auto problem = pressed_box();
     for (const int levels : {1, 2, 3}) {
@@ -381,7 +381,7 @@ TEST(ObservedError, BelievesNoFactorThatIsTooGoodOrNone) {
     EXPECT_NEAR(stuck.relative_l2, 4.0 * stuck.difference, 1e-12);
 }
 
-/// Where energies and reactions hardly change any more, they may still lack what no mesh has refined.
+/// Energies and reactions that hardly change any more may still lack what no mesh has refined.
 TEST(ObservedError, OfEnergyAndReactionsBelievesNoOrderBetterThanTheFirst) {
     const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
     std::vector<core::Solution> levels;

@@ -33,7 +33,7 @@ core::Problem box_under_a_tool() {
     return {body, load_case};
 }
 
-/// What corners take has the integrals of linear functions: the force, and its moment about the corners.
+/// Forces on corners have the integrals of linear functions: the force, and its moment about the corners.
 TEST(RoundLoad, PartsHaveForceAndMomentOfTheTraction) {
     const core::Corners corners{Vector3(0.05, 0.04, 0.1), Vector3(0.09, 0.05, 0.1), Vector3(0.04, 0.09, 0.1)};
     const auto linear = core::linear_parts(&tool, corners);
@@ -117,11 +117,11 @@ TEST(RefinementBelowTools, EndsAtAPartOfTheRadius) {
     auto problem = box_under_a_tool();
     const auto longest = [&] {
         const auto edges = longest_edges(problem.body->mesh);
-        double of_all = 0.0;
+        double longest_below = 0.0;
         for (std::size_t t = 0; t < edges.size(); ++t)
             if (is_below_the_tool(problem.body->mesh, problem.body->mesh.tetrahedra[t]))
-                of_all = std::max(of_all, edges[t]);
-        return of_all;
+                longest_below = std::max(longest_below, edges[t]);
+        return longest_below;
     };
     const double most = core::longest_edge_below_tools * tool.radius;
     ASSERT_GT(longest(), 2.0 * most);

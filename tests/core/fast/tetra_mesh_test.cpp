@@ -117,8 +117,8 @@ std::vector<int> slow_parts(const Tetrahedra &tetrahedra, const std::function<bo
     }
     std::map<int, int> number;
     std::vector<int> part;
-    for (const int of_part : lowest)
-        part.push_back(number.try_emplace(of_part, static_cast<int>(number.size())).first->second);
+    for (const int least : lowest)
+        part.push_back(number.try_emplace(least, static_cast<int>(number.size())).first->second);
     return part;
 }
 

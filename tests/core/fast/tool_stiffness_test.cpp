@@ -61,7 +61,7 @@ TEST(ToolStiffness, OfAGivenTractionIsTheInverseOfTheDisplacement) {
     EXPECT_NEAR(tool.stiffness(), -0.2, 1e-14);
 }
 
-/// Where the reference has nodes beside those of the mesh, its own work counts, and that of the model if it has one.
+/// If the reference has nodes beside those of the mesh, its own work counts, and that of the model if it has one.
 TEST(ToolStiffness, OfAGivenTractionComparesTheWorksOfTheModelsThemselves) {
     Cube cube;
     tests::pull(cube.load_case, cube.mesh, "z_max", {0.0, 0.0, -50.0});
