@@ -1,4 +1,4 @@
-// `livermark view` over HTTP; how it decides is tested in tests/app/server/unit/site_test.cpp.
+// `livermark view` over HTTP; how it decides is tested in tests/app/server/fast/site_test.cpp.
 import assert from 'node:assert/strict';
 import { existsSync, mkdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
 import { request } from 'node:http';
