@@ -118,8 +118,9 @@ std::string tool_radii(std::span<const Result> results) {
     if (!radii.empty())
         text += fmt::format("\nradius of the smallest tool in edges: {}\n", fmt::join(radii, ", "));
     if (!contacts.empty())
-        text += fmt::format("\nradius of the contact of the ball (Hertz) in edges, along the path: {}\n",
-                            fmt::join(contacts, ", "));
+        text +=
+            fmt::format("\nradius of the contact in edges (a ball by Hertz, a plate its size), along the path: {}\n",
+                        fmt::join(contacts, ", "));
     return text;
 }
 
