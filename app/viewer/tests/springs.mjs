@@ -132,6 +132,7 @@ export function frameOf(answer, tool = { kind: 'none' }) {
     forces: numbers(3 * number()),
   };
   const frame = { needle, time: number(), tool: numbers(3), force: numbers(3), disc: { middle: numbers(3), radius: number() }, indentation: number(), smallestVolume: number(), largestSpeed: number(), restarts: number() };
+  frame.radius = tool.kind === 'probe' || tool.kind === 'pull' ? tool.radius : 0; // as the page has it
   number();
   const [numNodes, numLoaded, numFacets] = numbers(3);
   Object.assign(frame, {

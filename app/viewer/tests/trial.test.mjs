@@ -47,6 +47,6 @@ test('what is torn moves as natively, bit for bit', { skip: noTrial || noReplay 
   rows.forEach((row, i) => {
     if (row.kind !== 'move') return;
     const { stepSeconds, ...frame } = inPage[i];
-    assert.deepEqual(frame, frameOf(natively[i]), `row ${i}`);
+    assert.deepEqual(frame, frameOf(natively[i], row.tool), `row ${i}`);
   });
 });
