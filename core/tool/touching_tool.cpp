@@ -80,11 +80,12 @@ Gap gap_to(const ToolShape &shape, const Vector3 &from_centre) {
 }
 
 Eigen::Matrix3d bend(const ToolShape &shape, const Vector3 &from_centre, const Gap &gap) {
-    const Eigen::Matrix3d along = along_surface(gap.normal);
     if (!shape.is_plate())
-        return along;
+        return along_surface(gap.normal);
     const auto nearest = nearest_of_plate(shape, from_centre);
-    return nearest.is_on_face ? Eigen::Matrix3d(Eigen::Matrix3d::Zero()) : Eigen::Matrix3d(along - nearest.slides);
+    if (nearest.is_on_face)
+        return Eigen::Matrix3d::Zero();
+    return along_surface(gap.normal) - nearest.slides;
 }
 
 Contact touch(const ContactLaw &law, const ToolShape &shape, const Vector3 &from_centre, const ContactMemory &memory) {
