@@ -384,7 +384,7 @@ Layout summary(std::span<const Result> results) {
 Layout modes_table(const Result &result, std::string_view reference) {
     const auto measure = std::ranges::find(result.modes, reference, &ModelModes::name);
     const int count = result.modes.front().modes.count();
-    const auto beside = [=](std::string last, auto cell) { // cells of modes, and one in the row of seconds
+    const auto beside = [=](const std::string &last, auto cell) { // cells of modes, and one in the row of seconds
         return [=](int mode) { return mode < count ? std::string(cell(mode)) : last; };
     };
     std::vector<int> rows(static_cast<std::size_t>(count) + 1);
