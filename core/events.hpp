@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <iterator>
 #include <optional>
+#include <span>
 #include <string>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -27,6 +29,9 @@
 ///     noun          it in refusals: "a ball that touches"
 ///     scale(factor), cut_short(part)   what core::scaled() and core::cut_short() do to it
 ///     decides_statics                  whether its operator == counts for the static solution
+///     move_to_parts(parent)            the facets that it lies on become those of a refined mesh: parent has for each
+///     of
+///                                      these the facet that it is a part of
 ///     contact()                        what is known of a contact before its facets are found
 ///
 /// It is a member of Events and in EventKind, at the end of this file; load_cases/events/ has a reader for each.
@@ -199,20 +204,54 @@ struct SlowHistory {
     }
 };
 
+/// A place that stands on elastic springs, as ligaments and the diaphragm bear a liver: the traction on the body is -k
+/// u, or -k n (n . u) with the normal n at rest, per area at rest. Its energy is k / 2 |u|^2, or k / 2 (n . u)^2, per
+/// area.
+struct Foundation {
+    std::vector<int> facets;  ///< numbers in the mesh, ascending; none of them prescribes a displacement
+    double stiffness = 0.0;   ///< k [N/m^3], > 0
+    bool normal_only = false; ///< whether it resists motion along the normal alone
+
+    /// K with the traction -K u on a facet [N/m^3].
+    Eigen::Matrix3d stiffness_on(const TetraMesh &mesh, int facet) const {
+        if (!normal_only)
+            return stiffness * Eigen::Matrix3d::Identity();
+        const Vector3 normal = area_vector(mesh, facet).normalized();
+        return stiffness * normal * normal.transpose();
+    }
+    bool operator==(const Foundation &) const = default;
+
+    static constexpr const char *key = "foundation", *noun = "an elastic foundation";
+    static constexpr bool in_time = false, decides_statics = true;
+    void move_to_parts(std::span<const int> parent) {
+        std::vector<int> parts;
+        for (std::size_t part = 0; part < parent.size(); ++part)
+            if (std::binary_search(facets.begin(), facets.end(), parent[part]))
+                parts.push_back(static_cast<int>(part));
+        facets = std::move(parts);
+    }
+    void add_to(auto &hash) const {
+        hash.add_all(facets);
+        hash.add_all(std::array{normal_only ? 1 : 0});
+        hash.add_all(std::array{stiffness});
+    }
+};
+
 /// The events of a load case, each kind at most once.
 struct Events {
     std::optional<TouchingTool> touching;
     std::optional<Release> release;
     std::optional<ToolMotion> tool;
     std::optional<SlowHistory> slow_history;
+    std::optional<Foundation> foundation;
 
     /// Optional events, for those who treat all of them alike.
-    auto events() { return std::tie(touching, release, tool, slow_history); }
-    auto events() const { return std::tie(touching, release, tool, slow_history); }
+    auto events() { return std::tie(touching, release, tool, slow_history, foundation); }
+    auto events() const { return std::tie(touching, release, tool, slow_history, foundation); }
 };
 
 /// The kinds of events, in that order.
-using EventKind = std::variant<TouchingTool, Release, ToolMotion, SlowHistory>;
+using EventKind = std::variant<TouchingTool, Release, ToolMotion, SlowHistory, Foundation>;
 
 /// Some of the kinds.
 class EventSet {

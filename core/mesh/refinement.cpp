@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -94,8 +95,24 @@ Body refine(const Body &body) {
     return refined;
 }
 
+namespace {
+
+/// Lets events lie on the parts of their facets.
+/// @param parent  of each facet of the finer mesh
+void move_events_to_parts(LoadCase &load_case, const std::vector<int> &parent) {
+    for_each_event(load_case, [&](auto &event) {
+        if constexpr (requires { event.move_to_parts(parent); })
+            event.move_to_parts(parent);
+    });
+}
+
+} // namespace
+
 LoadCase refine(const LoadCase &load_case, const TetraMesh &coarse) {
     auto refined = load_case;
+    std::vector<int> facets(load_case.condition_on.size());
+    std::iota(facets.begin(), facets.end(), 0);
+    move_events_to_parts(refined, repeated(facets, 4));
     refined.condition_on = repeated(load_case.condition_on, 4);
     refined.value = repeated(load_case.value, 4);
     for (int f = 0; f < load_case.num_facets(); ++f)
@@ -302,6 +319,7 @@ LoadCase on_parts(const LoadCase &load_case, const BisectedBody &parts) {
         result.condition_on.push_back(load_case.condition_on[parent]);
         result.value.push_back(load_case.value[parent]);
     }
+    move_events_to_parts(result, parts.parent_triangle);
     spread_round_loads(load_case, parts, result);
     if (!load_case.node_factor.empty())
         for (const auto &[a, b] : parts.parent_edge)

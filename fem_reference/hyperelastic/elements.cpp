@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "fem_reference/hyperelastic/surface.hpp"
+
 namespace livermark::hyperelastic {
 
 namespace {
@@ -242,6 +244,26 @@ Elements::Elements(std::shared_ptr<const core::Body> body, int degree, Formulati
     });
 }
 
+void Elements::stand_on(const core::Foundation &foundation) {
+    const auto reference = reference_triangle(degree());
+    constexpr double area_of_unit_triangle = 0.5;
+    foundation_.clear();
+    for (const int f : foundation.facets) {
+        auto nodes = nodes_of_facet(system_, body_->mesh, static_cast<std::size_t>(f));
+        const auto num_nodes = static_cast<Eigen::Index>(nodes.size());
+        Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(num_nodes, num_nodes); // integral of N_a N_b
+        for (std::size_t q = 0; q < reference.weight.size(); ++q)
+            mass += reference.weight[q] / area_of_unit_triangle * reference.shape[q] * reference.shape[q].transpose();
+        mass *= core::area_vector(body_->mesh, f).norm();
+        const Matrix3 per_area = foundation.stiffness_on(body_->mesh, f);
+        Eigen::MatrixXd stiffness(3 * num_nodes, 3 * num_nodes);
+        for (Eigen::Index a = 0; a < num_nodes; ++a)
+            for (Eigen::Index b = 0; b < num_nodes; ++b)
+                stiffness.block<3, 3>(3 * a, 3 * b) = mass(a, b) * per_area;
+        foundation_.push_back({std::move(nodes), std::move(stiffness)});
+    }
+}
+
 IsochoricPart Elements::isochoric_part(const Cell &cell, std::size_t point) const {
     return {*law_, *cell.material, memory_->faded,
             memory_->remembered[static_cast<std::size_t>(cell.number) * reference_.weight.size() + point]};
@@ -314,6 +336,12 @@ InternalForces Elements::internal_forces(const State &state, std::span<const dou
         }
         return true;
     });
+    for (const auto &[nodes, stiffness] : foundation_)
+        for (std::size_t a = 0; a < nodes.size(); ++a)
+            for (std::size_t b = 0; b < nodes.size(); ++b)
+                Vector3::Map(&result.force[3 * nodes[a]]) +=
+                    stiffness.block<3, 3>(static_cast<Eigen::Index>(3 * a), static_cast<Eigen::Index>(3 * b)) *
+                    Vector3::Map(&state.displacement[3 * nodes[b]]);
     return result;
 }
 
@@ -391,6 +419,19 @@ void Elements::assemble_tangent(const State &state, TangentMatrices &tangent) co
                 }
         return true;
     });
+    const auto &rows = tangent.stiffness.rows;
+    for (const auto &[nodes, stiffness] : foundation_)
+        for (std::size_t a = 0; a < nodes.size(); ++a)
+            for (std::size_t b = 0; b < nodes.size(); ++b) {
+                if (nodes[b] > nodes[a])
+                    continue;
+                auto &to = a == b ? tangent.stiffness.diagonal[nodes[a]]
+                                  : tangent.stiffness.below[place(rows.row_start, rows.column, nodes[a], nodes[b])];
+                for (int i = 0; i < 3; ++i)
+                    for (int j = 0; j < 3; ++j)
+                        to[3 * i + j] +=
+                            stiffness(static_cast<Eigen::Index>(3 * a) + i, static_cast<Eigen::Index>(3 * b) + j);
+            }
 }
 
 } // namespace livermark::hyperelastic

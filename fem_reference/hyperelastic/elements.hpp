@@ -138,6 +138,11 @@ class Elements {
     /// @param tangent  of zero_tangent(); overwritten
     void assemble_tangent(const State &state, TangentMatrices &tangent) const;
 
+    /// Lets a body stand on springs, whose forces are added to internal_forces() and whose stiffness is added to
+    /// tangents from then on. Energies stay those of the body.
+    /// @param foundation  on facets of the body's mesh
+    void stand_on(const core::Foundation &foundation);
+
     /// A body that relaxes: adds IsochoricPart to the energy at each point of integration.
     /// @param memory  of as many points as point_volumes() has; kept alive by the caller; nullptr for none
     void set_memory(const DeviatoricMemory *memory) { memory_ = memory; }
@@ -149,6 +154,11 @@ class Elements {
 
   private:
     struct Cell;
+    /// Springs below a facet.
+    struct FacetSprings {
+        std::vector<int> nodes;
+        Eigen::MatrixXd stiffness; ///< shape (3 k, 3 k) [N/m], unknown 3 a + i of its k nodes
+    };
     template <class Action> void for_each_cell(const Action &action) const;
     IsochoricPart isochoric_part(const Cell &cell, std::size_t point) const;
 
@@ -159,7 +169,8 @@ class Elements {
     fem_reference::SymmetricMatrix compliance_;
     ReferenceTetrahedron reference_;
     const DeviatoricMemory *memory_ = nullptr;
-    std::vector<int> block_; ///< (M, nodes (nodes - 1) / 2) where the block of two nodes of a cell stands
+    std::vector<FacetSprings> foundation_; ///< empty without one
+    std::vector<int> block_;               ///< (M, nodes (nodes - 1) / 2) where the block of two nodes of a cell stands
 };
 
 } // namespace livermark::hyperelastic

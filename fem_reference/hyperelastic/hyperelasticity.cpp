@@ -156,7 +156,9 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
     fem_reference::check_facets(problem.load_case, mesh);
     const auto start = Clock::now();
     const auto rule = discretisation.degree == 1 ? TetrahedronRule::one_point : discretisation.rule;
-    const Elements elements(problem.body, discretisation.degree, discretisation.formulation, law, rule);
+    Elements elements(problem.body, discretisation.degree, discretisation.formulation, law, rule);
+    if (problem.load_case.foundation)
+        elements.stand_on(*problem.load_case.foundation);
     const auto conditions = fem_reference::dof_conditions(problem.load_case, elements.system());
     std::optional<TouchingBall> ball;
     if (problem.load_case.touching)

@@ -129,6 +129,16 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///
 /// What it exerts is the reaction "touch".
 ///
+/// A place may stand on elastic springs beside what else acts, in the large regime, as ligaments and the diaphragm bear
+/// a liver. Something else still constrains the body:
+///
+///     [foundation]
+///     patch = "posterior"                     # or another place, of which no part is constrained
+///     stiffness = 1e5                         # [N/m^3], k in the traction -k u on the body, on areas at rest
+///     normal_only = true                      # whether it resists motion along the normal at rest alone (false)
+///
+/// The force of its springs is no reaction: it is what reactions and loads leave.
+///
 /// A body may be cut at rest before the load case: [[cut]], see meshes/cutting/cut_reader.hpp. The mesh here is that of
 /// the cut body, with its patch "wound".
 ///

@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <utility>
+
+#include "msm/springs/tetrahedron.hpp"
 
 namespace livermark::msm {
 
@@ -117,12 +121,63 @@ Field difference(const Field &a, const Field &b) {
     return result;
 }
 
+/// Springs below the facets of a foundation, U = 1/2 u . K u with u = x - X. The integral of N_a N_b over a facet of
+/// the area A is A (1 + delta_ab) / 12.
+class FoundationSprings : public ElasticTerm {
+  public:
+    FoundationSprings(const core::Foundation &foundation, const core::TetraMesh &mesh)
+        : rest_(to_unknowns(mesh.points)) {
+        std::vector<Eigen::Triplet<double>> entries;
+        for (const int facet : foundation.facets) {
+            const auto &nodes = mesh.boundary_triangles[facet];
+            const Eigen::Matrix3d part =
+                core::area_vector(mesh, facet).norm() / 12.0 * foundation.stiffness_on(mesh, facet);
+            for (const int a : nodes)
+                for (const int b : nodes)
+                    for (int i = 0; i < 3; ++i)
+                        for (int j = 0; j < 3; ++j)
+                            entries.emplace_back(3 * a + i, 3 * b + j, (a == b ? 2.0 : 1.0) * part(i, j));
+        }
+        stiffness_ = square_matrix(entries, rest_.size());
+    }
+
+    double energy(const Eigen::VectorXd &x) const override { return 0.5 * (x - rest_).dot(stiffness_ * (x - rest_)); }
+
+    void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
+                   Eigen::VectorXd &force) const override {
+        force -= stiffness_ * (x - rest_);
+        if (beta != 0.0)
+            force -= beta * (stiffness_ * v);
+    }
+
+    Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd & /*x*/, Tangent /*tangent*/) const override {
+        return stiffness_;
+    }
+
+    void add_hessian_product(const Eigen::VectorXd & /*x*/, const Eigen::VectorXd &u,
+                             Eigen::VectorXd &product) const override {
+        product += stiffness_ * u;
+    }
+
+    /// The sum of each row of blocks, which are positive semi-definite: 2 u . B v is at most u . B u + v . B v.
+    void add_block_bound(const Eigen::VectorXd & /*x*/, std::vector<Eigen::Matrix3d> &blocks) const override {
+        for (Eigen::Index column = 0; column < stiffness_.outerSize(); ++column)
+            for (Eigen::SparseMatrix<double>::InnerIterator entry(stiffness_, column); entry; ++entry)
+                blocks[static_cast<std::size_t>(entry.row() / 3)](entry.row() % 3, column % 3) += entry.value();
+    }
+
+  private:
+    Eigen::VectorXd rest_;                  // (3N) X [m]
+    Eigen::SparseMatrix<double> stiffness_; // (3N, 3N) K [N/m]
+};
+
 /// The way of one body.
 class Follower {
   public:
-    Follower(const ElasticBody &body, const core::Problem &problem, const std::vector<double> &node_mass,
-             const RestStiffness &rest, double contact_stiffness)
-        : body_(body), rest_(rest), search_(problem, node_mass), contact_(problem, contact_stiffness),
+    /// @param tissue  the body without what it stands on
+    Follower(const ElasticBody &tissue, const ElasticBody &body, const core::Problem &problem,
+             const std::vector<double> &node_mass, const RestStiffness &rest, double contact_stiffness)
+        : tissue_(tissue), body_(body), rest_(rest), search_(problem, node_mass), contact_(problem, contact_stiffness),
           linear_(linear_solution(rest, nodal_conditions(problem, node_mass), &search_.memory())) {
         last_.displacement.assign(linear_.size(), core::Vector3::Zero());
     }
@@ -151,7 +206,7 @@ class Follower {
         for (const auto &displacement : last_.displacement)
             point.displacement.push_back(displacement.cast<float>());
         point.reaction = search_.reaction(last_, fraction_);
-        point.strain_energy = elastic_energy(body_, search_.positions(last_.displacement));
+        point.strain_energy = elastic_energy(tissue_, search_.positions(last_.displacement));
         return point;
     }
 
@@ -207,7 +262,7 @@ class Follower {
         return found;
     }
 
-    const ElasticBody &body_;
+    const ElasticBody &tissue_, &body_;
     const RestStiffness &rest_;
     EquilibriumSearch search_;
     SurfaceContact contact_;
@@ -220,9 +275,31 @@ class Follower {
 
 } // namespace
 
+ElasticBody on_foundation(ElasticBody body, const core::Problem &problem) {
+    if (!problem.load_case.foundation)
+        return body;
+    const auto springs = std::make_shared<const FoundationSprings>(*problem.load_case.foundation, problem.body->mesh);
+    body.terms.push_back(springs);
+    if (const auto tissue_stiffness = body.preconditioner)
+        body.preconditioner = [=](double part) {
+            auto stiffness = tissue_stiffness(part);
+            stiffness += springs->hessian({}, Tangent::exact);
+            return stiffness;
+        };
+    return body;
+}
+
 FollowedPath follow_path(const ElasticBody &body, const core::Problem &problem, const std::vector<double> &node_mass,
                          const RestStiffness &rest, double contact_stiffness) {
-    Follower follower(body, problem, node_mass, rest, contact_stiffness);
+    std::optional<ElasticBody> supported;
+    std::optional<RestStiffness> supported_rest;
+    if (problem.load_case.foundation) {
+        supported = on_foundation(body, problem);
+        supported_rest.emplace(*supported, problem.body->mesh.points,
+                               nodal_conditions(problem, node_mass).displacement);
+    }
+    Follower follower(body, supported ? *supported : body, problem, node_mass, supported_rest ? *supported_rest : rest,
+                      contact_stiffness);
     FollowedPath result;
     for (const double fraction : problem.load_case.path) {
         if (!follower.go_to(fraction))

@@ -60,6 +60,11 @@ class EquilibriumSearch {
     int num_equilibria_ = 0, num_iterations_ = 0, num_factors_ = 0;
 };
 
+/// A body with the springs of LoadCase::foundation below its facets, on which displacements are linear; without a
+/// foundation the body as it is. Their energy is a part of it then.
+/// @param body  at rest on the mesh of the problem
+ElasticBody on_foundation(ElasticBody body, const core::Problem &problem);
+
 /// Places of a body on the way to the whole load, and there.
 struct FollowedPath {
     Equilibrium end; ///< at the whole load, or where it ended; iterations and factors are those of the whole way
@@ -71,10 +76,11 @@ struct FollowedPath {
 /// Follows equilibrium along LoadCase::path as all that drives the body grows. A step begins where the last one ended,
 /// and goes on by the solution linearised at rest to what was added; one without an equilibrium is taken again in
 /// halves. See EquilibriumSearch on pressures that follow the surface. Under a ball that touches equilibria follow one
-/// another as SurfaceContact says, and its friction is that of these steps.
+/// another as SurfaceContact says, and its friction is that of these steps. A foundation bears the body all the way;
+/// the energy of its springs is not among the points' strain energies.
 /// @param problem            with a path
 /// @param node_mass          shape (N) [kg]
-/// @param rest               as for find_equilibrium()
+/// @param rest               as for find_equilibrium(); not looked at where the body stands on a foundation
 /// @param contact_stiffness  gamma of core::touched_facets()
 /// @return status not_converged with the points as far as it came
 FollowedPath follow_path(const ElasticBody &body, const core::Problem &problem, const std::vector<double> &node_mass,

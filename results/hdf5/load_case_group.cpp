@@ -24,7 +24,7 @@ bool is_from_zero(double value) {
 
 /// Sizes of what events number.
 struct EventBounds {
-    std::size_t num_nodes, num_constraints;
+    std::size_t num_nodes, num_constraints, num_facets;
 };
 
 template <class At> void describe_event(At at, Of<At, core::Release> &release, const EventBounds &bounds) {
@@ -91,6 +91,18 @@ template <class At> void describe_event(At at, Of<At, core::TouchingTool> &ball,
     if constexpr (At::reads)
         if (ball.shape.is_plate())
             ball.shape = {ball.shape.face, ball.shape.size, ball.shape.radius, ball.press};
+}
+
+template <class At> void describe_event(At at, Of<At, core::Foundation> &foundation, const EventBounds &bounds) {
+    at.number("stiffness", foundation.stiffness);
+    at.check(foundation.stiffness > 0.0 && std::isfinite(foundation.stiffness),
+             "attribute stiffness has to be positive");
+    at.integer("normal_only", foundation.normal_only, 0, 1);
+    auto &facets = foundation.facets;
+    at.rows("facet", facets);
+    at.within("facet", facets, 0, bounds.num_facets);
+    at.check(!facets.empty() && std::ranges::adjacent_find(facets, std::greater_equal<>()) == facets.end(), "facet",
+             "does not ascend");
 }
 
 template <class At> void describe_round_loads(At at, Of<At, FacetArrays> &facets, std::size_t num_triangles) {
@@ -287,7 +299,7 @@ void describe_load_case(At at, Of<At, core::LoadCase> &load_case, FacetArrays fa
             at.check(load_case.yielded[y].lost_area > 0.0 && load_case.yielded[y].lost_area < 1.0, "yielded",
                      fmt::format("row {} is no part of an area", y));
     }
-    const EventBounds bounds{num_nodes, facets.constraint_names.size()};
+    const EventBounds bounds{num_nodes, facets.constraint_names.size(), num_triangles};
     describe_events(at, load_case, false, bounds);
     if constexpr (At::reads) {
         const auto contradiction = set_conditions(facets, load_case);

@@ -41,7 +41,8 @@ std::vector<double> follower_pressures(const core::Problem &problem) {
     return pressure;
 }
 
-/// Several MPI ranks solve together what a factor is not needed for. What a ball touches each of them solves alone.
+/// Several MPI ranks solve together what a factor is not needed for. What a ball touches, and what stands on a
+/// foundation, each of them solves alone.
 bool is_collective(const Discretisation &discretisation) {
     return support::mpi_num_ranks() > 1 && discretisation.formulation == fem_reference::Formulation::mixed;
 }
@@ -56,7 +57,8 @@ core::Solution solve(const core::Problem &problem, const std::string &law, const
     const auto &material = hyperelastic::material_law(law);
     if (problem.load_case.slow_history)
         return hyperelastic::solve_history(dead, material, discretisation, tolerance, follower_pressures(problem));
-    auto found = is_collective(discretisation) && !problem.load_case.contact()
+    const bool has_surface_springs = problem.load_case.contact() || problem.load_case.foundation;
+    auto found = is_collective(discretisation) && !has_surface_springs
                      ? hyperelastic::solve_distributed(dead, material, path, follower_pressures(problem))
                      : hyperelastic::solve(dead, material, discretisation, path, follower_pressures(problem));
     auto solution = std::move(found.solution);
