@@ -171,6 +171,7 @@ TEST(Refinement, CarriesTheConditionsOverOnTheFacets) {
     for (const auto &point : body->mesh.points)
         load_case.node_factor.push_back(1.0 + point.x());
     load_case.node_shift = body->mesh.points;
+    load_case.foundation = core::Foundation{.facets = {1, 4}, .stiffness = 1e5, .normal_only = true};
     const auto fine = refine(Problem{body, load_case});
     const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
     ASSERT_EQ(fine.load_case.num_facets(), fine.body->mesh.num_boundary_triangles());
@@ -185,6 +186,7 @@ TEST(Refinement, CarriesTheConditionsOverOnTheFacets) {
     ASSERT_EQ(fine.load_case.node_shift.size(), fine.body->mesh.points.size());
     for (int node = 0; node < fine.body->mesh.num_nodes(); ++node)
         EXPECT_LT((fine.load_case.node_shift[node] - fine.body->mesh.points[node]).norm(), 1e-15);
+    EXPECT_EQ(fine.load_case.foundation.value().facets, (std::vector{4, 5, 6, 7, 16, 17, 18, 19}));
     EXPECT_EQ(fine.load_case.constraint_names(), load_case.constraint_names());
     EXPECT_EQ(fine.load_case.acceleration, load_case.acceleration);
     EXPECT_EQ(fine.load_case.name, load_case.name);
@@ -308,11 +310,18 @@ TEST(LocalRefinement, KeepsAreasOfConditions) {
     for (int f = 0; f < load_case.num_facets(); f += 2)
         if (load_case.is_loaded(f))
             load_case.condition_on[f] = static_cast<int>(load_case.conditions.size()) - 1;
+    load_case.foundation = core::Foundation{.facets = {}, .stiffness = 1e5};
+    for (int f = 0; f < load_case.num_facets(); f += 3)
+        load_case.foundation->facets.push_back(f);
     const auto refined = core::refine_at_rims(problem, 2);
+    EXPECT_GT(refined.load_case.num_facets(), load_case.num_facets());
     const auto areas = [](const core::Problem &of) {
         std::map<int, double> area;
         for (int f = 0; f < of.body->mesh.num_boundary_triangles(); ++f)
             area[of.load_case.condition_on[f]] += core::area_vector(of.body->mesh, f).norm();
+        constexpr int foundation_key = -2; // beside the numbers of conditions
+        for (const int f : of.load_case.foundation.value().facets)
+            area[foundation_key] += core::area_vector(of.body->mesh, f).norm();
         return area;
     };
     const auto before = areas(problem), after = areas(refined);

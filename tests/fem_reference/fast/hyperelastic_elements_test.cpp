@@ -506,6 +506,41 @@ TEST_P(HyperelasticElements, TangentIsTheDerivativeOfTheForces) {
     }
 }
 
+/// Beside the forces of the body there are those of the springs, in any direction or along the normal.
+TEST_P(HyperelasticElements, StandOnSpringsWithTheTangentOfTheirForces) {
+    for (const bool normal_only : {false, true}) {
+        auto elements = this->elements(hyperelastic::material_law("neo_hookean"));
+        const auto state = some_state(elements);
+        const auto direction = direction_of(state);
+        const auto alone = elements.internal_forces(state);
+        const core::Foundation foundation{.facets = {0, 1, 2, 7}, .stiffness = 1e6, .normal_only = normal_only};
+        elements.stand_on(foundation);
+        const auto standing = elements.internal_forces(state);
+        EXPECT_EQ(standing.energy, alone.energy);
+        Vector3 sum = Vector3::Zero(), expected = Vector3::Zero();
+        const Vector3 shift(1e-3, -2e-3, 3e-3);
+        auto shifted = elements.rest();
+        for (std::size_t i = 0; i < shifted.displacement.size(); ++i)
+            shifted.displacement[i] = shift[static_cast<Eigen::Index>(i % 3)];
+        const auto borne = elements.internal_forces(shifted).force;
+        for (std::size_t i = 0; i < borne.size(); ++i)
+            sum[static_cast<Eigen::Index>(i % 3)] += borne[i];
+        for (const int f : foundation.facets) {
+            const Vector3 area = core::area_vector(elements.body().mesh, f);
+            expected += foundation.stiffness *
+                        (normal_only ? Vector3(area.normalized().dot(shift) * area) : Vector3(area.norm() * shift));
+        }
+        EXPECT_LT((sum - expected).norm(), 1e-9 * expected.norm());
+        auto tangent = elements.zero_tangent();
+        elements.assemble_tangent(state, tangent);
+        std::vector<double> found(state.displacement.size());
+        tangent.stiffness.multiply(std::span<const double>(direction.displacement), std::span<double>(found));
+        const State along{direction.displacement, std::vector<double>(state.pressure.size(), 0.0)};
+        const auto forces = [&](double h) { return elements.internal_forces(moved(state, along, h)).force; };
+        expect_near(found, slope(forces, step), 1e-7);
+    }
+}
+
 /// Nothing that is turned inside out has an energy.
 TEST_P(HyperelasticElements, SayWhereABodyIsInsideOut) {
     const auto elements = this->elements(hyperelastic::material_law("neo_hookean"));

@@ -17,6 +17,7 @@
 #include "tests/fem_reference/hyperelastic_bodies.hpp"
 #include "tests/not_a_number.hpp"
 #include "tests/samples/lagrange_elements.hpp"
+#include "tests/samples/standing_block.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -53,6 +54,26 @@ TEST(HyperelasticPath, RigidMotionStoresNothing) {
 
 /// Bent by more than its thickness in two load steps, a slender bar is harder: what is soft and what is stiff are far
 /// apart. Once near, a few iterations are enough there too.
+/// The mean of a pressed and a pulled block: their strains make errors in opposite directions.
+TEST(HyperelasticPath, OnAFoundationGoesAsFarAsTheClosedForm) {
+    namespace standing = tests::standing;
+    for (const auto &kind : tests::hyperelastic_kinds) {
+        const auto moved_up = [&](double top, double traction) {
+            const auto problem = standing::block(top, traction);
+            const auto found = hyperelastic::solve(problem, neo_hookean(), kind,
+                                                   {.fractions = problem.load_case.path, .tolerance = 1e-9});
+            const auto &solution = found.solution;
+            EXPECT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
+            EXPECT_LT(standing::out_of_balance(problem, solution.displacement, solution.reaction), 1e-6);
+            return standing::moved_up(problem.body->mesh, solution.displacement);
+        };
+        for (const auto &[top, traction] : standing::drives) {
+            const double expected = standing::expected(top, traction);
+            EXPECT_NEAR(0.5 * (moved_up(top, traction) - moved_up(-top, -traction)), expected, 2e-3 * expected);
+        }
+    }
+}
+
 TEST(HyperelasticPath, BendsSlenderBarsInFewSteps) {
     const Bar bar;
     const auto none = std::vector<double>{};

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <functional>
 #include <gtest/gtest.h>
+#include <numbers>
 #include <string>
 #include <unistd.h>
 #include <variant>
@@ -158,6 +159,70 @@ TEST(SlowHistoryReader, RefusesWhatMakesNoSense) {
     refuse(inline_series + "press = 1\n" + let_go, large);
     refuse(inline_series + "press = 1\n", "", "displacement = [0.0, 0.0, 0.0]\n");
     tests::expect_golden("refusals_of_histories", refusals);
+}
+
+const std::string standing = R"(title = "Stand"
+regime = "large"
+[[condition]]
+patch = "x_min"
+displacement = [0.0, 0.0, 0.0]
+[[condition]]
+patch = "x_max"
+pressure = 300.0
+[foundation]
+patch = "z_min"
+stiffness = 1e5
+)";
+
+core::LoadCase parse_standing(const std::string &text) {
+    return load_cases::parse_load_case(text, "stand.toml", tests::box_mesh({0.1, 0.1, 0.1}, {4, 4, 4}));
+}
+
+TEST(Foundation, BearsThePlaceThatItNames) {
+    const auto load_case = parse_standing(standing);
+    const auto &foundation = load_case.foundation.value();
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {4, 4, 4});
+    EXPECT_EQ(foundation.facets.size(), 32U);
+    EXPECT_TRUE(std::ranges::is_sorted(foundation.facets));
+    for (const int f : foundation.facets)
+        EXPECT_EQ(mesh.patch_names[mesh.boundary_patch[f]], "z_min");
+    EXPECT_EQ(foundation.stiffness, 1e5);
+    EXPECT_FALSE(foundation.normal_only);
+    const auto along_normal = parse_standing(standing + "normal_only = true\n");
+    EXPECT_TRUE(along_normal.foundation.value().normal_only);
+    EXPECT_FALSE(core::are_statically_equal(load_case, along_normal));
+    EXPECT_FALSE(load_case.in_time());
+}
+
+TEST(Foundation, IsNoLoad) {
+    const auto load_case = parse_standing(standing);
+    EXPECT_EQ(core::scaled(load_case, 0.5).foundation, load_case.foundation);
+    EXPECT_EQ(core::cut_short(load_case, 0.5).foundation, load_case.foundation);
+    EXPECT_FALSE(core::is_driven(parse_standing(tests::replaced(standing, "300.0", "0.0"))));
+}
+
+/// Whatever facets come near a disc.
+TEST(Foundation, OfADiscHasTheStiffnessOfItsArea) {
+    const auto foundation =
+        parse_standing(tests::replaced(standing, "patch = \"z_min\"", "disc = { patch = \"z_min\", radius = 0.03 }"))
+            .foundation.value();
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {4, 4, 4});
+    double stiffness = 0.0;
+    for (const int f : foundation.facets)
+        stiffness += foundation.stiffness * core::area_vector(mesh, f).norm();
+    EXPECT_NEAR(stiffness, 1e5 * std::numbers::pi * 0.03 * 0.03, 1e-9);
+}
+
+TEST(Foundation, IsRefusedWhereItIsNone) {
+    tests::expect_golden(
+        "refusals_of_foundations",
+        tests::refusals_after(
+            {"regime = \"large\" -> regime = \"small\"", "stiffness = 1e5 -> stiffness = -1e5", "stiffness -> stifness",
+             "patch = \"z_min\" -> patch = \"x_min\"",
+             "patch = \"z_min\" -> disc = { patch = \"z_min\", radius = 0.03, profile = \"round\" }",
+             "regime -> scale_to_target = true\ntarget_peak_displacement = 0.001\nregime",
+             "[foundation] -> [history]\nrelaxation = { moduli = [0.2], times = [1.0] }\npress = 1.0\n[foundation]"},
+            standing, parse_standing));
 }
 
 const std::string conditions = R"(title = "Blow"

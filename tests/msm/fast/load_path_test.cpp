@@ -8,9 +8,11 @@
 
 #include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
+#include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/statics/load_path.hpp"
 #include "msm/statics/rest_stiffness.hpp"
+#include "tests/samples/standing_block.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -130,6 +132,86 @@ TEST(LoadPath, EndsWhereThereIsNoEquilibriumAndKeepsThePointsBefore) {
     EXPECT_EQ(path.end.status, core::SolutionStatus::not_converged);
     EXPECT_FALSE(path.end.message.empty());
     EXPECT_EQ(path.points.size(), 1U);
+}
+
+namespace standing = tests::standing;
+
+/// Displacement upwards of the bottom of coupled springs on a foundation [m]; all of it moves by that.
+double moved_up(double top, double traction) {
+    const auto problem = standing::block(top, traction);
+    const auto &mesh = problem.body->mesh;
+    const auto body = msm::coupled_springs_with_volume(*problem.body, msm::find_coupled_springs("nodal_neo_hookean"));
+    const auto conditions = msm::nodal_conditions(problem, body.node_mass);
+    const msm::RestStiffness rest(body, mesh.points, conditions.displacement);
+    const auto path = msm::follow_path(body, problem, body.node_mass, rest);
+    EXPECT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
+    EXPECT_EQ(path.points.size(), 2U);
+    const auto &end = path.points.back();
+    EXPECT_LT(standing::out_of_balance(problem, path.end.displacement, end.reaction), 1e-7);
+    const double moved = standing::moved_up(mesh, path.end.displacement);
+    for (const int f : standing::bottom(mesh))
+        for (const int node : mesh.boundary_triangles[f])
+            EXPECT_NEAR(path.end.displacement[node].z(), moved, 1e-6 * std::abs(moved));
+    // Half of force times change of length: the energy of the tissue alone.
+    const double area = standing::size.x() * standing::size.y();
+    const double expected = 0.5 * (standing::stiffness * moved - traction) * area * (top - moved);
+    EXPECT_NEAR(end.strain_energy, expected, 0.02 * expected);
+    return moved;
+}
+
+/// The mean of a pressed and a pulled block: their strains make errors in opposite directions.
+TEST(Foundation, BearsCoupledSpringsAsFarAsTheClosedForm) {
+    for (const auto &[top, traction] : standing::drives) {
+        const double expected = standing::expected(top, traction);
+        EXPECT_NEAR(0.5 * (moved_up(top, traction) - moved_up(-top, -traction)), expected, 2e-3 * expected);
+    }
+}
+
+TEST(Foundation, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
+    auto problem = standing::block(0.0, 0.0);
+    const auto &points = problem.body->mesh.points;
+    const Eigen::VectorXd rest = msm::to_unknowns(points);
+    const auto wave = [&](double phase) {
+        return Eigen::VectorXd(1e-3 * (Eigen::VectorXd::LinSpaced(rest.size(), phase, 40.0).array().sin()));
+    };
+    const Eigen::VectorXd x = rest + wave(0.0), direction = wave(3.0);
+    for (const bool normal_only : {false, true}) {
+        problem.load_case.foundation->normal_only = normal_only;
+        const auto body = msm::on_foundation(msm::ElasticBody(std::vector<double>(points.size(), 1.0), {}), problem);
+        ASSERT_EQ(body.terms.size(), 1U);
+        const auto &term = *body.terms.front();
+        const auto force = [&](const Eigen::VectorXd &at) {
+            Eigen::VectorXd result = Eigen::VectorXd::Zero(rest.size());
+            term.add_force(at, at, 0.0, result);
+            return result;
+        };
+        const double slope = 0.5 * (term.energy(x + direction) - term.energy(x - direction));
+        EXPECT_GT(std::abs(slope), 0.0);
+        EXPECT_NEAR(slope, -force(x).dot(direction), 1e-10 * force(x).norm() * direction.norm());
+        const Eigen::VectorXd product = term.hessian(x, msm::Tangent::exact) * direction;
+        const Eigen::VectorXd column = 0.5 * (force(x - direction) - force(x + direction));
+        EXPECT_LT((column - product).norm(), 1e-10 * product.norm());
+        Eigen::VectorXd found = Eigen::VectorXd::Zero(rest.size());
+        term.add_hessian_product(x, direction, found);
+        EXPECT_LT((found - product).norm(), 1e-12 * product.norm());
+        std::vector<Eigen::Matrix3d> bound(points.size(), Eigen::Matrix3d::Zero());
+        term.add_block_bound(x, bound);
+        double most = 0.0;
+        for (std::size_t i = 0; i < bound.size(); ++i) {
+            const Vector3 u = msm::of_node(direction, static_cast<int>(i));
+            most += u.dot(bound[i] * u);
+        }
+        EXPECT_LE(direction.dot(product), most);
+        // Of all of the body moved by one vector, the springs bear what their area says.
+        Vector3 sum = Vector3::Zero();
+        const Vector3 shift(1e-3, -2e-3, 3e-3);
+        for (const auto &on_node :
+             msm::to_field(force(msm::to_unknowns(msm::moved(points, Field(points.size(), shift))))))
+            sum += on_node;
+        const Vector3 borne = normal_only ? Vector3(0.0, 0.0, shift.z()) : shift;
+        const double whole = standing::stiffness * standing::size.x() * standing::size.y();
+        EXPECT_LT((sum + whole * borne).norm(), 1e-12 * sum.norm());
+    }
 }
 
 TEST(SurfacePressure, IsTheDerivativeOfItsEnergyButForTheRim) {

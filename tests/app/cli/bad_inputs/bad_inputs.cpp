@@ -146,6 +146,7 @@ std::vector<BadInputGroup> all_bad_inputs() {
             {"Blades that go into a body (`livermark cut`)", bad_blades()},
             {"Load cases in which time passes in the material", bad_histories()},
             {"Load cases with a ball that touches", bad_touches()},
+            {"Load cases with an elastic foundation", bad_foundations()},
             {"Result and calibration files (`.h5`)", bad_hdf5_files()},
             {"Label images and surfaces (`livermark mesh --labels`, `--surfaces`)", bad_images()},
             {"Solutions of other models (`livermark score`)", bad_solutions()},

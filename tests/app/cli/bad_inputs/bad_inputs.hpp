@@ -33,6 +33,7 @@ std::vector<BadInput> bad_cuts();
 std::vector<BadInput> bad_blades();
 std::vector<BadInput> bad_histories();
 std::vector<BadInput> bad_touches();
+std::vector<BadInput> bad_foundations();
 std::vector<BadInput> bad_hdf5_files();
 std::vector<BadInput> bad_images(); ///< and surfaces; need ITK and CGAL
 std::vector<BadInput> bad_solutions();

@@ -28,18 +28,23 @@ BadInput history(std::string what, const std::string &words) {
     return load_case(std::move(what), good_case + "[history]\n" + words + "\n");
 }
 
-/// The bar that is held and touched.
-BadInput touch(std::string what, const std::string &words) {
-    const std::string held = R"(title = "touch"
+const std::string held_bar = R"(title = "held"
 regime = "large"
 path = [0.5, 1.0]
 target_peak_displacement = 0.001
 [[condition]]
 patch = "x_min"
 displacement = [0.0, 0.0, 0.0]
-[touch]
 )";
-    return load_case(std::move(what), held + words + "\n");
+
+/// The bar that is held and touched.
+BadInput touch(std::string what, const std::string &words) {
+    return load_case(std::move(what), held_bar + "[touch]\n" + words + "\n");
+}
+
+/// The bar that is held and stands on springs.
+BadInput foundation(std::string what, const std::string &words) {
+    return load_case(std::move(what), held_bar + "[foundation]\n" + words + "\n");
 }
 
 /// The bar with edges of a third of its height.
@@ -209,6 +214,17 @@ std::vector<BadInput> bad_touches() {
         touch("a ball without a place", "radius = 0.01\ndepth = 0.001"),
         touch("a misspelt key of a ball", on_top + "raduis = 0.01\ndepth = 0.001"),
         touch("a ball on what is held", "patch = \"x_min\"\nradius = 0.01\ndepth = 0.001"),
+    };
+}
+
+std::vector<BadInput> bad_foundations() {
+    const std::string below = "patch = \"z_min\"\n";
+    return {
+        foundation("springs without a stiffness", below),
+        foundation("springs of no stiffness", below + "stiffness = 0.0"),
+        foundation("springs without a place", "stiffness = 1e5"),
+        foundation("a misspelt key of springs", below + "stifness = 1e5"),
+        foundation("springs below what is held", "patch = \"x_min\"\nstiffness = 1e5"),
     };
 }
 
