@@ -26,9 +26,7 @@
 #include "studies/arena/arena_run.hpp"
 #include "studies/exchange/formats/outside_solution.hpp"
 #include "studies/models/motion/frame_body.hpp"
-#include "studies/run/problems.hpp"
 #include "studies/run/run.hpp"
-#include "studies/run/solutions.hpp"
 #include "studies/study.hpp"
 
 namespace livermark::studies {

@@ -27,7 +27,7 @@
 #include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/motion/moving_method.hpp"
-#include "studies/run/problems.hpp"
+#include "studies/run/run.hpp"
 #include "studies/study.hpp"
 
 namespace livermark::studies {

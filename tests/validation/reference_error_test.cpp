@@ -14,7 +14,7 @@
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "studies/models/model_table.hpp"
-#include "studies/run/solutions.hpp"
+#include "studies/run/run.hpp"
 
 namespace livermark {
 namespace {
