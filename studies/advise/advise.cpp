@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "core/processor_time.hpp"
+#include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"

@@ -10,8 +10,8 @@
 #include <numbers>
 #include <span>
 
-#include "core/processor_time.hpp"
-#include "core/rayleigh_damping.hpp"
+#include "core/relaxation.hpp"
+#include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/stepper.hpp"

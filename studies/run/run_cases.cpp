@@ -15,7 +15,6 @@
 #include "core/support/input_error.hpp"
 #include "core/support/processes/mpi_session.hpp"
 #include "core/support/processes/own_process.hpp"
-#include "core/support/processes/process_pool.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/records/result.hpp"

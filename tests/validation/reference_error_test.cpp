@@ -9,7 +9,6 @@
 
 #include "core/error_norms.hpp"
 #include "core/mesh/refinement.hpp"
-#include "core/observed_error.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"

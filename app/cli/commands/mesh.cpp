@@ -8,7 +8,6 @@
 
 #include "app/cli/commands.hpp"
 #include "app/cli/image_bodies.hpp"
-#include "app/cli/printing.hpp"
 #include "core/mesh/plausible_liver.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/files.hpp"
