@@ -20,7 +20,7 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/nodal_conditions.hpp"
-#include "studies/models/mass_spring_model.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "studies/models/model_table.hpp"
 
 namespace livermark::studies {

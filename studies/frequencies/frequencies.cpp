@@ -24,7 +24,6 @@
 #include "msm/statics/rest_stiffness.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/records/result.hpp"
-#include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/motion/moving_method.hpp"
 #include "studies/run/run.hpp"
