@@ -116,19 +116,9 @@ int num_workers(const Run &run) {
     return run.options.jobs.value_or(support::workers_that_fit(bytes_per_tetrahedron * static_cast<double>(most)));
 }
 
-/// A line of a worker: the stage that the time of its item goes to from here on, and the step that it begins, if any.
-/// At the end of the item there is no stage, and the text says why its case has failed, if it has.
-struct Line {
-    std::string stage, text{};
-
-    static Line from(const std::string &line) {
-        const auto end = line.find('\n');
-        return {line.substr(0, end), line.substr(end + 1)};
-    }
-    std::string whole() const { return stage + "\n" + text; }
-};
-
-/// Does items of the plan, in the main process or in a copy of it.
+/// Does items of the plan, in the main process or in a copy of it. It sends texts of two lines: the stage that the time
+/// of the item goes to from here on, and the step that it begins, if any. At the end of the item there is no stage, and
+/// the second line says why its case has failed, if it has.
 class Worker {
   public:
     Worker(const Run &run, const std::string &command_line, PreparedModels prepared)
@@ -151,7 +141,7 @@ class Worker {
                 } catch (const std::exception &) {
                     continue; // a solver's fault, or a full disk
                 }
-        send(Line{"", failure}.whole());
+        send("\n" + failure);
     }
 
     /// The steps that work() reports.
@@ -200,12 +190,10 @@ class Worker {
                 if (where = run_.solutions.where(model, problem); where.empty())
                     break;
             const auto num_others = firsts.size() - 1;
-            send(Line{
-                model.name,
-                fmt::format("{}{} / {}{}", name_of(firsts.front()),
-                            num_others > 0 ? fmt::format(" and {} other{}", num_others, num_others > 1 ? "s" : "") : "",
-                            model.name, where.empty() ? "" : ", " + where)}
-                     .whole());
+            const auto others =
+                num_others > 0 ? fmt::format(" and {} other{}", num_others, num_others > 1 ? "s" : "") : "";
+            send(fmt::format("{}\n{}{} / {}{}", model.name, name_of(firsts.front()), others, model.name,
+                             where.empty() ? "" : ", " + where));
             auto solutions = prepared_.solve(model, firsts);
             for (std::size_t g = 0; g < some.size(); ++g) {
                 solutions[g].solver += ", the solution of " + firsts[g].load_case.name;
@@ -217,15 +205,15 @@ class Worker {
 
     /// @return why there is no result; empty if it is written
     std::string evaluate_case(const core::Problem &problem, const support::SendMessage &send) {
-        send(Line{other_work}.whole());
+        send(std::string(other_work) + "\n");
         const auto solve = [&](const core::Model &model, const core::Problem &to_solve) {
             if (!solves_first_ || run_.solutions.where(model, to_solve).empty())
-                send(Line{model.name, fmt::format("{} / {}", name_of(to_solve), model.name)}.whole());
+                send(fmt::format("{}\n{} / {}", model.name, name_of(to_solve), model.name));
             return prepared_.solve(model, to_solve);
         };
         try {
             const auto result = evaluate(problem, run_.models, solve, results::current_provenance(command_line_));
-            send(Line{other_work}.whole());
+            send(std::string(other_work) + "\n");
             write(result);
             run_.solutions.forget(run_.models, problem);
         } catch (const support::InputError &error) {
@@ -440,15 +428,16 @@ RunOutcome run_cases(const Run &task, const std::string &command_line, const Pro
         [&](int item, const support::SendMessage &send) { worker.work(cases, items[item], send); },
         [&](int item, const std::string &text) {
             auto &[spent, last_step] = progress[item];
-            const auto line = Line::from(text);
-            if (line.stage.empty()) {
+            const auto end_of_stage = text.find('\n');
+            const auto stage = text.substr(0, end_of_stage), step = text.substr(end_of_stage + 1);
+            if (stage.empty()) {
                 spent.stop();
-                cases[items[item].first_problem()].failure += line.text;
+                cases[items[item].first_problem()].failure += step;
                 return;
             }
-            spent.begin(line.stage);
-            if (!line.text.empty())
-                steps.next(last_step = line.text);
+            spent.begin(stage);
+            if (!step.empty())
+                steps.next(last_step = step);
         },
         waits_for,
         [&](int item, const std::string &how) {
