@@ -15,7 +15,7 @@
 
 #include "benchmarks/harness.hpp"
 #include "benchmarks/peers/bullet_counterparts.hpp"
-#include "core/processor_time.hpp"
+#include "core/stopwatch.hpp"
 #include "interactive/elements/corotational_tetrahedra.hpp"
 #include "interactive/elements/explicit_tetrahedra.hpp"
 #include "interactive/method.hpp"

@@ -3,7 +3,7 @@ find_library(CHOLMOD_LIBRARY cholmod REQUIRED)
 find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
 add_library(livermark_cholmod INTERFACE)
 target_include_directories(livermark_cholmod SYSTEM INTERFACE ${CHOLMOD_INCLUDE_DIR})
-# CHOLMOD runs on GCC's OpenMP; core/support/factors/blas_memory.hpp keeps it in one thread.
+# CHOLMOD runs on GCC's OpenMP; core/support/processes/own_process.hpp keeps it in one thread.
 target_link_libraries(livermark_cholmod INTERFACE ${CHOLMOD_LIBRARY} gomp)
 
 find_library(BLAS_LIBRARY blas REQUIRED) # the one that CHOLMOD runs on

@@ -13,7 +13,7 @@ function(livermark_portable_sources target top)
     ${top}/msm/kernels/threads/one_thread.cpp
     ${top}/meshes/cutting/parting.cpp ${top}/meshes/cutting/tool_geometry.cpp
     ${top}/core/mesh/tetra_mesh.cpp
-    ${top}/core/tool/round_load.cpp ${top}/core/tool/least_within_limits.cpp ${top}/core/tool/needle/needle_line.cpp
+    ${top}/core/tool/least_within_limits.cpp
     ${top}/core/tool/needle/moving_needle.cpp
     ${top}/core/tool/ball_contact.cpp ${top}/core/tool/touching_tool.cpp ${top}/core/tool/tool_motion.cpp ${top}/core/load_case.cpp
     ${top}/core/mesh/places.cpp ${top}/core/relaxation.cpp ${top}/core/support/input_error.cpp)

@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "core/rayleigh_damping.hpp"
 #include "core/relaxation.hpp"
 
 /// Events: all that happens to a body beside the conditions on its surface. Each kind is a struct with

@@ -1,12 +1,10 @@
-#include "core/observed_error.hpp"
+#include "core/error_norms.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
 #include <vector>
-
-#include "core/error_norms.hpp"
 
 namespace livermark::core {
 

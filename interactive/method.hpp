@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/tool/ball_contact.hpp"
-#include "core/tool/needle/moving_nodes.hpp"
+#include "core/tool/needle/moving_needle.hpp"
 #include "interactive/scene.hpp"
 
 namespace livermark::interactive {

@@ -20,23 +20,16 @@ namespace livermark::studies {
 
 namespace {
 
-/// Load cases that ship in one folder, and who takes them.
-struct ShippedLoadCases {
-    std::string_view folder, what, command;
-};
-
-std::vector<ShippedLoadCases> shipped_load_cases() {
-    std::vector<ShippedLoadCases> kinds{
-        {load_cases_folder, "has neither a moving tool nor a needle", load_cases::run_command}};
+/// The command that takes a load case which ships, and is of another kind than those of a folder; empty if none is.
+std::string other_command(const std::string &name, std::string_view folder) {
+    struct Kind {
+        std::string_view folder, what, command;
+    };
+    std::vector<Kind> kinds{{load_cases_folder, "has neither a moving tool nor a needle", load_cases::run_command}};
     for (const auto &event : load_cases::all_events())
         if (event.folder)
             kinds.push_back({event.folder, event.what, event.command});
-    return kinds;
-}
-
-/// The command that takes a load case which ships, and is of another kind than those of a folder; empty if none is.
-std::string other_command(const std::string &name, std::string_view folder) {
-    for (const auto &kind : shipped_load_cases()) {
+    for (const auto &kind : kinds) {
         const auto path = support::root_folder() / kind.folder;
         std::error_code nobody_cares; // a tree of somebody's own has fewer
         if (kind.folder != folder && std::filesystem::exists(path / (name + ".toml"), nobody_cares))

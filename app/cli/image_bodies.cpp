@@ -16,7 +16,6 @@
 #include <unistd.h>
 
 #include "app/cli/commands.hpp"
-#include "app/cli/printing.hpp"
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"

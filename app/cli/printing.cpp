@@ -1,10 +1,9 @@
-#include "app/cli/printing.hpp"
+#include "app/cli/commands.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <fmt/format.h>
-#include <functional>
 #include <iterator>
 #include <memory>
 #include <optional>
@@ -63,27 +62,9 @@ std::string clock_text(double seconds) {
                         : fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
-/// Time since the first step, and time that the rest takes if its steps are as long as those before.
-std::string time_text(double passed, int step, int num_steps) {
-    constexpr double soonest = 5.0; // [s]
-    if (passed < soonest)
-        return {};
-    const double rest = passed / (step - 1) * (num_steps - step + 1);
-    return fmt::format(" ({}, about {} left)", clock_text(passed), clock_text(rest));
-}
-
 constexpr auto *small_title = "Small deformations; reference: linear elasticity.";
 constexpr auto *slow_title = "Tissue that relaxes: the force over time.";
 constexpr auto *large_title = "Large deformations; reference: hyperelasticity along the path of the load.";
-
-std::string medians_with_legend(std::span<const results::Result> results,
-                                const std::function<std::string(const results::Layout &)> &as_text) {
-    const auto layout = results::median_errors(results);
-    if (layout.rows.empty())
-        throw support::InputError("there is no static load case here to take a median of; give result files of "
-                                  "`livermark run --static`");
-    return as_text(layout) + "\n" + results::median_legend(results);
-}
 
 /// Which reference the numbers of the tables belong to, and what is not as it should be.
 std::string judged_by(std::span<const results::Result> results, const std::string &bullet) {
@@ -107,7 +88,6 @@ class Printer {
         fmt::print("{}{}", is_first_ ? "" : "\n", text);
         is_first_ = false;
     }
-    void print(const results::Layout &layout) { print(as_text(layout)); }
     std::string as_text(const results::Layout &layout) const { return table_text(layout, markdown_); }
     bool is_markdown() const { return markdown_; }
 
@@ -118,13 +98,6 @@ class Printer {
 
 bool is_slow(const results::Result &result) {
     return result.problem.load_case.slow_history.has_value();
-}
-
-/// @param results  of one regime and reference, slow histories all, at least one
-void print_slow_group(Printer &printer, std::span<const results::Result> results) {
-    printer.print(slow_title + judged_by(results, printer.is_markdown() ? "- " : ""));
-    printer.print(printer.as_text(results::slow_table(results)) + "\n" + results::slow_legend() +
-                  results::motion_lines(results, printer.is_markdown() ? "- " : ""));
 }
 
 /// @param results  of one regime and reference, at least one
@@ -153,14 +126,18 @@ void print_group(Printer &printer, std::span<const results::Result> results, Tab
             printer.print(printer.is_markdown() ? results::markdown_table(results) : results::text_table(results));
     }
     if (kind == TableKind::forces)
-        printer.print(results::force_table(results));
+        printer.print(printer.as_text(results::force_table(results)));
     if (is_all || kind == TableKind::summary)
         printer.print(printer.as_text(results::summary(results)) + legend);
     if (kind == TableKind::overview || (is_all && results::has_several_poisson_ratios(results)))
         printer.print(printer.as_text(results::overview(results)) + legend);
-    if (kind == TableKind::medians || (is_all && results::has_several_load_cases(results)))
-        printer.print(
-            medians_with_legend(results, [&](const results::Layout &layout) { return printer.as_text(layout); }));
+    if (kind == TableKind::medians || (is_all && results::has_several_load_cases(results))) {
+        const auto layout = results::median_errors(results);
+        if (layout.rows.empty())
+            throw support::InputError("there is no static load case here to take a median of; give result files of "
+                                      "`livermark run --static`");
+        printer.print(printer.as_text(layout) + "\n" + results::median_legend(results));
+    }
     if (kind == TableKind::means)
         printer.print(printer.as_text(results::mean_errors(results)) + legend);
 }
@@ -175,8 +152,12 @@ studies::ProgressReport print_progress() {
         if (!*start)
             *start = now;
         const double passed = std::chrono::duration<double>(now - **start).count();
-        line->write(
-            fmt::format("[{}/{}] {}{}", step, num_steps, about, step > 1 ? time_text(passed, step, num_steps) : ""));
+        constexpr double soonest = 5.0; // [s]
+        std::string times; // since the first step, and of the rest if its steps are as long as those before
+        if (step > 1 && passed >= soonest)
+            times = fmt::format(" ({}, about {} left)", clock_text(passed),
+                                clock_text(passed / (step - 1) * (num_steps - step + 1)));
+        line->write(fmt::format("[{}/{}] {}{}", step, num_steps, about, times));
     };
 }
 
@@ -203,8 +184,11 @@ void print_tables(std::span<const results::Result> results, TableKind kind, bool
             std::vector<results::Result> slow;
             std::ranges::copy_if(group, std::back_inserter(slow), is_slow);
             std::erase_if(group, is_slow);
-            if (!slow.empty())
-                print_slow_group(printer, slow);
+            if (slow.empty())
+                continue;
+            printer.print(slow_title + judged_by(slow, markdown ? "- " : ""));
+            printer.print(printer.as_text(results::slow_table(slow)) + "\n" + results::slow_legend() +
+                          results::motion_lines(slow, markdown ? "- " : ""));
         }
     std::erase_if(groups, [](const std::vector<results::Result> &group) { return group.empty(); });
     if (kind == TableKind::forces && groups.empty())

@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
+#include "core/load_case.hpp"
 #include "core/problem.hpp"
 #include "core/tool/ball_contact.hpp"
-#include "core/tool/round_load.hpp"
 
 namespace livermark::live {
 
@@ -66,7 +66,7 @@ struct Place {
 };
 
 /// Place that a pull has hold of: forces are spread over it as those of the round tools of load cases
-/// (core/tool/round_load.hpp), so that a pull of one radius means the same on any mesh, and where it is now is the mean
+/// (core/load_case.hpp), so that a pull of one radius means the same on any mesh, and where it is now is the mean
 /// with the same weights.
 struct Disc {
     Place place;                ///< its middle

@@ -23,7 +23,7 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 ///         the longest one while something is pressed [s], number of springs
 ///     2, tool, target (3) [m], radius [m], node, number of steps
 ///         Reply: time [s], tool (3) [m], force (3) [N], middle (3) [m] and radius [m] of the round load that the
-///         tractions of a pull are the means of over facets (core/tool/round_load.hpp), radius 0 of those of a probe,
+///         tractions of a pull are the means of over facets (core/load_case.hpp), radius 0 of those of a probe,
 ///         which are even on each facet,
 ///         indentation [m], smallest volume, largest speed [m/s], restarts, seconds that the steps took, N, K, L; node
 ///         (K), force (K,3) [N], facet (L), traction (L,3) [Pa]; and as float32 displacement (N,3) [m]

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "core/tool/round_load.hpp"
+#include "core/load_case.hpp"
 
 namespace livermark::core {
 

@@ -11,7 +11,7 @@
 #include "core/mesh/places.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
-#include "core/tool/needle/pushed_body.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "fem_reference/hyperelastic/elements.hpp"
 #include "fem_reference/hyperelastic/material_law.hpp"
 #include "fem_reference/hyperelastic/surface.hpp"

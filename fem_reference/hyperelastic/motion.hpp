@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "core/rayleigh_damping.hpp"
+#include "core/relaxation.hpp"
 #include "core/solution.hpp"
 #include "core/tool/tool_motion.hpp"
 #include "fem_reference/dynamics/release.hpp"

@@ -10,7 +10,7 @@
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
-#include "core/tool/needle/needle_line.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/event_reader.hpp"
 

@@ -10,7 +10,6 @@
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
-#include "core/tool/round_load.hpp"
 
 namespace livermark::load_cases {
 

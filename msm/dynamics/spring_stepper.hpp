@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/rayleigh_damping.hpp"
+#include "core/relaxation.hpp"
 #include "core/tool/stepper.hpp"
 #include "msm/cutting/cut_parts.hpp"
 #include "msm/elastic_body.hpp"

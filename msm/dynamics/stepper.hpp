@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/load_case.hpp"
-#include "core/rayleigh_damping.hpp"
+#include "core/relaxation.hpp"
 #include "core/solution.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/elastic_body.hpp"

@@ -1,7 +1,7 @@
 #include <Eigen/CholmodSupport>
 #include <memory>
 
-#include "core/support/factors/blas_memory.hpp"
+#include "core/support/processes/own_process.hpp"
 #include "msm/integrator.hpp"
 
 namespace livermark::msm::implicit_integrators {

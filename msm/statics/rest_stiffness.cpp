@@ -14,8 +14,8 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/stopwatch.hpp"
-#include "core/support/factors/blas_memory.hpp"
 #include "core/support/input_error.hpp"
+#include "core/support/processes/own_process.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/statics/equilibrium.hpp"

@@ -14,7 +14,7 @@
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "core/support/factors/sparse_cholesky.hpp"
-#include "core/tool/needle/pushed_body.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/tool/round_load.hpp"
+#include "core/load_case.hpp"
 #include "msm/springs/tetrahedron.hpp"
 
 namespace livermark::msm {

@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "core/rayleigh_damping.hpp"
+#include "core/relaxation.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/rayleigh_damping.hpp"
+#include "core/relaxation.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/processes/own_process.hpp"
 #include "msm/dynamics/time_step.hpp"

@@ -10,7 +10,7 @@
 #include "msm/nodal_conditions.hpp"
 #include "python/bindings/interpreter.hpp"
 #include "studies/models/model_table.hpp"
-#include "studies/run/problems.hpp"
+#include "studies/run/run.hpp"
 
 namespace livermark::python {
 

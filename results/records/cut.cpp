@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/observed_error.hpp"
+#include "core/error_norms.hpp"
 #include "core/units.hpp"
 #include "results/hdf5/record_file.hpp"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/rayleigh_damping.hpp"
+#include "core/relaxation.hpp"
 #include "core/solution.hpp"
 #include "results/records/result.hpp"
 #include "results/tables/table_layout.hpp"

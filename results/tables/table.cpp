@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/mesh/places.hpp"
-#include "core/tool/slow_response.hpp"
+#include "core/tool/tool_stiffness.hpp"
 #include "core/units.hpp"
 #include "results/one_reference.hpp"
 #include "results/quantile.hpp"

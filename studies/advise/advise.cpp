@@ -14,13 +14,13 @@
 #include <utility>
 
 #include "core/mesh/tetra_mesh.hpp"
-#include "core/processor_time.hpp"
+#include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/nodal_conditions.hpp"
-#include "studies/models/mass_spring_model.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "studies/models/model_table.hpp"
 
 namespace livermark::studies {

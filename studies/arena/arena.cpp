@@ -20,9 +20,7 @@
 #include "results/records/result.hpp"
 #include "studies/arena/arena_run.hpp"
 #include "studies/models/motion/moving_method.hpp"
-#include "studies/models/motion/whole_motion.hpp"
-#include "studies/run/problems.hpp"
-#include "studies/run/solutions.hpp"
+#include "studies/run/run.hpp"
 #include "studies/study.hpp"
 
 namespace livermark::studies {

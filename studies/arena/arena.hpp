@@ -13,7 +13,7 @@
 #include "results/records/arena.hpp"
 #include "results/records/needle.hpp"
 #include "studies/models/motion/moving_method.hpp"
-#include "studies/run/problems.hpp"
+#include "studies/run/run.hpp"
 #include "studies/study.hpp"
 
 /// Load cases with a tool, and the meshes of an arena.

@@ -7,7 +7,7 @@
 
 #include "core/mesh/places.hpp"
 #include "core/mesh/tetra_mesh.hpp"
-#include "core/processor_time.hpp"
+#include "core/stopwatch.hpp"
 #include "core/tool/ball_contact.hpp"
 #include "core/tool/tool_motion.hpp"
 #include "results/quantile.hpp"

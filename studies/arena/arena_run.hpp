@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "core/processor_time.hpp"
+#include "core/stopwatch.hpp"
 #include "core/tool/tool_motion.hpp"
 #include "results/quantile.hpp"
 #include "results/records/arena.hpp"

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/support/input_error.hpp"
-#include "core/tool/needle/needle_line.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "results/one_reference.hpp"
 #include "results/quantile.hpp"
 #include "results/records/needle.hpp"

@@ -12,13 +12,13 @@
 #include "core/tool/tool_stiffness.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "results/records/cut.hpp"
 #include "results/records/result.hpp"
 #include "studies/advise/advise.hpp"
-#include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/motion/frame_body.hpp"
-#include "studies/run/problems.hpp"
+#include "studies/run/run.hpp"
 #include "studies/study.hpp"
 
 namespace livermark::studies {

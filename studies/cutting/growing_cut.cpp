@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/mesh/refinement.hpp"
-#include "core/processor_time.hpp"
+#include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "core/tool/tool_stiffness.hpp"
 #include "meshes/cutting/cut.hpp"

@@ -24,11 +24,9 @@
 #include "results/records/result.hpp"
 #include "studies/arena/arena.hpp"
 #include "studies/arena/arena_run.hpp"
-#include "studies/exchange/formats/outside_solution.hpp"
+#include "studies/exchange/formats/export_format.hpp"
 #include "studies/models/motion/frame_body.hpp"
-#include "studies/run/problems.hpp"
 #include "studies/run/run.hpp"
-#include "studies/run/solutions.hpp"
 #include "studies/study.hpp"
 
 namespace livermark::studies {

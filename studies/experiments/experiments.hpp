@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/model.hpp"
-#include "core/rayleigh_damping.hpp"
+#include "core/relaxation.hpp"
 #include "load_cases/experiments/experiment.hpp"
 #include "results/records/experiment.hpp"
 #include "studies/study.hpp"

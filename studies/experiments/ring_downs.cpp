@@ -11,7 +11,7 @@
 #include "core/stopwatch.hpp"
 #include "load_cases/experiments/experiment.hpp"
 #include "load_cases/experiments/markers.hpp"
-#include "studies/models/motion/whole_motion.hpp"
+#include "studies/models/motion/moving_method.hpp"
 
 namespace livermark::studies {
 

@@ -10,8 +10,8 @@
 #include <numbers>
 #include <span>
 
-#include "core/processor_time.hpp"
-#include "core/rayleigh_damping.hpp"
+#include "core/relaxation.hpp"
+#include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/stepper.hpp"
@@ -24,10 +24,9 @@
 #include "msm/statics/rest_stiffness.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/records/result.hpp"
-#include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/motion/moving_method.hpp"
-#include "studies/run/problems.hpp"
+#include "studies/run/run.hpp"
 #include "studies/study.hpp"
 
 namespace livermark::studies {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,6 +13,10 @@
 #include "core/model.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "msm/integrator.hpp"
+
+namespace livermark::msm {
+struct MassSprings;
+}
 
 namespace livermark::models {
 
@@ -71,5 +77,18 @@ std::span<const ModelFamily> all_families();
 /// Every model of every family. Models of one call may share what they keep from one problem to the next, so they are
 /// for one thread.
 std::vector<core::Model> all_models(const ModelOptions &options = {});
+
+using MakeMassSprings = std::function<msm::MassSprings(const core::Body &)>;
+
+/// A model that comes to rest and moves in time as the options say.
+core::Model mass_spring_model(std::string name, std::string summary, std::string source, const MakeMassSprings &make,
+                              const ModelOptions &options);
+
+/// Whether a model is one of mass_spring_model().
+bool has_springs(const core::Model &model);
+
+/// The springs of a model on a body, as it solves and moves with them; nothing of a model that is none of
+/// mass_spring_model().
+std::optional<msm::MassSprings> springs_of(const core::Model &model, const std::shared_ptr<const core::Body> &body);
 
 } // namespace livermark::models

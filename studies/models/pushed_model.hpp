@@ -9,7 +9,7 @@
 
 #include "core/mesh/places.hpp"
 #include "core/model.hpp"
-#include "core/tool/needle/pushed_body.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 
 namespace livermark::models {

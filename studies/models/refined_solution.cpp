@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "core/error_norms.hpp"
-#include "core/observed_error.hpp"
 
 namespace livermark::models {
 

@@ -11,7 +11,6 @@
 
 #include "core/tool/least_within_limits.hpp"
 #include "core/tool/needle/needle.hpp"
-#include "core/tool/needle/pushed_body.hpp"
 
 namespace livermark::studies {
 

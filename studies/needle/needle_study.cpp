@@ -17,7 +17,7 @@
 #include "results/records/result.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/pushed_model.hpp"
-#include "studies/run/problems.hpp"
+#include "studies/run/run.hpp"
 #include "studies/study.hpp"
 
 namespace livermark::studies {

@@ -10,8 +10,6 @@
 #include "core/model.hpp"
 #include "core/problem.hpp"
 #include "core/tool/needle/needle.hpp"
-#include "core/tool/needle/needle_line.hpp"
-#include "core/tool/needle/pushed_body.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "results/records/needle.hpp"
 #include "studies/study.hpp"

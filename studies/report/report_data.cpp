@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "core/support/input_error.hpp"
-#include "core/tool/slow_response.hpp"
 #include "core/tool/tool_stiffness.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/one_reference.hpp"

@@ -1,15 +1,23 @@
 #include "studies/run/run.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <charconv>
 #include <fmt/format.h>
 #include <iterator>
+#include <map>
 #include <memory>
+#include <optional>
+#include <stdexcept>
 #include <utility>
 
+#include "core/mesh/plausible_liver.hpp"
+#include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/processes/mpi_session.hpp"
-#include "core/units.hpp"
+#include "core/support/toml_input.hpp"
+#include "load_cases/places/selector.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
+#include "meshes/cutting/cut_reader.hpp"
 #include "results/records/springs.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/study.hpp"
@@ -18,152 +26,245 @@ namespace livermark::studies {
 
 namespace {
 
+/// Files of load cases: those that ship where none was asked for; those in which time passes in the material only by
+/// their names.
+std::vector<std::filesystem::path> load_case_files_of(std::vector<std::string> wanted) {
+    const auto slow_folder = support::root_folder() / slow_load_cases_folder;
+    const auto slow =
+        std::filesystem::exists(slow_folder) ? support::list_toml(slow_folder) : std::vector<std::string>{};
+    for (auto &name : wanted)
+        if (std::ranges::find(slow, name) != slow.end())
+            name = (slow_folder / fmt::format("{}.toml", name)).string();
+    return find_toml_files(wanted, load_cases_folder, "load case");
+}
+
+/// The body that a load case is put on: cut, where it says so.
+/// @throws load_cases::NotOnBody if a cut does not fit the body
+std::shared_ptr<const core::Body> body_for(const std::filesystem::path &load_case_file,
+                                           const std::shared_ptr<const core::Body> &body,
+                                           std::vector<std::string> &notes) {
+    const auto cuts = meshes::cuts_of_file(load_case_file);
+    if (cuts.empty())
+        return body;
+    try {
+        const auto num_known = body->assumptions.size();
+        auto cut = std::make_shared<const core::Body>(meshes::cut(*body, cuts));
+        for (auto note = num_known; note < cut->assumptions.size(); ++note)
+            notes.push_back(
+                fmt::format("{}: {}: {}", body->name, load_case_file.stem().string(), cut->assumptions[note]));
+        return cut;
+    } catch (const meshes::CutNotOnBody &error) {
+        throw load_cases::NotOnBody(error.place(), error.reason(), error.remedy());
+    }
+}
+
+/// Load cases that are read where several fit a body.
+enum class Choice { all, first };
+
+/// Leaves the first load case that fits a body, and says why it is none before it.
+/// @param first_left_out  of this body, in set.left_out
+void keep_first(ProblemSet &set, std::size_t first_left_out) {
+    if (first_left_out == set.left_out.size())
+        return;
+    const auto &before = set.left_out[first_left_out];
+    set.notes.push_back(fmt::format("{}: constrained as in {}, because {} does not fit: {}", before.body,
+                                    set.problems.back().load_case.name, before.load_case, before.reason));
+    set.left_out.resize(first_left_out, before);
+}
+
+ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
+                    const meshes::MaterialOverride &material, bool may_leave_out, Choice choice = Choice::all) {
+    ProblemSet set;
+    std::optional<std::string> fault;
+    std::map<std::string, std::filesystem::path> file_of_name;
+    const auto load_case_files = load_case_files_of(load_cases);
+    for (const auto &body_file : find_toml_files(bodies, bodies_folder, "body")) {
+        const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, material));
+        const auto [named, is_new] = file_of_name.emplace(body->name, body_file);
+        if (!is_new)
+            throw support::InputError(
+                fmt::format("{} and {} have the same name, and their results would be in one place; rename one",
+                            named->second.string(), body_file.string()));
+        for (const auto &assumption : body->assumptions)
+            set.notes.push_back(fmt::format("{}: {}", body->name, assumption));
+        const auto first_left_out = set.left_out.size();
+        for (const auto &load_case_file : load_case_files) {
+            try {
+                const auto cut = body_for(load_case_file, body, set.notes);
+                set.problems.push_back({cut, load_cases::read_load_case(load_case_file, *cut)});
+                for (const auto &doubt : core::doubts_about_loads(set.problems.back().load_case, cut->mesh))
+                    set.notes.push_back(fmt::format("{}: {}", body->name, doubt));
+                if (choice == Choice::first) {
+                    keep_first(set, first_left_out);
+                    break;
+                }
+            } catch (const load_cases::NotOnBody &error) {
+                const auto folder = load_case_file.parent_path();
+                const bool ships = folder == support::root_folder() / load_cases_folder ||
+                                   folder == support::root_folder() / slow_load_cases_folder;
+                if (!may_leave_out && !bodies.empty() && !ships)
+                    throw;
+                set.left_out.push_back({body->name, load_case_file.stem().string(), error.reason(),
+                                        load_cases::load_case_kind(load_case_file)});
+                fault = fault.value_or(error.what());
+            }
+        }
+    }
+    if (set.problems.empty())
+        throw support::InputError(fault.value());
+    return set;
+}
+
+void scale_and_note(ProblemSet &set) {
+    for (auto &problem : set.problems)
+        problem = scaled_to_target(std::move(problem));
+    std::ranges::move(yielded_places(set.problems), std::back_inserter(set.notes));
+    std::ranges::move(sentences(set.left_out), std::back_inserter(set.notes));
+}
+
+std::vector<std::string> usual_constraints_first() {
+    std::vector<std::string> names{usual_constraints};
+    for (const auto &file : find_toml_files({}, load_cases_folder, "load case"))
+        if (const auto name = file.stem().string(); name != usual_constraints)
+            names.push_back(name);
+    return names;
+}
+
+} // namespace
+
+std::vector<std::string> yielded_places(std::span<const core::Problem> problems) {
+    std::vector<std::string> lines;
+    for (const auto &problem : problems)
+        for (const auto &place : problem.load_case.yielded) {
+            auto line = fmt::format("{}: {}: '{}' gives up {:.0f} % of its area to the places above it",
+                                    problem.body->name, problem.load_case.name, place.name, 100.0 * place.lost_area);
+            if (std::ranges::find(lines, line) == lines.end()) // the same for every Poisson's ratio
+                lines.push_back(std::move(line));
+        }
+    return lines;
+}
+
+std::vector<LeftOut> grouped(const std::vector<LeftOut> &left_out) {
+    std::vector<LeftOut> groups;
+    for (const auto &entry : left_out) {
+        const auto same = std::ranges::find_if(
+            groups, [&](const LeftOut &group) { return group.body == entry.body && group.reason == entry.reason; });
+        if (same == groups.end())
+            groups.push_back(entry);
+        else
+            same->load_case += ", " + entry.load_case;
+    }
+    return groups;
+}
+
+std::vector<std::string> sentences(const std::vector<LeftOut> &left_out) {
+    std::vector<std::string> lines;
+    for (const auto &group : grouped(left_out))
+        lines.push_back(fmt::format("left out on {}: {}, because {}", group.body, group.load_case, group.reason));
+    return lines;
+}
+
+ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
+                         const meshes::MaterialOverride &material, bool may_leave_out) {
+    for (const auto &file : load_case_files_of(load_cases)) {
+        const auto kind = load_cases::load_case_kind(file);
+        if (!kind.is_for(load_cases::run_command))
+            throw support::InputError(fmt::format("load case {} {}; give it to 'livermark {} --load-case'",
+                                                  file.stem().string(), kind.what, kind.commands.front()));
+    }
+    return read_all(bodies, load_cases, material, may_leave_out);
+}
+
+ProblemSet read_moving_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                                const meshes::MaterialOverride &material) {
+    if (const auto kind = load_cases::load_case_kind(load_case); !kind.is_for("arena"))
+        throw support::InputError(fmt::format("load case {} has no [tool] that moves; give it to 'livermark {} "
+                                              "--load-case', or choose one with a [tool]",
+                                              std::filesystem::path(load_case).stem().string(), kind.commands.front()));
+    return read_all(bodies, {load_case}, material, false);
+}
+
+ProblemSet read_needle_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                                const meshes::MaterialOverride &material) {
+    if (const auto kind = load_cases::load_case_kind(load_case); !kind.is_for("needle"))
+        throw support::InputError(fmt::format("load case {} has no [[needle]]; give it to 'livermark {} --load-case', "
+                                              "or choose one with a [[needle]]",
+                                              std::filesystem::path(load_case).stem().string(), kind.commands.front()));
+    auto set = read_all(bodies, {load_case}, material, true);
+    std::ranges::move(sentences(set.left_out), std::back_inserter(set.notes));
+    return set;
+}
+
+ProblemSet read_scaled_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                                const meshes::MaterialOverride &material) {
+    auto set = read_problems(bodies, {load_case}, material);
+    scale_and_note(set);
+    return set;
+}
+
+ProblemSet read_constrained_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                                     const meshes::MaterialOverride &material) {
+    if (!load_case.empty() || bodies.empty())
+        return read_scaled_problems(bodies, load_case.empty() ? usual_constraints : load_case, material);
+    auto set = read_all(bodies, usual_constraints_first(), material, true, Choice::first);
+    scale_and_note(set);
+    return set;
+}
+
+core::Problem scaled_to_target(core::Problem problem, const core::Model &baseline, PreparedModels &prepared) {
+    auto &load_case = problem.load_case;
+    if (!load_case.scale_to_target)
+        return problem;
+    load_case.scale_to_target = false;
+    auto at_rest = problem;
+    at_rest.load_case = core::without_time(std::move(at_rest.load_case)); // only the static solution is wanted
+    const auto solution = prepared.solve(baseline, at_rest);
+    double peak = 0.0;
+    for (const auto &displacement : solution.displacement)
+        peak = std::max(peak, displacement.norm());
+    if (solution.status != core::SolutionStatus::ok || !(peak > 0.0))
+        throw std::runtime_error(fmt::format("cannot be scaled to its target: {} ends with status {} and a peak "
+                                             "displacement of {} m",
+                                             baseline.name, core::to_string(solution.status), peak));
+    // Six digits, so that machines whose arithmetic differs in the last digits of the baseline have the same load, and
+    // find references that another one has stored.
+    double factor = load_case.target_peak_displacement / peak;
+    const auto digits = fmt::format("{:.5e}", factor);
+    std::from_chars(digits.data(), digits.data() + digits.size(), factor);
+    load_case = core::scaled(std::move(load_case), factor);
+    return problem;
+}
+
+core::Problem scaled_to_target(core::Problem problem) {
+    if (!problem.load_case.scale_to_target)
+        return problem;
+    if (support::mpi_num_ranks() > 1)
+        throw support::InputError(fmt::format("load case {} is scaled to its target, which this command cannot do on "
+                                              "several ranks; start without mpirun",
+                                              problem.load_case.name));
+    PreparedModels prepared;
+    return scaled_to_target(std::move(problem), baseline_of(models::all_models()), prepared);
+}
+
+std::vector<core::Problem> at_amplitudes(const core::Problem &problem, std::span<const double> amplitudes) {
+    if (amplitudes.empty())
+        return {problem};
+    std::vector<core::Problem> problems;
+    for (const double amplitude : amplitudes) {
+        problems.push_back({problem.body, core::scaled(problem.load_case, amplitude)});
+        problems.back().load_case.name += fmt::format("@{:g}", amplitude);
+    }
+    return problems;
+}
+
+namespace {
+
 using core::Role;
-
-/// The models of a result, in its order.
-using TakingPart = std::vector<const core::Model *>;
-
-/// @return nullptr if no model has the role at rest, or it found no solution
-const results::ModelResult *find_solved(const results::Result &result, const TakingPart &models, Role role) {
-    for (std::size_t m = 0; m < models.size(); ++m)
-        if (models[m]->role_at_rest(result.problem.load_case.regime) == role)
-            return result.models[m].solution.status == core::SolutionStatus::ok ? &result.models[m] : nullptr;
-    return nullptr;
-}
-
-/// @return nullptr if no model has the role in motion, or it did not move
-const results::ModelResult *find_moving(const results::Result &result, const TakingPart &models, Role role) {
-    for (std::size_t m = 0; m < models.size(); ++m)
-        if (models[m]->role_in_motion(result.problem.load_case.regime) == role) {
-            const auto &solution = result.models[m].solution;
-            return solution.status == core::SolutionStatus::ok && solution.history ? &result.models[m] : nullptr;
-        }
-    return nullptr;
-}
-
-/// Adds what motions are off to the comparisons.
-void compare_motion(results::Result &result, const TakingPart &models) {
-    const auto *on_mesh = find_moving(result, models, Role::reference);
-    const auto *refined = find_moving(result, models, Role::refined_reference);
-    if (!on_mesh)
-        return;
-    const auto *reference = on_mesh;
-    if (refined) {
-        result.motion_uncertainty = results::estimate_motion_uncertainty(*on_mesh->solution.history, on_mesh->name,
-                                                                         *refined->solution.history, refined->name);
-        if (result.motion_uncertainty->reference == refined->name)
-            reference = refined;
-    } else {
-        result.motion_uncertainty = results::uncertainty_of_steps(*on_mesh->solution.history, on_mesh->name);
-    }
-    const auto &motion = *reference->solution.history;
-    for (auto &model : result.models) {
-        if (!model.comparison || &model == reference || !model.solution.history)
-            continue;
-        auto &history =
-            model.comparison->history.emplace(core::compare(*model.solution.history, motion, reference->name));
-        if (history.error.empty() && &model != on_mesh) {
-            auto frame_comparison = core::compare(*model.solution.history, *on_mesh->solution.history, on_mesh->name);
-            history.error = std::move(frame_comparison.error);
-            history.frames_reference = std::move(frame_comparison.frames_reference);
-        }
-    }
-}
-
-/// Comparison up to the part of the load that a reference on the mesh has come to, where none has a solution to all of
-/// it.
-void compare_as_far_as_reached(results::Result &result, const TakingPart &models) {
-    const auto &load_case = result.problem.load_case;
-    for (std::size_t m = 0; m < models.size(); ++m) {
-        const auto &reference = result.models[m];
-        if (models[m]->role_at_rest(load_case.regime) != Role::reference ||
-            core::num_points_reached(load_case, reference.solution) == 0)
-            continue;
-        for (auto &model : result.models)
-            if (&model != &reference)
-                model.comparison = core::compare_as_far_as_reached(result.problem.body->mesh, load_case, model.solution,
-                                                                   reference.solution, reference.name);
-        return;
-    }
-}
-
-/// Relative L2 difference of two ways to the same solution; iterations leave less.
-constexpr double same_solution = 1e-6;
-
-void compare_with_reference(results::Result &result, const TakingPart &models) {
-    const auto &mesh = result.problem.body->mesh;
-    const auto &load_case = result.problem.load_case;
-    const auto *reference = find_solved(result, models, Role::reference);
-    const auto *refined = reference ? find_solved(result, models, Role::refined_reference) : nullptr;
-    if (!reference)
-        reference = find_solved(result, models, Role::substitute_reference);
-    if (!reference)
-        return compare_as_far_as_reached(result, models);
-    if (refined && refined->solution.observed_error) {
-        const auto &error = *refined->solution.observed_error;
-        result.reference_uncertainty = {.reference = refined->name,
-                                        .refined = refined->name,
-                                        .refinement_difference = error.difference,
-                                        .order = error.order,
-                                        .relative_l2 = error.relative_l2,
-                                        .energy_error = error.energy,
-                                        .reaction_error = error.reaction,
-                                        .stiffness = error.stiffness};
-        reference = refined;
-    } else if (refined) {
-        result.reference_uncertainty = results::estimate_uncertainty(mesh, load_case, reference->solution,
-                                                                     reference->name, refined->solution, refined->name);
-        if (result.reference_uncertainty->reference == refined->name)
-            reference = refined;
-        // Where no finer mesh has a solution, both are that of the mesh, and nothing is known of its error.
-        if (result.reference_uncertainty->refinement_difference < same_solution)
-            result.reference_uncertainty.reset();
-    }
-    for (auto &model : result.models)
-        if (&model != reference)
-            model.comparison = core::compare(mesh, load_case, model.solution, reference->solution, reference->name);
-    compare_motion(result, models);
-}
-
-/// Names of a model in the rows, and its cells at the amplitudes so far.
-struct AmplitudeRow {
-    std::vector<std::string> key; ///< body, load case, model
-    std::vector<std::string> cells;
-    double fair_up_to = 0.0; ///< amplitude
-    bool is_fair = true;     ///< at all amplitudes so far
-};
-
-AmplitudeRow &find_row(std::vector<AmplitudeRow> &rows, std::vector<std::string> key, std::size_t num_columns) {
-    const auto found = std::ranges::find(rows, key, &AmplitudeRow::key);
-    return found != rows.end()
-               ? *found
-               : rows.emplace_back(AmplitudeRow{std::move(key), std::vector<std::string>(num_columns, "-")});
-}
-
-void enter(AmplitudeRow &row, const core::Solution &solution, std::size_t column, double amplitude) {
-    const bool is_solved = solution.status == core::SolutionStatus::ok;
-    row.cells[column] =
-        is_solved ? results::fixed(core::percent * solution.nonlinearity, 2) : core::to_string(solution.status);
-    row.is_fair = row.is_fair && is_solved && solution.nonlinearity < fair_nonlinearity;
-    if (row.is_fair)
-        row.fair_up_to = amplitude;
-}
 
 /// The model of RunOptions::calibration.
 constexpr auto *calibrated_springs = "calibrated_nodal_volume";
 
-void refuse_on_several_ranks(const RunOptions &options) {
-    if (support::mpi_num_ranks() == 1)
-        return;
-    using enum fem_reference::SolverChoice;
-    for (const auto &[is_asked_for, option] : {std::pair{options.resume, "--resume"},
-                                               {options.model_options.fem_solver == direct, "--fem-solver direct"},
-                                               {options.jobs.value_or(1) > 1, "--jobs"}})
-        if (is_asked_for)
-            throw support::InputError(
-                fmt::format("{} works on one rank only; leave it out or start without mpirun", option));
-}
-
+/// Choices about models, with the springs of a calibration.
 models::ModelOptions model_options(const RunOptions &options) {
     auto chosen = options.model_options;
     if (options.calibration.empty() && std::ranges::find(options.models, calibrated_springs) != options.models.end())
@@ -175,32 +276,6 @@ models::ModelOptions model_options(const RunOptions &options) {
         chosen.calibration =
             std::make_shared<const core::CalibratedSprings>(results::read_calibration(options.calibration).springs);
     return chosen;
-}
-
-/// Springs that are swept, and those of a calibration, run beside the models asked for by name.
-std::vector<std::string> wanted_models(const RunOptions &options) {
-    auto wanted = options.models;
-    if (!wanted.empty() && !options.calibration.empty())
-        wanted.emplace_back(calibrated_springs);
-    if (!wanted.empty())
-        for (const auto &[constant, values] : options.model_options.sweeps)
-            for (const double value : values)
-                wanted.push_back(models::swept_name(constant, value));
-    return wanted;
-}
-
-ProblemSet read_all_problems(const RunOptions &options) {
-    if (options.poisson_ratios.empty())
-        return read_problems(options.bodies, options.load_cases, {options.young_modulus, {}}, options.may_leave_out);
-    ProblemSet all;
-    for (const double poisson_ratio : options.poisson_ratios) {
-        auto some = read_problems(options.bodies, options.load_cases, {options.young_modulus, poisson_ratio},
-                                  options.may_leave_out);
-        std::ranges::move(some.problems, std::back_inserter(all.problems));
-        all.notes = std::move(some.notes); // they are the same for every Poisson's ratio
-        all.left_out = std::move(some.left_out);
-    }
-    return all;
 }
 
 /// @throws support::InputError if a load case that was asked for by name is not of the regime that was asked for
@@ -220,7 +295,18 @@ void refuse_other_regime(const RunOptions &options, core::Regime regime, const s
 /// The problems that were asked for, and those of them that fit no body.
 /// @throws support::InputError if none fits
 ProblemSet wanted_problems(const RunOptions &options) {
-    auto read = read_all_problems(options);
+    std::vector<meshes::MaterialOverride> materials;
+    for (const double poisson_ratio : options.poisson_ratios)
+        materials.push_back({options.young_modulus, poisson_ratio});
+    if (materials.empty())
+        materials.push_back({options.young_modulus, {}});
+    ProblemSet read;
+    for (const auto &material : materials) {
+        auto some = read_problems(options.bodies, options.load_cases, material, options.may_leave_out);
+        std::ranges::move(some.problems, std::back_inserter(read.problems));
+        read.notes = std::move(some.notes); // they are the same for every Poisson's ratio
+        read.left_out = std::move(some.left_out);
+    }
     for (const auto &problem : read.problems)
         refuse_other_regime(options, problem.load_case.regime, problem.load_case.name);
     for (const auto &left_out : read.left_out)
@@ -300,58 +386,6 @@ bool may_fail(const std::string &model, core::Regime regime) {
     return found == known.end() || (found->at_rest != Role::reference && found->at_rest != Role::substitute_reference);
 }
 
-results::Result evaluate(const core::Problem &problem, const std::vector<core::Model> &models, const SolveModel &solve,
-                         results::Provenance provenance) {
-    results::Result result{
-        .provenance = std::move(provenance), .problem = problem, .models = {}, .reference_uncertainty = {}};
-    TakingPart taking_part;
-    for (const auto &model : models)
-        if (model.takes_part_in(problem))
-            taking_part.push_back(&model);
-    for (const auto *model : taking_part)
-        result.models.push_back({.name = model->name,
-                                 .summary = model->summary,
-                                 .source = model->source,
-                                 .solution = {},
-                                 .comparison = {}});
-    const bool is_first_rank = support::mpi_rank() == 0;
-    for (const bool is_collective : {true, false})
-        for (std::size_t m = 0; m < taking_part.size(); ++m)
-            if (taking_part[m]->is_collective == is_collective && (is_collective || is_first_rank))
-                result.models[m].solution = solve(*taking_part[m], problem);
-    if (is_first_rank)
-        compare_with_reference(result, taking_part);
-    return result;
-}
-
-results::Layout nonlinearity_by_amplitude(std::span<const results::Result> results,
-                                          std::span<const double> amplitudes) {
-    results::Layout layout{{{"body"}, {"load case"}, {"model"}}, {}};
-    for (const double amplitude : amplitudes)
-        layout.columns.push_back({fmt::format("x {:g} [%]", amplitude), true});
-    layout.columns.push_back({fmt::format("below {:g} % up to", core::percent * fair_nonlinearity), true});
-    std::vector<AmplitudeRow> rows;
-    for (std::size_t column = 0; column < amplitudes.size(); ++column)
-        for (const auto &result : results) {
-            const auto &name = result.problem.load_case.name;
-            const auto end = fmt::format("@{:g}", amplitudes[column]);
-            if (!name.ends_with(end))
-                continue;
-            for (const auto &model : result.models)
-                if (model.solution.springs || !std::isnan(model.solution.nonlinearity))
-                    enter(find_row(rows,
-                                   {result.problem.body->name, name.substr(0, name.size() - end.size()), model.name},
-                                   amplitudes.size()),
-                          model.solution, column, amplitudes[column]);
-        }
-    for (auto &row : rows) {
-        layout.rows.push_back(std::move(row.key));
-        layout.rows.back().insert(layout.rows.back().end(), row.cells.begin(), row.cells.end());
-        layout.rows.back().push_back(row.fair_up_to > 0.0 ? fmt::format("x {:g}", row.fair_up_to) : "none");
-    }
-    return layout;
-}
-
 std::filesystem::path Run::result_file(const core::Problem &problem) const {
     auto folder = std::filesystem::path(options.output);
     if (!options.poisson_ratios.empty())
@@ -360,8 +394,22 @@ std::filesystem::path Run::result_file(const core::Problem &problem) const {
 }
 
 Run read_run(const RunOptions &options) {
-    refuse_on_several_ranks(options);
-    Run run{options, choose_models(wanted_models(options), model_options(options), !options.reference_on_mesh),
+    using enum fem_reference::SolverChoice;
+    for (const auto &[is_asked_for, option] : {std::pair{options.resume, "--resume"},
+                                               {options.model_options.fem_solver == direct, "--fem-solver direct"},
+                                               {options.jobs.value_or(1) > 1, "--jobs"}})
+        if (is_asked_for && support::mpi_num_ranks() > 1)
+            throw support::InputError(
+                fmt::format("{} works on one rank only; leave it out or start without mpirun", option));
+    // Springs that are swept, and those of a calibration, run beside the models asked for by name.
+    auto wanted = options.models;
+    if (!wanted.empty() && !options.calibration.empty())
+        wanted.emplace_back(calibrated_springs);
+    if (!wanted.empty())
+        for (const auto &[constant, values] : options.model_options.sweeps)
+            for (const double value : values)
+                wanted.push_back(models::swept_name(constant, value));
+    Run run{options, choose_models(wanted, model_options(options), !options.reference_on_mesh),
             baseline_of(models::all_models(options.model_options))};
     auto read = wanted_problems(options);
     run.problems = std::move(read.problems);

@@ -15,11 +15,9 @@
 #include "core/support/input_error.hpp"
 #include "core/support/processes/mpi_session.hpp"
 #include "core/support/processes/own_process.hpp"
-#include "core/support/processes/process_pool.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/records/result.hpp"
-#include "studies/run/run.hpp"
 #include "studies/study.hpp"
 
 namespace livermark::studies {
@@ -38,40 +36,6 @@ std::vector<CaseGroup> wanted_of(std::span<const CaseGroup> case_groups, const I
     }
     return wanted;
 }
-
-/// Items of all bodies, body by body.
-class Plan {
-  public:
-    /// As many case groups at once as models take less time for together: the same ones whatever of them is left to do.
-    void add_solves(const std::vector<std::size_t> &models, std::span<const CaseGroup> case_groups,
-                    std::size_t most_at_once, const IsWanted &is_wanted) {
-        const int group = new_group();
-        for (std::size_t first = 0; first < case_groups.size(); first += most_at_once) {
-            const auto some = case_groups.subspan(first, std::min(most_at_once, case_groups.size() - first));
-            if (auto wanted = wanted_of(some, is_wanted); !wanted.empty())
-                items.push_back({models, std::move(wanted), group});
-        }
-    }
-
-    /// Evaluations wait for what solves their problem.
-    void add_evaluations(std::span<const CaseGroup> case_groups) {
-        const int group = new_group(), num_solves = static_cast<int>(items.size());
-        for (const auto &case_group : case_groups)
-            for (const auto problem : case_group) {
-                auto &added = items.emplace_back(WorkItem{{}, {{problem}}, group});
-                for (int item = 0; item < num_solves; ++item)
-                    if (!items[item].is_evaluation() && std::ranges::any_of(items[item].case_groups, [&](auto &solved) {
-                            return std::ranges::count(solved, problem) > 0;
-                        }))
-                        added.waits_for.push_back(item);
-            }
-    }
-
-    std::vector<WorkItem> items;
-
-  private:
-    int new_group() const { return items.empty() ? 0 : items.back().group + 1; }
-};
 
 /// The stage of all that is not done by a model.
 constexpr auto other_work = "loads, comparisons, files";
@@ -109,15 +73,6 @@ std::vector<Case> load_cases_of(const Run &run, PreparedModels &prepared,
     return cases;
 }
 
-/// Work on the cases. Several MPI ranks solve each case together, so that no model solves before.
-std::vector<WorkItem> plan_of(const std::vector<Case> &cases, const std::vector<core::Model> &models) {
-    std::vector<core::Problem> problems;
-    for (const auto &one : cases)
-        problems.push_back(one.problem);
-    return plan_work(problems, support::mpi_num_ranks() == 1 ? models : std::span<const core::Model>(),
-                     [&](std::size_t number) { return !cases[number].is_kept; });
-}
-
 /// The same run, which keeps its solutions for a run that goes on after this one was killed: one of the same command
 /// and no other, since numbers depend a little on what is solved together. On several MPI ranks, which solve together,
 /// nothing is kept.
@@ -142,16 +97,6 @@ std::vector<OutputFile> files_to_write(const Run &run) {
     return files;
 }
 
-/// Memory for the largest body. What is solved together on the refined mesh of a liver takes 124 kB for each
-/// tetrahedron, measured; no other model takes as much.
-double bytes_per_worker(const Run &run) {
-    constexpr double bytes_per_tetrahedron = 140e3;
-    std::size_t most = 1;
-    for (const auto &problem : run.problems)
-        most = std::max(most, problem.body->mesh.tetrahedra.size());
-    return bytes_per_tetrahedron * static_cast<double>(most);
-}
-
 /// Algebraic multigrid, asked for or taken for what is too large to factor, runs on one communicator of this process.
 int num_workers(const Run &run) {
     using enum fem_reference::SolverChoice;
@@ -162,22 +107,18 @@ int num_workers(const Run &run) {
     });
     if (support::mpi_num_ranks() > 1 || run.options.model_options.fem_solver == iterative || is_large)
         return 1;
-    return run.options.jobs.value_or(support::workers_that_fit(bytes_per_worker(run)));
+    // What is solved together on the refined mesh of a liver takes 124 kB for each tetrahedron, measured; no other
+    // model takes as much.
+    constexpr double bytes_per_tetrahedron = 140e3;
+    std::size_t most = 1; // of the largest body
+    for (const auto &problem : run.problems)
+        most = std::max(most, problem.body->mesh.tetrahedra.size());
+    return run.options.jobs.value_or(support::workers_that_fit(bytes_per_tetrahedron * static_cast<double>(most)));
 }
 
-/// A line of a worker: the stage that the time of its item goes to from here on, and the step that it begins, if any.
-/// At the end of the item there is no stage, and the text says why its case has failed, if it has.
-struct Line {
-    std::string stage, text{};
-
-    static Line from(const std::string &line) {
-        const auto end = line.find('\n');
-        return {line.substr(0, end), line.substr(end + 1)};
-    }
-    std::string whole() const { return stage + "\n" + text; }
-};
-
-/// Does items of the plan, in the main process or in a copy of it.
+/// Does items of the plan, in the main process or in a copy of it. It sends texts of two lines: the stage that the time
+/// of the item goes to from here on, and the step that it begins, if any. At the end of the item there is no stage, and
+/// the second line says why its case has failed, if it has.
 class Worker {
   public:
     Worker(const Run &run, const std::string &command_line, PreparedModels prepared)
@@ -200,7 +141,7 @@ class Worker {
                 } catch (const std::exception &) {
                     continue; // a solver's fault, or a full disk
                 }
-        send(Line{"", failure}.whole());
+        send("\n" + failure);
     }
 
     /// The steps that work() reports.
@@ -235,18 +176,6 @@ class Worker {
         return part;
     }
 
-    /// The words for a step, a model at the first problems of some case groups.
-    std::string step_of(const core::Model &model, const std::vector<core::Problem> &firsts) const {
-        std::string where;
-        for (const auto &problem : firsts)
-            if (where = run_.solutions.where(model, problem); where.empty())
-                break;
-        const auto num_others = firsts.size() - 1;
-        return fmt::format("{}{} / {}{}", name_of(firsts.front()),
-                           num_others > 0 ? fmt::format(" and {} other{}", num_others, num_others > 1 ? "s" : "") : "",
-                           model.name, where.empty() ? "" : ", " + where);
-    }
-
     /// Solves the first problem of each case group, as many together as the model can.
     void solve(const std::vector<Case> &cases, const std::vector<CaseGroup> &case_groups, const core::Model &model,
                const support::SendMessage &send) {
@@ -256,7 +185,15 @@ class Worker {
             std::vector<core::Problem> firsts;
             for (const auto &case_group : some)
                 firsts.push_back(cases[case_group.front()].problem);
-            send(Line{model.name, step_of(model, firsts)}.whole());
+            std::string where;
+            for (const auto &problem : firsts)
+                if (where = run_.solutions.where(model, problem); where.empty())
+                    break;
+            const auto num_others = firsts.size() - 1;
+            const auto others =
+                num_others > 0 ? fmt::format(" and {} other{}", num_others, num_others > 1 ? "s" : "") : "";
+            send(fmt::format("{}\n{}{} / {}{}", model.name, name_of(firsts.front()), others, model.name,
+                             where.empty() ? "" : ", " + where));
             auto solutions = prepared_.solve(model, firsts);
             for (std::size_t g = 0; g < some.size(); ++g) {
                 solutions[g].solver += ", the solution of " + firsts[g].load_case.name;
@@ -268,15 +205,15 @@ class Worker {
 
     /// @return why there is no result; empty if it is written
     std::string evaluate_case(const core::Problem &problem, const support::SendMessage &send) {
-        send(Line{other_work}.whole());
+        send(std::string(other_work) + "\n");
         const auto solve = [&](const core::Model &model, const core::Problem &to_solve) {
             if (!solves_first_ || run_.solutions.where(model, to_solve).empty())
-                send(Line{model.name, fmt::format("{} / {}", name_of(to_solve), model.name)}.whole());
+                send(fmt::format("{}\n{} / {}", model.name, name_of(to_solve), model.name));
             return prepared_.solve(model, to_solve);
         };
         try {
             const auto result = evaluate(problem, run_.models, solve, results::current_provenance(command_line_));
-            send(Line{other_work}.whole());
+            send(std::string(other_work) + "\n");
             write(result);
             run_.solutions.forget(run_.models, problem);
         } catch (const support::InputError &error) {
@@ -306,16 +243,6 @@ class Worker {
     int at_group_ = -1; ///< of the item before
 };
 
-/// A step for each model in each case that has a result already.
-std::vector<std::string> kept_steps(const std::vector<Case> &cases, const std::vector<core::Model> &models) {
-    std::vector<std::string> steps;
-    for (const auto &one : cases)
-        for (const auto &model : models)
-            if (one.is_kept && model.takes_part_in(one.problem))
-                steps.push_back(fmt::format("{} / {}, kept", name_of(one.problem), model.name));
-    return steps;
-}
-
 /// @param where  the last step that the lost process told of
 /// @param how    as of run_in_process_pool()
 std::string sentence_on_lost(const std::string &where, const std::string &how) {
@@ -335,25 +262,67 @@ struct Progress {
     std::string last_step{};
 };
 
-/// The part of the MPI ranks that neither compare nor write. Faults here are faults on rank 0 as well, which says so.
-void help_first_rank(const Run &task, const std::string &command_line) {
-    const auto provenance = results::current_provenance(command_line);
-    const auto run = with_cache(task, provenance);
-    PreparedModels prepared(run.solutions);
-    std::map<std::size_t, std::vector<std::string>> failures; // rank 0 has the same
-    const auto cases = load_cases_of(run, prepared, failures);
-    const auto solve = [&](const core::Model &model, const core::Problem &problem) {
-        return prepared.solve(model, problem);
+} // namespace
+
+std::vector<CaseGroup> case_groups_of(std::span<const core::Problem> problems) {
+    std::vector<CaseGroup> all;
+    for (std::size_t p = 0; p < problems.size(); ++p) {
+        const auto same = std::ranges::find_if(all, [&](const CaseGroup &case_group) {
+            const auto &first = problems[case_group.front()];
+            return first.body == problems[p].body && core::are_statically_equal(first.load_case, problems[p].load_case);
+        });
+        if (same != all.end())
+            same->push_back(p);
+        else
+            all.push_back({p});
+    }
+    const auto first_alike = [&](std::size_t case_group) {
+        const auto &problem = problems[all[case_group].front()];
+        return std::ranges::find_if(all, [&](const CaseGroup &candidate) {
+            const auto &other = problems[candidate.front()];
+            return other.body == problem.body && core::constrain_the_same(other.load_case, problem.load_case);
+        });
     };
-    for (const auto &item : plan_of(cases, run.models))
-        try {
-            evaluate(cases[item.first_problem()].problem, run.models, solve, provenance);
-        } catch (const std::exception &) {
-            continue; // what fails here fails on rank 0 as well
-        }
+    std::vector<std::size_t> order(all.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::stable_sort(order, {}, first_alike);
+    std::ranges::stable_sort(order, std::ranges::greater(), [&](std::size_t case_group) {
+        return problems[all[case_group].front()].body->mesh.tetrahedra.size();
+    });
+    std::vector<CaseGroup> ordered;
+    for (const auto case_group : order)
+        ordered.push_back(all[case_group]);
+    return ordered;
 }
 
-} // namespace
+std::vector<core::Problem> most_shared(std::span<const core::Problem> problems) {
+    struct Candidate {
+        const core::Problem *problem;
+        std::ptrdiff_t num_sharing; ///< problems that constrain as much or more
+    };
+    std::vector<Candidate> best; // of each body
+    for (const auto &problem : problems) {
+        const auto is_of_body = [&](const auto &other) { return other.body == problem.body; };
+        const auto constrains_as_much = [&](const auto &other) {
+            return is_of_body(other) && core::constrains_all_of(other.load_case, problem.load_case);
+        };
+        const bool gains = std::ranges::any_of(problems, [&](const auto &other) {
+            return constrains_as_much(other) && !core::constrain_the_same(other.load_case, problem.load_case);
+        });
+        if (!gains)
+            continue;
+        const Candidate candidate{&problem, std::ranges::count_if(problems, constrains_as_much)};
+        const auto known = std::ranges::find_if(best, [&](const auto &other) { return is_of_body(*other.problem); });
+        if (known == best.end())
+            best.push_back(candidate);
+        else if (candidate.num_sharing > known->num_sharing)
+            *known = candidate;
+    }
+    std::vector<core::Problem> shared;
+    for (const auto &candidate : best)
+        shared.push_back(*candidate.problem);
+    return shared;
+}
 
 std::vector<WorkItem> plan_work(std::span<const core::Problem> problems, std::span<const core::Model> models,
                                 const std::function<bool(std::size_t)> &is_wanted) {
@@ -366,8 +335,19 @@ std::vector<WorkItem> plan_work(std::span<const core::Problem> problems, std::sp
         } else {
             others.push_back(m);
         }
+    std::vector<WorkItem> items;
+    const auto next_group = [&] { return items.empty() ? 0 : items.back().group + 1; };
+    // As many case groups at once as models take less time for together: the same ones whatever of them is left to do.
+    const auto add_solves = [&](const std::vector<std::size_t> &solving, std::span<const CaseGroup> case_groups,
+                                std::size_t most_at_once) {
+        const int group = next_group();
+        for (std::size_t first = 0; first < case_groups.size(); first += most_at_once) {
+            const auto some = case_groups.subspan(first, std::min(most_at_once, case_groups.size() - first));
+            if (auto wanted = wanted_of(some, is_wanted); !wanted.empty())
+                items.push_back({solving, std::move(wanted), group});
+        }
+    };
     auto left = case_groups_of(problems);
-    Plan plan;
     while (!left.empty()) {
         const auto body = problems[left.front().front()].body;
         const auto end_of_body = std::stable_partition(left.begin(), left.end(), [&](const CaseGroup &case_group) {
@@ -376,35 +356,62 @@ std::vector<WorkItem> plan_work(std::span<const core::Problem> problems, std::sp
         const std::vector same_body(left.begin(), end_of_body);
         left.erase(left.begin(), end_of_body);
         if (!together.empty())
-            plan.add_solves(together, same_body, most_together, is_wanted);
+            add_solves(together, same_body, most_together);
         for (const auto model : others)
-            plan.add_solves({model}, same_body, 1, is_wanted);
-        plan.add_evaluations(wanted_of(same_body, is_wanted));
+            add_solves({model}, same_body, 1);
+        const int group = next_group(), num_solves = static_cast<int>(items.size());
+        for (const auto &case_group : wanted_of(same_body, is_wanted))
+            for (const auto problem : case_group) {
+                auto &evaluation = items.emplace_back(WorkItem{{}, {{problem}}, group}); // waits for what solves it
+                for (int item = 0; item < num_solves; ++item)
+                    if (!items[item].is_evaluation() && std::ranges::any_of(items[item].case_groups, [&](auto &solved) {
+                            return std::ranges::count(solved, problem) > 0;
+                        }))
+                        evaluation.waits_for.push_back(item);
+            }
     }
-    return std::move(plan.items);
+    return items;
 }
 
 RunOutcome run_cases(const Run &task, const std::string &command_line, const ProgressReport &report) {
     RunOutcome outcome;
-    if (support::mpi_rank() != 0) {
-        help_first_rank(task, command_line);
-        return outcome;
-    }
-    const auto files = files_to_write(task);
+    const bool is_first_rank = support::mpi_rank() == 0;
+    const auto files = is_first_rank ? files_to_write(task) : std::vector<OutputFile>();
     outcome.spent.begin(other_work);
     const auto provenance = results::current_provenance(command_line);
     const auto run = with_cache(task, provenance);
-    PreparedModels prepared(run.solutions, most_shared(run.problems));
+    PreparedModels prepared(run.solutions, is_first_rank ? most_shared(run.problems) : std::vector<core::Problem>());
     std::map<std::size_t, std::vector<std::string>> failures; // by the number of the problem
     auto cases = load_cases_of(run, prepared, failures);
     if (run.options.resume)
         for (auto &one : cases)
             one.is_kept = results::resumable_result(run.result_file(one.problem), one.problem, provenance).has_value();
-    const auto items = plan_of(cases, run.models);
+    std::vector<core::Problem> problems;
+    for (const auto &one : cases)
+        problems.push_back(one.problem);
+    // Several MPI ranks solve each case together, so that no model solves before.
+    const auto items = plan_work(problems, support::mpi_num_ranks() == 1 ? run.models : std::span<const core::Model>(),
+                                 [&](std::size_t number) { return !cases[number].is_kept; });
+    if (!is_first_rank) {
+        const auto solve = [&](const core::Model &model, const core::Problem &problem) {
+            return prepared.solve(model, problem);
+        };
+        for (const auto &item : items)
+            try {
+                evaluate(cases[item.first_problem()].problem, run.models, solve, provenance);
+            } catch (const std::exception &) {
+                continue; // what fails here fails on rank 0 as well, which says so
+            }
+        return outcome;
+    }
     Worker worker(run, command_line, std::move(prepared));
     outcome.spent.stop();
 
-    const auto kept = kept_steps(cases, run.models);
+    std::vector<std::string> kept; // a step for each model in each case that has a result already
+    for (const auto &one : cases)
+        for (const auto &model : run.models)
+            if (one.is_kept && model.takes_part_in(one.problem))
+                kept.push_back(fmt::format("{} / {}, kept", name_of(one.problem), model.name));
     auto num_steps = static_cast<int>(kept.size());
     std::vector<int> groups;
     std::vector<std::vector<int>> waits_for;
@@ -421,15 +428,16 @@ RunOutcome run_cases(const Run &task, const std::string &command_line, const Pro
         [&](int item, const support::SendMessage &send) { worker.work(cases, items[item], send); },
         [&](int item, const std::string &text) {
             auto &[spent, last_step] = progress[item];
-            const auto line = Line::from(text);
-            if (line.stage.empty()) {
+            const auto end_of_stage = text.find('\n');
+            const auto stage = text.substr(0, end_of_stage), step = text.substr(end_of_stage + 1);
+            if (stage.empty()) {
                 spent.stop();
-                cases[items[item].first_problem()].failure += line.text;
+                cases[items[item].first_problem()].failure += step;
                 return;
             }
-            spent.begin(line.stage);
-            if (!line.text.empty())
-                steps.next(last_step = line.text);
+            spent.begin(stage);
+            if (!step.empty())
+                steps.next(last_step = step);
         },
         waits_for,
         [&](int item, const std::string &how) {

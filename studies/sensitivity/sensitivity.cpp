@@ -20,9 +20,7 @@
 #include "results/quantile.hpp"
 #include "results/records/result.hpp"
 #include "studies/models/model_table.hpp"
-#include "studies/run/problems.hpp"
 #include "studies/run/run.hpp"
-#include "studies/run/solutions.hpp"
 #include "studies/study.hpp"
 
 namespace livermark::studies {

@@ -1,5 +1,5 @@
 #include "meshes/generators/box_generator.hpp"
-#include "studies/exchange/formats/outside_solution.hpp"
+#include "studies/exchange/formats/export_format.hpp"
 #include "tests/fuzz/fuzz_target.hpp"
 
 void livermark::fuzz::read(Input input) {

@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/rayleigh_damping.hpp"
+#include "core/relaxation.hpp"
 #include "core/support/input_error.hpp"
-#include "core/tool/needle/needle_line.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"

@@ -9,12 +9,11 @@
 
 #include "core/error_norms.hpp"
 #include "core/mesh/refinement.hpp"
-#include "core/observed_error.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "studies/models/model_table.hpp"
-#include "studies/run/solutions.hpp"
+#include "studies/run/run.hpp"
 
 namespace livermark {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "app/cli/commands.hpp"
 #include "app/cli/image_bodies.hpp"
-#include "app/cli/printing.hpp"
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "results/records/arena.hpp"

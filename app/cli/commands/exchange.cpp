@@ -6,7 +6,6 @@
 
 #include "app/cli/commands.hpp"
 #include "app/cli/image_bodies.hpp"
-#include "app/cli/printing.hpp"
 #include "core/support/files.hpp"
 #include "results/records/arena.hpp"
 #include "studies/arena/arena.hpp"

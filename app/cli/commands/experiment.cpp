@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "app/cli/commands.hpp"
-#include "app/cli/printing.hpp"
 #include "core/support/files.hpp"
 #include "core/support/processes/child_process.hpp"
 #include "load_cases/experiments/experiment.hpp"

@@ -5,7 +5,6 @@
 
 #include "app/cli/commands.hpp"
 #include "app/cli/image_bodies.hpp"
-#include "app/cli/printing.hpp"
 #include "core/support/files.hpp"
 #include "core/units.hpp"
 #include "msm/dynamics/time_step.hpp"

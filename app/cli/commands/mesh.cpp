@@ -8,7 +8,6 @@
 
 #include "app/cli/commands.hpp"
 #include "app/cli/image_bodies.hpp"
-#include "app/cli/printing.hpp"
 #include "core/mesh/plausible_liver.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/files.hpp"
@@ -22,8 +21,8 @@
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "studies/advise/advise.hpp"
-#include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/study.hpp"
 

@@ -11,53 +11,24 @@
 
 #include "app/cli/commands.hpp"
 #include "app/cli/image_bodies.hpp"
-#include "app/cli/printing.hpp"
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/processes/mpi_session.hpp"
 #include "results/tables/table_layout.hpp"
 #include "results/tables/tool_cells.hpp"
 #include "studies/models/model_table.hpp"
-#include "studies/run/problems.hpp"
 #include "studies/run/run.hpp"
-#include "studies/run/solutions.hpp"
 #include "studies/study.hpp"
 
 namespace livermark::cli {
 
 namespace {
 
-bool all_is_well(const results::Result &result) {
-    const auto regime = result.problem.load_case.regime;
-    return std::ranges::all_of(result.models, [=](const results::ModelResult &model) {
-        return model.solution.status == core::SolutionStatus::ok || studies::may_fail(model.name, regime);
-    });
-}
-
 /// Form in which the end of a run is printed.
 struct Printing {
     bool tables = false; ///< all of them
     bool markdown = false;
 };
-
-void print_done(const std::vector<results::Result> &done, const std::vector<double> &amplitudes, Printing printing) {
-    print_tables(done, printing.tables ? TableKind::all : TableKind::brief, printing.markdown);
-    if (!amplitudes.empty()) {
-        const auto layout = studies::nonlinearity_by_amplitude(done, amplitudes);
-        fmt::print("\nDistance of the models from their own linearised solution, at multiples of the load:\n\n{}",
-                   table_text(layout, printing.markdown));
-    }
-}
-
-/// Prints which load cases do not fit which body, and why; nothing where all fit.
-void print_left_out(const std::vector<studies::LeftOut> &left_out, bool markdown) {
-    if (left_out.empty())
-        return;
-    results::Layout layout{{{"left out on"}, {"load case"}, {"because"}}, {}};
-    for (const auto &group : studies::grouped(left_out))
-        layout.rows.push_back({group.body, group.load_case, group.reason});
-    fmt::print("\n{}", table_text(layout, markdown));
-}
 
 int run(const studies::RunOptions &options, Printing printing, const std::string &command_line) {
     studies::TimeSpent spent;
@@ -72,10 +43,18 @@ int run(const studies::RunOptions &options, Printing printing, const std::string
     const auto outcome = studies::run_cases(prepared, command_line, print_progress());
     const auto &done = outcome.done;
     spent.add(outcome.spent);
-    if (!done.empty())
-        print_done(done, options.amplitudes, printing);
+    if (!done.empty()) {
+        print_tables(done, printing.tables ? TableKind::all : TableKind::brief, printing.markdown);
+        if (!options.amplitudes.empty())
+            fmt::print("\nDistance of the models from their own linearised solution, at multiples of the load:\n\n{}",
+                       table_text(studies::nonlinearity_by_amplitude(done, options.amplitudes), printing.markdown));
+    }
     if (printing.tables) {
-        print_left_out(prepared.left_out, printing.markdown);
+        results::Layout left_out{{{"left out on"}, {"load case"}, {"because"}}, {}};
+        for (const auto &group : studies::grouped(prepared.left_out))
+            left_out.rows.push_back({group.body, group.load_case, group.reason});
+        if (!left_out.rows.empty())
+            fmt::print("\n{}", table_text(left_out, printing.markdown));
         fmt::print(stderr, "\n{}\n", spent.text());
     }
     for (const auto &failure : outcome.failures)
@@ -87,12 +66,13 @@ int run(const studies::RunOptions &options, Printing printing, const std::string
         if (note)
             print_notes({*note});
     fmt::print(stderr, "Result files are in {0}; livermark table {0} prints every load case\n", options.output);
-    return outcome.failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
-}
-
-/// Command in the result files: numbers depend neither on how many workers there are nor on whether a run was resumed.
-std::string without_jobs_and_resume(const std::string &command_line) {
-    return std::regex_replace(command_line, std::regex(" (--resume|--jobs[ =][0-9]+)(?= |$)"), "");
+    const bool all_is_well = std::ranges::all_of(done, [](const results::Result &result) {
+        const auto regime = result.problem.load_case.regime;
+        return std::ranges::all_of(result.models, [=](const results::ModelResult &model) {
+            return model.solution.status == core::SolutionStatus::ok || studies::may_fail(model.name, regime);
+        });
+    });
+    return outcome.failures.empty() && all_is_well ? 0 : 1;
 }
 
 struct ReferenceOptions {
@@ -246,7 +226,9 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     return [options, printing, force, command_line] {
         options->amplitudes = sorted_once(std::move(options->amplitudes));
         options->poisson_ratios = sorted_once(std::move(options->poisson_ratios));
-        const auto kept_command_line = without_jobs_and_resume(command_line);
+        // Numbers depend neither on how many workers there are nor on whether a run was resumed.
+        const auto kept_command_line =
+            std::regex_replace(command_line, std::regex(" (--resume|--jobs[ =][0-9]+)(?= |$)"), "");
         options->bodies = with_images_meshed(options->bodies, options->output, kept_command_line, *force);
         return run(*options, *printing, kept_command_line);
     };

@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "app/cli/commands.hpp"
-#include "app/cli/printing.hpp"
 #include "app/server/sessions/live_fem.hpp"
 #include "app/server/sessions/live_springs.hpp"
 #include "app/server/site.hpp"

@@ -22,7 +22,7 @@
 #include "app/live/parameters.hpp"
 #include "app/server/sessions/live_body.hpp"
 #include "core/support/input_error.hpp"
-#include "core/tool/needle/needle_line.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/pushed_model.hpp"
 

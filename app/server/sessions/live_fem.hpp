@@ -67,7 +67,7 @@ class SharedFem {
 ///                                             are gone
 ///
 ///     binary float64, little-endian (1+L,4)   middle x y z of a round load and its radius [m]
-///     (core/tool/round_load.hpp),
+///     (core/load_case.hpp),
 ///                                             then facet, and the mean traction on it x y z [Pa], which is spread as
 ///                                             that load, or evenly where its radius is 0; each facet once at most
 ///     binary, little-endian: float64          sum of f_i . u_i over the nodes of the elements, f being their forces

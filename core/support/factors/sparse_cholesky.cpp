@@ -13,7 +13,7 @@
 #include <string>
 #include <sys/mman.h>
 
-#include "core/support/factors/blas_memory.hpp"
+#include "core/support/processes/own_process.hpp"
 
 namespace livermark::support {
 

@@ -9,11 +9,14 @@
 #include <memory>
 #include <mutex>
 #include <pthread.h>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
 #include <vector>
+
+extern "C" void omp_set_max_active_levels(int levels); // the OpenMP runtime comes with CHOLMOD
 
 /// Rules of fork(): the new process has the memory of the old one, but only the thread that
 /// called. Threads that others wait for are not there, and a mutex that another thread held stays locked.
@@ -140,5 +143,57 @@ ReaderLimits limits_for(const std::filesystem::path &file, double bytes_per_byte
 /// @throws InputError of the work, or one that says how the process ended
 std::string in_own_process(const std::filesystem::path &file, const ReaderLimits &limits,
                            const std::function<std::string()> &work);
+
+/// Sends a text home from where an item is done.
+using SendMessage = std::function<void(const std::string &text)>;
+
+/// Does every item of some work once, by several workers, each a process of its own: BLAS, CHOLMOD and HDF5 as they are
+/// packaged let one thread of a process in at a time. One worker does all in this process. Others may not be made by
+/// a process that has several threads or MPI.
+///
+/// Items of one group share what a worker keeps for them, say the factors of a body. So a worker stays with its group
+/// as long as that has items left that need not wait, then begins the first group that nobody has begun, and at last
+/// helps with the one that has most left. Which worker does an item is up to chance: no result may depend on it.
+/// @param group        shape (I) the group of each item, >= 0
+/// @param waits_for    of each item the items before it that have to be done before it begins; may be shorter
+/// @param num_workers  >= 1
+/// @param work         called for an item; what it changes in memory may stay in the worker, what it sends comes home
+/// @param receive      called in this process with an item and each text, in the order of sending
+/// @param lost  called with an item whose worker has died or ran out of memory, and how: "Killed" as signals are named,
+///   "ended by itself" or "out of memory". The item counts as done then, and another worker takes the place. Without it
+///   that is a fault of the work
+/// @throws InputError or std::runtime_error as the work threw first; std::runtime_error if a worker is lost and nobody
+///   is told, or if no worker can be started; the other workers are then stopped
+void run_in_process_pool(std::span<const int> group, int num_workers,
+                         const std::function<void(int item, const SendMessage &)> &work,
+                         const std::function<void(int item, const std::string &text)> &receive,
+                         std::span<const std::vector<int>> waits_for = {},
+                         const std::function<void(int item, const std::string &how)> &lost = {});
+
+/// Number of workers that cores and memory allow.
+/// @param bytes_per_worker  that each of them needs
+/// @return >= 1
+int workers_that_fit(double bytes_per_worker, const MachineShare &share = share_of_machine());
+
+/// Keeps what CHOLMOD would spread over OpenMP threads in the thread that calls this, and then CHOLMOD. Sums do not
+/// depend on the machine then, nothing waits in a loop on a core that another process needs, and the process may fork.
+inline void keep_openmp_in_this_thread() {
+    omp_set_max_active_levels(0);
+}
+
+/// Holds every other ordering of a sparse matrix back while it lives. METIS, which CHOLMOD orders with, seeds the
+/// random numbers of the C library and draws from them: two orderings at a time draw from one sequence, and find others
+/// than each alone. All numbers behind such a factor differ in their last digits then.
+inline std::unique_lock<std::mutex> only_ordering() {
+    struct Orderings;
+    return std::unique_lock(mutex_of_process<Orderings>());
+}
+
+/// Holds every other thread that calls BLAS back while it lives. The OpenBLAS for programs of one thread, which CHOLMOD
+/// runs on, gives two threads the same buffer, and both find numbers that belong to neither.
+inline std::unique_lock<std::mutex> only_in_blas() {
+    struct Blas;
+    return std::unique_lock(mutex_of_process<Blas>());
+}
 
 } // namespace livermark::support

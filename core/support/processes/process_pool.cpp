@@ -1,4 +1,4 @@
-#include "core/support/processes/process_pool.hpp"
+#include "core/support/processes/own_process.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -27,17 +27,48 @@
 
 namespace livermark::support {
 
+namespace {
+
 /// Queue of the work for the workers of run_in_process_pool(), which says who does what.
 class WorkQueue {
   public:
     /// @param group      shape (I) the group of each item, >= 0
     /// @param waits_for  of each item the items that have to be done before it begins; may be shorter, and has to live
     ///   as long as this
-    WorkQueue(std::span<const int> group, std::span<const std::vector<int>> waits_for);
+    WorkQueue(std::span<const int> group, std::span<const std::vector<int>> waits_for)
+        : waits_for_(waits_for), is_done_(group.size(), 0) {
+        for (std::size_t item = 0; item < group.size(); ++item) {
+            if (static_cast<std::size_t>(group[item]) >= groups_.size())
+                groups_.resize(group[item] + 1);
+            groups_[group[item]].items.push_back(static_cast<int>(item));
+        }
+    }
 
     /// @param at  the group that the worker is at, or -1; where it goes on
     /// @return nothing if all is begun, or has to wait
-    std::optional<int> next(int &at);
+    std::optional<int> next(int &at) {
+        if (at < 0 || !has_something(groups_[at])) {
+            at = -1;
+            for (int g = 0; g < static_cast<int>(groups_.size()); ++g) {
+                if (!has_something(groups_[g]))
+                    continue;
+                if (!groups_[g].is_begun) {
+                    at = g;
+                    break;
+                }
+                if (at < 0 || groups_[g].items.size() > groups_[at].items.size())
+                    at = g;
+            }
+        }
+        if (at < 0)
+            return std::nullopt;
+        auto &group = groups_[at];
+        group.is_begun = true;
+        const auto place = first_to_begin(group);
+        const int item = *place;
+        group.items.erase(place);
+        return item;
+    }
 
     void done(int item) { is_done_[item] = 1; }
 
@@ -47,58 +78,18 @@ class WorkQueue {
         bool is_begun = false;
     };
 
-    std::deque<int>::const_iterator first_to_begin(const Group &group) const;
+    std::deque<int>::const_iterator first_to_begin(const Group &group) const {
+        return std::ranges::find_if(group.items, [&](int item) {
+            return static_cast<std::size_t>(item) >= waits_for_.size() ||
+                   std::ranges::all_of(waits_for_[item], [&](int other) { return is_done_[other] != 0; });
+        });
+    }
     bool has_something(const Group &group) const { return first_to_begin(group) != group.items.end(); }
-    int other_group() const;
 
     std::span<const std::vector<int>> waits_for_;
     std::vector<char> is_done_;
     std::vector<Group> groups_;
 };
-
-WorkQueue::WorkQueue(std::span<const int> group, std::span<const std::vector<int>> waits_for)
-    : waits_for_(waits_for), is_done_(group.size(), 0) {
-    for (std::size_t item = 0; item < group.size(); ++item) {
-        if (static_cast<std::size_t>(group[item]) >= groups_.size())
-            groups_.resize(group[item] + 1);
-        groups_[group[item]].items.push_back(static_cast<int>(item));
-    }
-}
-
-std::optional<int> WorkQueue::next(int &at) {
-    if (at < 0 || !has_something(groups_[at]))
-        at = other_group();
-    if (at < 0)
-        return std::nullopt;
-    auto &group = groups_[at];
-    group.is_begun = true;
-    const auto place = first_to_begin(group);
-    const int item = *place;
-    group.items.erase(place);
-    return item;
-}
-
-std::deque<int>::const_iterator WorkQueue::first_to_begin(const Group &group) const {
-    return std::ranges::find_if(group.items, [&](int item) {
-        return static_cast<std::size_t>(item) >= waits_for_.size() ||
-               std::ranges::all_of(waits_for_[item], [&](int other) { return is_done_[other] != 0; });
-    });
-}
-
-int WorkQueue::other_group() const {
-    int best = -1;
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
-        if (!has_something(groups_[g]))
-            continue;
-        if (!groups_[g].is_begun)
-            return static_cast<int>(g);
-        if (best < 0 || groups_[g].items.size() > groups_[best].items.size())
-            best = static_cast<int>(g);
-    }
-    return best;
-}
-
-namespace {
 
 /// Result of a worker.
 enum class Kind : std::int32_t { text, done, input_error, other_error, out_of_memory, gone };
@@ -323,7 +314,13 @@ class Pool {
             throw std::runtime_error(text_);
         case Kind::out_of_memory:
         case Kind::gone:
-            lose(item, kind == Kind::out_of_memory ? "out of memory" : text_);
+            if (kind == Kind::out_of_memory)
+                text_ = "out of memory";
+            if (!lost_)
+                throw std::runtime_error(fmt::format("a worker ended before its work did ({}), on item {} of its work; "
+                                                     "start again with fewer at once, or without it",
+                                                     text_, item + 1));
+            lost_(item, text_);
             worker.start(); // what it had kept may be what filled the memory
             check_there_is_one();
             [[fallthrough]];
@@ -332,14 +329,6 @@ class Pool {
             worker.begin(queue_);
             begin_all();
         }
-    }
-
-    void lose(int item, const std::string &how) {
-        if (!lost_)
-            throw std::runtime_error(fmt::format("a worker ended before its work did ({}), on item {} of its work; "
-                                                 "start again with fewer at once, or without it",
-                                                 how, item + 1));
-        lost_(item, how);
     }
 
     WorkQueue &queue_;

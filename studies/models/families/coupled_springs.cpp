@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "studies/models/mass_spring_model.hpp"
+#include "msm/springs/spring_network.hpp"
+#include "studies/models/model_table.hpp"
 
 namespace livermark::models::families {
 

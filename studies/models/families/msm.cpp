@@ -5,7 +5,7 @@
 
 #include "core/support/input_error.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "studies/models/mass_spring_model.hpp"
+#include "studies/models/model_table.hpp"
 
 namespace livermark::models::families {
 

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/error_norms.hpp"
 #include "core/mesh/refinement.hpp"
-#include "core/observed_error.hpp"
 #include "core/support/processes/mpi_session.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"

@@ -5,14 +5,24 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "core/problem.hpp"
+#include "core/solution.hpp"
+#include "core/tool/tool_motion.hpp"
 #include "msm/cutting/cut_parts.hpp"
 #include "msm/elastic_body.hpp"
 #include "studies/models/motion/frame_body.hpp"
 
 namespace livermark::interactive {
 struct Method;
+struct Scene;
+class Simulation;
+class StepCorrection;
+} // namespace livermark::interactive
+namespace livermark::msm {
+struct MassScaling;
 }
 
 /// Methods that move a body in real time: springs on the fastest kernels, and interactive methods.
@@ -86,5 +96,46 @@ std::span<const MovingSpringModel> moving_spring_models();
 /// Steps of an interactive method; parameters as of MovingMethod::prepare.
 std::unique_ptr<Stepper> method_stepper(const interactive::Method &method, const NodalProblem &problem,
                                         const core::NodalConditions &once_released, const StepperOptions &options);
+
+/// Scales the stiff parts of a body so that they bear the steps of the rest: selective mass scaling of explicit
+/// methods, by the same rules as of springs (msm/dynamics/mass_scaling.hpp).
+/// @param at_rest  whose constrained nodes belong to no part; nodes of the method's own belong to a part where the
+///   edges are that they are on
+msm::MassScaling scale_masses(const interactive::Simulation &at_rest);
+
+/// The same where more nodes are constrained: those of a scene.
+msm::MassScaling constrained(const msm::MassScaling &scaling, const interactive::Scene &scene);
+
+/// The longest stable step with these masses.
+/// @param scaling  with no part that has a constrained node
+/// @return [s]; infinity if nothing can move
+double critical_time_step(const interactive::Simulation &at_rest, const msm::MassScaling &scaling);
+
+/// Correction that makes explicit steps those of the scaled masses. Damping by mass is in proportion to these.
+/// @return null where no part is scaled
+std::shared_ptr<interactive::StepCorrection> correction_of(msm::MassScaling scaling);
+
+/// Whether a name is that of an interactive method that free_motion() takes: one without nodes of its own.
+bool has_free_motion(std::string_view name);
+
+/// The motion of an interactive method after all tractions of a load case are let go at t = 0: in steps of an output
+/// interval with as many iterations as its users usually take, or, of a method with a longest stable step, as many as
+/// that asks for.
+/// @param name          has_free_motion()
+/// @param problem       with a release, of which methods know the damping of the mass alone; whole nodes are
+///                      constrained
+/// @param displacement  where it starts, at rest; shape (N) [m]
+/// @return without frames and energies; if the motion leaves all bounds, diverged_at says when, and the records from
+///   then on are NaN
+core::History free_motion(std::string_view name, const core::Problem &problem,
+                          const std::vector<core::Vector3> &displacement);
+
+/// The motion that those of methods are compared with: neo-Hookean quadratic tetrahedra on the mesh refined at the rims
+/// of places, by the energy-momentum method. Records of the nodes of the mesh.
+/// @param problem          of a load case with a tool
+/// @param level            how often the mesh is refined
+/// @param steps_per_frame  >= 1
+/// @return fewer records than all where it finds no next step
+core::ToolHistory reference_motion(const core::Problem &problem, int level, int steps_per_frame);
 
 } // namespace livermark::models

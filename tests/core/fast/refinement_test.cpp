@@ -10,8 +10,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/error_norms.hpp"
 #include "core/mesh/refinement.hpp"
-#include "core/observed_error.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/samples/test_meshes.hpp"
 

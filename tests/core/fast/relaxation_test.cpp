@@ -5,7 +5,7 @@
 #include "core/error_norms.hpp"
 #include "core/load_case.hpp"
 #include "core/relaxation.hpp"
-#include "core/tool/slow_response.hpp"
+#include "core/tool/tool_stiffness.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {

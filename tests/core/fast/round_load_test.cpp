@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/load_case.hpp"
 #include "core/mesh/refinement.hpp"
-#include "core/tool/round_load.hpp"
 #include "core/tool/tool_motion.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/samples/test_meshes.hpp"

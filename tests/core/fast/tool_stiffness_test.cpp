@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/error_norms.hpp"
-#include "core/observed_error.hpp"
 #include "core/tool/tool_stiffness.hpp"
 #include "tests/samples/test_meshes.hpp"
 

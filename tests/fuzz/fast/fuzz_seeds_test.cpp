@@ -6,7 +6,7 @@
 #include "core/support/toml_input.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/mesh_files.hpp"
-#include "studies/exchange/formats/outside_solution.hpp"
+#include "studies/exchange/formats/export_format.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {

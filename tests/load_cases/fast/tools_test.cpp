@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <string>
 
-#include "core/tool/needle/needle_line.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "core/tool/tool_stiffness.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/event_reader.hpp"

@@ -6,8 +6,9 @@
 #include "core/support/input_error.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "msm/dynamics/time_step.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "studies/advise/advise.hpp"
-#include "studies/models/mass_spring_model.hpp"
+#include "studies/models/model_table.hpp"
 #include "studies/study.hpp"
 #include "tests/bad_input.hpp"
 

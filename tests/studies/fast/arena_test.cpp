@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 #include <string>
 
-#include "core/processor_time.hpp"
+#include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
-#include "core/tool/needle/needle_line.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "studies/arena/arena.hpp"
 #include "studies/arena/arena_run.hpp"
 #include "studies/models/model_table.hpp"

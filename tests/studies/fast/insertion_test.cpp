@@ -6,7 +6,7 @@
 
 #include "core/support/input_error.hpp"
 #include "core/tool/least_within_limits.hpp"
-#include "core/tool/needle/pushed_body.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "results/records/needle.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/pushed_model.hpp"

@@ -15,7 +15,7 @@
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/problem_key.hpp"
-#include "studies/run/solutions.hpp"
+#include "studies/run/run.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {

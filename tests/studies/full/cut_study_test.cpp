@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "core/support/input_error.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "results/records/cut.hpp"
 #include "studies/advise/advise.hpp"
-#include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/small_bar.hpp"

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "core/support/input_error.hpp"
-#include "core/tool/needle/needle_line.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/coupled_springs.hpp"

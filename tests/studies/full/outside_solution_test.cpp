@@ -1,4 +1,4 @@
-#include "studies/exchange/formats/outside_solution.hpp"
+#include "studies/exchange/formats/export_format.hpp"
 
 #include <filesystem>
 #include <fmt/format.h>

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "studies/models/model_table.hpp"
-#include "studies/run/problems.hpp"
+#include "studies/run/run.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/small_bar.hpp"
 

@@ -47,7 +47,7 @@ export interface LiveFrame {
   tool: Vector; // centre of the probe, or of the patch that is pulled, or tip of the needle [m]
   force: Vector; // of the body on the tool [N]
   radius: number; // of a probe, or of what a pull holds [m]; 0 of others
-  /** Spread of a pull's tractions: a round load (core/tool/round_load.hpp) around a point of the surface at rest [m]; radius 0 where they are even on each facet. */
+  /** Spread of a pull's tractions: a round load (core/load_case.hpp) around a point of the surface at rest [m]; radius 0 where they are even on each facet. */
   disc: { middle: Vector; radius: number };
   /** How far the body gives way, in the mean weighted with what the tool exerts: sum of f_i . u_i / |sum of f_i| over nodal forces [m]; 0 untouched. */
   indentation: number;

@@ -9,7 +9,7 @@
 #include "app/live/scene.hpp"
 #include "app/live/springs.hpp"
 #include "core/support/input_error.hpp"
-#include "core/tool/needle/needle_line.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "tests/app/live/box_scene.hpp"
 
 namespace livermark::live {

@@ -19,7 +19,7 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/input_error.hpp"
-#include "core/tool/needle/needle_line.hpp"
+#include "core/tool/needle/needle.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "studies/models/model_table.hpp"

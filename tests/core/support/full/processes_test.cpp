@@ -18,7 +18,6 @@
 #include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
 #include "core/support/processes/own_process.hpp"
-#include "core/support/processes/process_pool.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 

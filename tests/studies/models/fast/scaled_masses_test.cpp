@@ -1,4 +1,4 @@
-#include "studies/models/motion/scaled_masses.hpp"
+#include "studies/models/motion/moving_method.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

@@ -14,7 +14,6 @@
 #include "msm/elastic_body.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/motion/moving_method.hpp"
-#include "studies/models/motion/whole_motion.hpp"
 #include "tests/samples/tool_block.hpp"
 #include "tests/samples/touched_block.hpp"
 

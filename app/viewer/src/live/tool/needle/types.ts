@@ -36,5 +36,5 @@ export interface NeedleFrame {
   targetMoved: Vector; // displacement of the target [m]
   work: { hand: number; friction: number; tearing: number }; // since it was taken [J]
   line: NeedleLine; // on which its forces act
-  forces: Float64Array; // (K,3) on the tissue, at the places of that line (core/tool/needle/needle_line.hpp) [N]
+  forces: Float64Array; // (K,3) on the tissue, at the places of that line (core/tool/needle/needle.hpp) [N]
 }

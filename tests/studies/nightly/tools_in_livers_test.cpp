@@ -11,11 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include "core/error_norms.hpp"
 #include "core/mesh/refinement.hpp"
-#include "core/observed_error.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "studies/models/model_table.hpp"
+#include "tests/samples/random_needles.hpp"
+#include "tests/studies/insertions.hpp"
 
 namespace livermark {
 namespace {
@@ -114,3 +116,21 @@ TEST(TouchedLiver, SpringsBearABallThatIsSmallBesideTheirEdges) {
 
 } // namespace
 } // namespace livermark
+
+namespace livermark::studies {
+namespace {
+
+/// A thousand needles in all.
+TEST(RandomNeedles, OfAThousandAllBalanceTheirWork) {
+    EXPECT_EQ(tests::drive_random_needles("beam", "x_min", 11, 334), std::vector<std::string>{});
+    EXPECT_EQ(tests::drive_random_needles("liver_healthy", "posterior", 12, 333), std::vector<std::string>{});
+    EXPECT_EQ(tests::drive_random_needles("liver_tumours", "posterior", 13, 333), std::vector<std::string>{});
+}
+
+TEST(RandomNeedles, InStepsInLiversBalanceTheirWork) {
+    EXPECT_EQ(tests::step_random_needles("liver_healthy", "posterior", 14, 40), std::vector<std::string>{});
+    EXPECT_EQ(tests::step_random_needles("liver_tumours", "posterior", 15, 40), std::vector<std::string>{});
+}
+
+} // namespace
+} // namespace livermark::studies
