@@ -152,7 +152,7 @@ class RepeatedLoads {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Discretisation and end of solve_distributed().
+/// Options of solve_distributed().
 struct DistributedOptions {
     int degree = 2;                                      ///< 1 or 2, of the displacement
     Formulation formulation = Formulation::displacement; ///< mixed for degree 2 only
