@@ -13,7 +13,7 @@
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
 #include "meshes/anatomy/liver_patches.hpp"
-#include "meshes/cutting/cut_reader.hpp"
+#include "meshes/cutting/cut.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
 
@@ -164,7 +164,8 @@ bool is_lps_by_header(const std::vector<std::string> &remarks) {
     });
 }
 
-/// Source of a body's patches and axes; finds the patches where that is asked for.
+/// Gives a body its patches and axes; finds the patches where that is asked for.
+/// @return remarks on both
 std::vector<std::string> orient(core::Body &body, bool has_to_find, const SaidAxes &said) {
     std::vector<std::string> remarks;
     const auto found = has_to_find ? find_anatomical_patches(body.mesh, said.from_lps) : std::nullopt;
