@@ -151,8 +151,8 @@ constexpr double pressed_part = 0.5;
 /// The same of springs whose energy keeps tetrahedra from turning inside out. Of 900 pokes and pulls on the healthy
 /// liver as many motions were lost as with 0.5, one; with 0.7 three in 300.
 constexpr double pressed_part_of_energies = 0.6;
-/// Into how many parts a step is divided at most. It also keeps the steps of a body of one material at 0.4 of the
-/// critical one, because what bulges does so before it is pressed: with 0.8 the healthy liver did not come to rest.
+/// Number of parts into which a step is divided at most. It also keeps the steps of a body of one material at 0.4 of
+/// the critical one, because what bulges does so before it is pressed: with 0.8 the healthy liver did not come to rest.
 constexpr int most_parts = 3;
 constexpr int most_parts_of_energies = 2;
 /// Part of the critical step at rest, where only the guard keeps tetrahedra from turning inside out: with 0.8 the liver

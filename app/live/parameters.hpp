@@ -141,7 +141,7 @@ struct Scene::Prepared {
     std::size_t num_cuts = 0; ///< that had been made by then
 };
 
-/// Into how many parts a step has to be divided so that none is longer.
+/// Number of parts into which a step has to be divided so that none is longer.
 int num_parts_of(double time_step, double longest);
 
 } // namespace livermark::live

@@ -42,9 +42,9 @@ struct Load {
     core::RoundLoad shape;
 };
 
-/// Between the target, which jumps as a hand and a mouse do, and the body there is a small mass on a damped spring
-/// (virtual coupling, Colgate, Stanley, Brown 1995, IROS): however rough the hand, what reaches the body is slow and
-/// not stronger than the limit.
+/// A small mass on a damped spring between the target, which jumps as a hand and a mouse do, and the body (virtual
+/// coupling, Colgate, Stanley, Brown 1995, IROS): however rough the hand, what reaches the body is slow and not
+/// stronger than the limit.
 struct Proxy {
     core::Vector3 position = core::Vector3::Zero(); ///< [m]
     core::Vector3 velocity = core::Vector3::Zero(); ///< [m/s]
