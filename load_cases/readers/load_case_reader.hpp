@@ -129,7 +129,7 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///
 /// What it exerts is the reaction "touch".
 ///
-/// A body may be cut at rest before the load case: [[cut]], see meshes/cutting/cut.hpp. The mesh here is that of
+/// A body may be cut at rest before the load case: [[cut]], see meshes/cutting/cut_reader.hpp. The mesh here is that of
 /// the cut body, with its patch "wound".
 ///
 /// Vectors of a load case that names a patch of the liver are those of the patient: x to the left, y posterior, z

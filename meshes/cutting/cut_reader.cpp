@@ -1,4 +1,4 @@
-#include "meshes/cutting/cut.hpp"
+#include "meshes/cutting/cut_reader.hpp"
 
 #include <algorithm>
 #include <cctype>

@@ -13,7 +13,7 @@
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
 #include "meshes/anatomy/liver_patches.hpp"
-#include "meshes/cutting/cut.hpp"
+#include "meshes/cutting/cut_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
 

@@ -27,7 +27,7 @@ struct MaterialOverride {
 /// Reads a body: its .toml, and the mesh that it names, relative to itself. It needs 'mesh', and of every region of
 /// that [regions.<name>] with density, young_modulus and poisson_ratio; what is missing is said at once. Or a mesh
 /// alone, whose unit is guessed from its size, whose regions are soft liver, and on which the patches of a liver are
-/// looked for: see Body::assumptions. A [[cut]] of the .toml (cutting/cut.hpp) cuts the mesh; materials and
+/// looked for: see Body::assumptions. A [[cut]] of the .toml (cutting/cut_reader.hpp) cuts the mesh; materials and
 /// patches of the .toml are those before. How the
 /// body lies is Body::axes: see body_axes().
 /// @throws support::InputError for a fault of either, a region without material or a material without region, a density

@@ -8,7 +8,7 @@
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/processes/own_process.hpp"
-#include "meshes/cutting/cut.hpp"
+#include "meshes/cutting/cut_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "python/bindings/arrays.hpp"
 #include "python/bindings/interpreter.hpp"

@@ -18,7 +18,7 @@
 #include "core/support/toml_input.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "meshes/cutting/cut.hpp"
+#include "meshes/cutting/cut_reader.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/run/run.hpp"
 #include "studies/run/solutions.hpp"

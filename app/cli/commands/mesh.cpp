@@ -15,7 +15,7 @@
 #include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
 #include "core/units.hpp"
-#include "meshes/cutting/cut.hpp"
+#include "meshes/cutting/cut_reader.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/generators/liver_generator.hpp"
 #include "meshes/generators/liver_shape.hpp"

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "meshes/cutting/cut_reader.hpp"
 #include "meshes/cutting/parting.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/io/mesh_checks.hpp"
