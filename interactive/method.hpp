@@ -150,8 +150,8 @@ class Simulation {
 
     virtual Cost cost(int iterations) const = 0;
 
-    /// In which its body is laid out: good for the same scene, and, as cut, for what a cut leaves of it. Those that
-    /// take long to find.
+    /// Orders in which its body is laid out: good for the same scene, and, as cut, for what a cut leaves of it. Those
+    /// that take long to find.
     virtual Orders orders() const;
 
     /// The longest stable step of one iteration at rest [s].

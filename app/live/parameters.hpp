@@ -58,7 +58,7 @@ void check_tool(const Tool &tool, const Surface &surface);
 /// Nodes of boundary triangles that are constrained, shape (N).
 std::vector<bool> constrained_nodes(const core::TetraMesh &mesh, const std::vector<bool> &is_constrained);
 
-/// No loads, and these nodes do not move.
+/// Conditions without loads, under which these nodes do not move.
 msm::NodalConditions constrained_conditions(const std::vector<bool> &is_constrained);
 
 /// The steps that a body takes, and with which masses.
@@ -114,7 +114,7 @@ struct FittedRest {
 FittedRest fit_rest(const core::Body &body, const std::vector<char> &is_gone, const msm::NodalConditions &conditions,
                     const Settings &settings);
 
-/// In numbers of the whole body.
+/// Scaling of its masses in numbers of the whole body.
 msm::MassScaling scaling_of_whole(const FittedRest &rest);
 
 /// watched_volumes() in numbers of the whole body of so many tetrahedra; none of what is gone.

@@ -180,11 +180,11 @@ class HeldNeedle {
   public:
     HeldNeedle(const core::Needle &needle, const core::TetraMesh &mesh, const core::Stepper &steps);
 
-    /// After a step that others have taken.
+    /// Acts on the tissue after a step that others have taken.
     /// @param depth  that the tool asks for [m]
     void act(core::Stepper &steps, double depth, double time_step);
 
-    /// Over the steps since the last reading.
+    /// Means over the steps since the last reading.
     NeedleReading reading(const core::Stepper &steps);
 
     double depth() const { return moving_.depth(); } ///< [m]

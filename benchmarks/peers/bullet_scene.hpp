@@ -145,7 +145,7 @@ struct BulletDeformable {
         }
     }
 
-    /// Before forces are asked for without a step.
+    /// Prepares forces that are asked for without a step.
     void prepare_forces() {
         for (int i = 0; i < body->m_nodes.size(); ++i)
             body->m_nodes[i].index = i;

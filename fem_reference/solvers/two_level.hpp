@@ -82,7 +82,7 @@ class BlockGaussSeidel {
     /// @param matrix  kept alive and unchanged by the caller
     explicit BlockGaussSeidel(const SymmetricBlocks<float> &matrix);
 
-    /// From now on sweeps are over the free unknowns of each column; the others are zero in whatever comes out.
+    /// Makes sweeps go over the free unknowns of each column; the others are zero in whatever comes out.
     void set_up(const FreeUnknowns &free);
 
     /// One sweep from the first node to the last, from zero.

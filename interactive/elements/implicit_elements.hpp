@@ -147,9 +147,9 @@ class Prefactored : public SimulationInRows {
     void prepare(double time_step) override;
     void step(double time_step, int iterations) override;
     bool touch(const std::shared_ptr<core::BallContact> &ball) override;
-    /// With the factor, once there is one.
+    /// Cost with the factor, once there is one.
     Cost cost(int iterations) const override { return cost_of(iterations, rows_.bytes()); }
-    /// With that of the factor, once there is one.
+    /// Orders with that of the factor, once there is one.
     Orders orders() const override;
     const Energy &energy() const override { return *energy_; }
 

@@ -92,7 +92,7 @@ class FanList {
 
     std::size_t size() const { return axis_.size(); }
     std::size_t num_tetrahedra() const { return tetrahedra_.size(); }
-    /// As those of Fan.
+    /// Members of a fan, as those of Fan.
     const std::array<int, 2> &axis(std::size_t fan) const { return axis_[fan]; }
     std::span<const int> rim(std::size_t fan) const {
         return std::span(rim_).subspan(start_[fan] + fan, start_[fan + 1] - start_[fan] + 1);

@@ -25,7 +25,7 @@ struct LiverFit {
 
     /// The rotation in the map, from LPS to the body's axes.
     Eigen::Matrix3d from_lps() const;
-    /// By how much the body is turned away from LPS [rad].
+    /// Angle by which the body is turned away from LPS [rad].
     double turn() const;
 
     /// Certainty of this orientation: 1 - distance / next_distance, from 0 to 1.

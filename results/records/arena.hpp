@@ -92,7 +92,8 @@ struct Arena {
     core::ToolErrors reference_errors;          ///< what the last refinement of the reference changed
     double reference_pressed_force = std::numeric_limits<double>::quiet_NaN(); ///< when the slide begins [N]
     std::vector<ArenaRun> runs;
-    /// With numbers of iterations or steps that were given, so that a method is seen to converge. They have no budget.
+    /// Runs with numbers of iterations or steps that were given, so that a method is seen to converge. They have no
+    /// budget.
     std::vector<ArenaRun> series;
     std::vector<ArenaMethod> methods; ///< of these runs, each once
 };

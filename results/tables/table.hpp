@@ -61,7 +61,7 @@ struct Standing {
     bool is_on_front;
     /// Error of the motion that it is compared with, relative L2; NaN where that is not known, and at rest.
     double uncertainty = std::numeric_limits<double>::quiet_NaN();
-    /// At rest the mean over the same load cases of the absolute value of stiffness_at_tool(); NaN where it is not
+    /// Mean at rest over the same load cases of the absolute value of stiffness_at_tool(); NaN where it is not
     /// known.
     double stiffness = std::numeric_limits<double>::quiet_NaN();
     /// At rest, over how many load cases of how many of the body the mean is; equal in motion. Who has not solved all
@@ -94,7 +94,7 @@ bool is_reference(const ModelResult &model, const Result &result);
 /// where there is none.
 double stiffness_at_tool(const ModelResult &model);
 
-/// With its sign, and a mark where fingers feel it [%]; "-" for NaN.
+/// Stiffness with its sign, and a mark where fingers feel it [%]; "-" for NaN.
 std::string stiffness_cell(double stiffness);
 
 /// The same of an absolute value.

@@ -27,7 +27,7 @@ std::size_t num_voxels(const ImageGrid &grid);
 
 double voxel_volume(const ImageGrid &grid); ///< [m^3]
 
-/// From a place in the image [m] to that place in the world [m].
+/// Place in the world [m] of a place in the image [m].
 core::Vector3 to_world(const ImageGrid &grid, const core::Vector3 &place);
 
 /// An image whose values are numbers of labels, 0 for the background.
