@@ -25,7 +25,7 @@
 #include "msm/integrator.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
 #include "msm/springs/spring_network.hpp"
-#include "results/quantile.hpp"
+#include "results/one_reference.hpp"
 #include "results/records/result.hpp"
 #include "results/records/timings.hpp"
 

@@ -14,10 +14,9 @@
 #include <vector>
 
 #include "benchmarks/harness.hpp"
-#include "benchmarks/peers/bullet_counterparts.hpp"
 #include "core/stopwatch.hpp"
-#include "interactive/elements/corotational_tetrahedra.hpp"
 #include "interactive/elements/explicit_tetrahedra.hpp"
+#include "interactive/elements/implicit_elements.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::benchmarks {

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "interactive/method.hpp"
-#include "interactive/scene.hpp"
 
 namespace livermark::interactive {
 

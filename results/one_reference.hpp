@@ -1,15 +1,41 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "results/records/result.hpp"
 
-/// Which reference numbers belong to, and which results may count together. Errors against a reference on refined
-/// meshes and against one on the mesh of the models differ by more than many models do (`fem_p2` under traction: 4.2
-/// and 1.4 %), so they are never in one table, as those of the two regimes are not.
+/// References that numbers belong to, and results that may count together, with means and quantiles of numbers. Errors
+/// against a reference on refined meshes and against one on the mesh of the models differ by more than many models do
+/// (`fem_p2` under traction: 4.2 and 1.4 %), so they are never in one table, as those of the two regimes are not.
 namespace livermark::results {
+
+/// NaN of none.
+inline double mean(const std::vector<double> &values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// Linear interpolation between the sorted values (type 7 of Hyndman, Fan 1996, The American Statistician 50(4)).
+/// @param values  at least one
+/// @param part    from 0 to 1
+inline double quantile(std::vector<double> values, double part) {
+    std::ranges::sort(values);
+    const double place = part * static_cast<double>(values.size() - 1);
+    const auto below = static_cast<std::size_t>(place);
+    const auto above = std::min(below + 1, values.size() - 1);
+    return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
+}
+
+/// The middle one, or the mean of the two in the middle.
+/// @param values  at least one
+inline double median(std::vector<double> values) {
+    std::ranges::sort(values);
+    return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+}
 
 /// The name of the model that the displacements of the others are compared with; empty where nothing was compared.
 std::string reference_of(const Result &result);

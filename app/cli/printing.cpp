@@ -18,11 +18,8 @@
 #include "core/tool/tool_stiffness.hpp"
 #include "results/one_reference.hpp"
 #include "results/records/arena.hpp"
-#include "results/tables/median_errors.hpp"
-#include "results/tables/overview.hpp"
 #include "results/tables/table.hpp"
 #include "results/tables/table_layout.hpp"
-#include "results/tables/tool_cells.hpp"
 
 namespace livermark::cli {
 

@@ -27,8 +27,6 @@ std::vector<bool> constrained_remains(const Remains &remains, const std::vector<
 /// Area of the wound [m^2].
 double wound_area(const Remains &remains);
 
-/// Which tetrahedra a cut takes away from a body that moves.
-
 /// A cut that somebody asks for. A region is taken with its margin as at rest, because so it was planned; a plane and a
 /// blade meet the body where it is.
 struct CutRequest {

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "app/live/springs.hpp"
+#include "app/live/parameters.hpp"
 
 #include "core/support/input_error.hpp"
 

@@ -6,8 +6,6 @@
 #include <utility>
 
 #include "app/live/parameters.hpp"
-#include "app/live/scene_cuts.hpp"
-#include "app/live/springs.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/input_error.hpp"
 

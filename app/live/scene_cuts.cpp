@@ -1,4 +1,4 @@
-#include "app/live/scene_cuts.hpp"
+#include "app/live/parameters.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -6,8 +6,6 @@
 #include <set>
 #include <utility>
 
-#include "app/live/parameters.hpp"
-#include "app/live/springs.hpp"
 #include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/cutting/cut_parts.hpp"

@@ -1,2 +1,2 @@
-set(livermark_live_sources parameters.cpp contact.cpp find_cut.cpp scene_cuts.cpp
-  messages.cpp needle.cpp scene.cpp springs.cpp)
+set(livermark_live_sources parameters.cpp find_cut.cpp scene_cuts.cpp
+  messages.cpp scene.cpp held_tools.cpp)

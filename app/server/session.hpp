@@ -35,7 +35,7 @@ double required_number(const Fields &fields, const std::string &name, double sma
 /// @throws support::InputError if the name is missing, or one of them not a finite number
 std::vector<double> required_numbers(const Fields &fields, const std::string &name);
 
-/// Limits of a WebSocket.
+/// A message over a WebSocket.
 struct Message {
     bool is_binary = false; ///< else UTF-8
     std::string bytes;

@@ -18,8 +18,8 @@
 #include "core/problem.hpp"
 #include "core/support/processes/mpi_session.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
-#include "fem_reference/solvers/algebraic_multigrid.hpp"
 #include "fem_reference/solvers/matrices.hpp"
+#include "fem_reference/solvers/two_level.hpp"
 
 namespace livermark::fem_reference {
 
@@ -58,8 +58,8 @@ std::vector<SharedEntry> nodes_of(const Part &part, const ElasticSystem &system)
 /// @return shape (m)
 std::vector<SharedEntry> pressures_of(const Part &part, const PressureSystem &pressure);
 
-/// Between the numbers of a part, in the order of its system, and vectors of all ranks, in which each rank has those
-/// that it owns. The components of an entry stand together in both.
+/// Exchange between the numbers of a part, in the order of its system, and vectors of all ranks, in which each rank has
+/// those that it owns. The components of an entry stand together in both.
 class NodeExchange {
   public:
     using Vector = dealii::LinearAlgebra::distributed::Vector<double>;

@@ -74,7 +74,7 @@ constexpr int num_spare = 5;
 constexpr double relative_tolerance = 1e-13;
 constexpr int most_restarts = 1000;
 
-/// Between vectors of all unknowns and of the free ones.
+/// Map between vectors of all unknowns and of the free ones.
 struct UnconstrainedUnknowns {
     explicit UnconstrainedUnknowns(std::span<const double> prescribed) : num_all(prescribed.size()) {
         for (std::size_t i = 0; i < num_all; ++i)

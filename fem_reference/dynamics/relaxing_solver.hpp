@@ -60,7 +60,7 @@ core::History release_relaxed(const core::Body &body, const ElasticSystem &syste
 /// body whose shear moduli have fallen to a part of what they were, with all forces divided by that part. What is
 /// mixed stays mixed, whatever Poisson's ratio becomes.
 ///
-/// Where all regions have a pressure, the matrix of the displacements is that of the body, and so is its solver.
+/// The matrix of the displacements is that of the body where all regions have a pressure, and so is its solver.
 class ScaledBulk {
   public:
     /// @param body, matrices, solver  of each other; kept alive by the caller, body and matrices unchanged

@@ -244,7 +244,7 @@ core::History empty_history(const core::Release &plan) {
     return history;
 }
 
-/// With the probes at the nodes of a system.
+/// The same plan with the probes at the nodes of a system.
 core::Release in_system(core::Release plan, const ElasticSystem &system) {
     for (auto &probe : plan.probes)
         probe.node = system.mesh_node[probe.node];

@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "fem_reference/linear/elastic_system.hpp"
-#include "fem_reference/solvers/algebraic_multigrid.hpp"
 #include "fem_reference/solvers/matrices.hpp"
 #include "fem_reference/solvers/two_level.hpp"
 

@@ -49,7 +49,7 @@ class ChosenSolver {
     /// The sparse Cholesky factor, nullptr where there are iterations.
     ConstrainedSolver *direct() { return direct_ ? &*direct_ : nullptr; }
 
-    /// For the result file.
+    /// Sentence on the solver and its iterations, for the result file.
     std::string description(const ConstrainedSolution &solution) const;
 
   private:
@@ -107,7 +107,7 @@ class MixedSolver {
     /// Number that take less time together than one by one.
     std::size_t max_columns() const;
 
-    /// For the result file.
+    /// Sentence on the solver and its iterations, for the result file.
     std::string description(const ConstrainedSolution &solution) const;
 
   private:

@@ -9,7 +9,7 @@
 
 namespace livermark::fem_reference {
 
-/// Unknowns.
+/// Formulation of linear elasticity, by its unknowns.
 enum class Formulation {
     displacement, ///< u alone
     mixed         ///< and the pressure p = lambda div u of what is nearly incompressible, see PressureSystem
@@ -20,12 +20,14 @@ enum class Formulation {
 /// largest_direct_quadratic_system, and two levels beyond it: see Corners.
 enum class SolverChoice { automatic, direct, iterative };
 
-/// Beyond it the factor of a quadratic system of tetrahedra takes more memory and time than it is worth.
+/// Number of unknowns beyond which the factor of a quadratic system of tetrahedra takes more memory and time than it is
+/// worth.
 inline constexpr int largest_direct_system = 250'000;
-/// On 220,000 unknowns the factor takes 52 s of a core, two levels and a solution by them a few.
+/// The same of quadratic elements that have two levels beside it: on 220,000 unknowns the factor takes 52 s of a core,
+/// two levels and a solution by them a few.
 inline constexpr int largest_direct_quadratic_system = 100'000;
-/// Solver of the linear elements that are the coarse level of quadratic ones, see Corners: an approximate inverse is
-/// enough there. Beyond it multigrid, whose memory and time grow with the unknowns.
+/// The same of linear elements that are the coarse level of quadratic ones, see Corners: an approximate inverse is
+/// enough there, by multigrid beyond it, whose memory and time grow with the unknowns.
 inline constexpr int largest_direct_coarse_system = 100'000;
 
 /// Numbering of the nodes of a system.

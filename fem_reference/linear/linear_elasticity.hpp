@@ -104,10 +104,10 @@ core::Solution solve_static(const core::Problem &problem, int degree, SolverChoi
 /// all, and where iterations are cheaper than a factor, iterations that begin with the last solution.
 class RepeatedLoads {
   public:
-    /// Beyond so many unknowns, edge midpoints included, there is no factor of the quadratic elements but one of the
-    /// linear ones on the same body, the coarse level of conjugate gradients. On the liver that ships (70,000 unknowns)
-    /// a factor takes 685 MB and 6.8 s of a core, then 0.12 s for each solution; two levels take 92 MB and 0.9 s, then
-    /// 0.25 s near the last solution (0.46 s at a Poisson's ratio of 0.49).
+    /// Number of unknowns, edge midpoints included, beyond which there is no factor of the quadratic elements but one
+    /// of the linear ones on the same body, the coarse level of conjugate gradients. On the liver that ships (70,000
+    /// unknowns) a factor takes 685 MB and 6.8 s of a core, then 0.12 s for each solution; two levels take 92 MB and
+    /// 0.9 s, then 0.25 s near the last solution (0.46 s at a Poisson's ratio of 0.49).
     static constexpr int largest_factor = 30'000;
 
     /// Norm of the residual over that of the loads at which iterations stop.
@@ -152,7 +152,7 @@ class RepeatedLoads {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Discretisation and end of solve_distributed().
+/// Options of solve_distributed().
 struct DistributedOptions {
     int degree = 2;                                      ///< 1 or 2, of the displacement
     Formulation formulation = Formulation::displacement; ///< mixed for degree 2 only

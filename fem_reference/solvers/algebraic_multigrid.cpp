@@ -1,4 +1,4 @@
-#include "fem_reference/solvers/algebraic_multigrid.hpp"
+#include "fem_reference/solvers/two_level.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

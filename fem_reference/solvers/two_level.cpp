@@ -157,7 +157,7 @@ Block<float> rounded(const Eigen::Matrix3d &block) {
     return result;
 }
 
-/// Values of the free rows and columns, otherwise zero.
+/// Inverse of the free rows and columns of a block, zero elsewhere.
 Eigen::Matrix3d inverse_of_free(const Block<float> &block, const Eigen::Array3d &is_free) {
     const Eigen::Matrix3d chosen = is_free.matrix() * is_free.matrix().transpose();
     const Eigen::Matrix3d free_part = FloatBlock::Map(block.data()).cast<double>().cwiseProduct(chosen);

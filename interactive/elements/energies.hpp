@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "interactive/scene.hpp"
+#include "interactive/method.hpp"
 
 namespace livermark::interactive {
 

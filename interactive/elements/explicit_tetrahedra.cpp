@@ -11,7 +11,7 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "interactive/elements/energies.hpp"
-#include "interactive/kernels/explicit_steps.hpp"
+#include "interactive/kernels/method_steps.hpp"
 
 namespace livermark::interactive {
 

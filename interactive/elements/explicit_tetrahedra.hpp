@@ -6,9 +6,8 @@
 #include <vector>
 
 #include "interactive/elements/energies.hpp"
-#include "interactive/kernels/explicit_steps.hpp"
+#include "interactive/kernels/method_steps.hpp"
 #include "interactive/method.hpp"
-#include "interactive/scene.hpp"
 
 namespace livermark::interactive {
 
@@ -31,7 +30,7 @@ double critical_time_step_bound(const std::vector<Tetrahedron> &tetrahedra, cons
 ///     v = ((1 - alpha h / 2) v + h (f + f_ext) / m) / (1 + alpha h / 2),   x += h v.
 /// Constrained nodes go to their targets in equal parts. Longer steps than critical_time_step() blow up. What a ball
 /// that touches exerts takes part in the step. What acts after a step is given the nodes of the mesh alone. The state
-/// is what explicit_steps.hpp moves, and positions and velocities are that state after each step.
+/// is what method_steps.hpp moves, and positions and velocities are that state after each step.
 /// (Belytschko, Liu, Moran 2000, Nonlinear Finite Elements for Continua and Structures, box 6.1 and section 10.7)
 class ExplicitTetrahedra : public SimulationInRows {
   public:
@@ -112,7 +111,7 @@ class QuadraticEnergy : public Energy {
 };
 
 /// A scene on linear tetrahedra with a node in the middle of each edge: edge e of core::edge_table() has node N + e.
-/// Those on a boundary triangle whose corners are all constrained are so too, as in finite elements whose facets are.
+/// Nodes on a boundary triangle whose corners are all constrained are so too, as in finite elements whose facets are.
 /// Masses are lumped in proportion to the diagonal of the consistent matrix, a 36th of a tetrahedron's mass at a
 /// corner and four 27ths at an edge, all positive (Hinton, Rock, Zienkiewicz 1976, Earthq. Engng Struct. Dyn. 4). A
 /// tetrahedron's mass is what it has of the masses of its corners by its volume.

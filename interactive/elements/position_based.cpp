@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "interactive/elements/energies.hpp"
-#include "interactive/kernels/position_steps.hpp"
+#include "interactive/kernels/method_steps.hpp"
 
 namespace livermark::interactive {
 

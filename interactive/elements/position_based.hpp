@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "interactive/elements/energies.hpp"
+#include "interactive/kernels/method_steps.hpp"
 #include "interactive/kernels/orders.hpp"
-#include "interactive/kernels/position_steps.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive {

@@ -8,7 +8,7 @@
 
 #include "core/support/vector_dispatch.hpp"
 #include "interactive/elements/energies.hpp"
-#include "interactive/kernels/corotational_steps.hpp"
+#include "interactive/kernels/method_steps.hpp"
 #include "interactive/kernels/tetrahedra-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();

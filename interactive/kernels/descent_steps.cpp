@@ -7,7 +7,7 @@
 
 #include "core/support/vector_dispatch.hpp"
 #include "interactive/elements/energies.hpp"
-#include "interactive/kernels/descent_steps.hpp"
+#include "interactive/kernels/method_steps.hpp"
 #include "interactive/kernels/orders.hpp"
 #include "interactive/kernels/vectors-inl.hpp"
 

@@ -13,7 +13,7 @@
 #include "core/support/vector_dispatch.hpp"
 #include "interactive/elements/energies.hpp"
 #include "interactive/elements/explicit_tetrahedra.hpp"
-#include "interactive/kernels/explicit_steps.hpp"
+#include "interactive/kernels/method_steps.hpp"
 #include "interactive/kernels/orders.hpp"
 #include "interactive/kernels/tetrahedra-inl.hpp"
 
@@ -107,7 +107,7 @@ struct TenPulls {
     }
 };
 
-/// From edges() to its derivative of the energy.
+/// Stresses from edges(): the derivative of the energy by it.
 HWY_INLINE void find_stresses(AtPoints &at, const ShapeGradients &g, V shear, V bulk) {
     mix(at);
     for (auto &point : at.at) {

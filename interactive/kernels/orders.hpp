@@ -11,7 +11,7 @@ namespace livermark::interactive {
 /// Weights of Chebyshev's semi-iterative method, which accelerates iterations x <- g(x) that converge linearly:
 ///     x_n = omega_n (g(x_{n-1}) - x_{n-2}) + x_{n-2},   omega_1 = 1, omega_2 = 2 / (2 - rho^2),
 ///     omega_n = 4 / (4 - rho^2 omega_{n-1}).
-/// What has the factor s in an iteration is left with T_n(s / rho) / T_n(1 / rho) after n of them, T_n being the
+/// A part that has the factor s in an iteration is left with T_n(s / rho) / T_n(1 / rho) after n of them, T_n being the
 /// polynomials of Chebyshev: at most 1 / T_n(1 / rho) where |s| <= rho.
 /// (Wang 2015, A Chebyshev semi-iterative approach for accelerating projective and position-based dynamics, ACM TOG
 /// 34(6), eq. 8)
@@ -92,7 +92,7 @@ class FanList {
 
     std::size_t size() const { return axis_.size(); }
     std::size_t num_tetrahedra() const { return tetrahedra_.size(); }
-    /// As those of Fan.
+    /// Members of a fan, as those of Fan.
     const std::array<int, 2> &axis(std::size_t fan) const { return axis_[fan]; }
     std::span<const int> rim(std::size_t fan) const {
         return std::span(rim_).subspan(start_[fan] + fan, start_[fan + 1] - start_[fan] + 1);

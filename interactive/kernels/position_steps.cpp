@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "core/support/vector_dispatch.hpp"
-#include "interactive/kernels/position_steps.hpp"
+#include "interactive/kernels/method_steps.hpp"
 #include "interactive/kernels/tetrahedra-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();

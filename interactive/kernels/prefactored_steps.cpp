@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/support/vector_dispatch.hpp"
-#include "interactive/kernels/prefactored_steps.hpp"
+#include "interactive/kernels/method_steps.hpp"
 #include "interactive/kernels/tetrahedra-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();

@@ -10,7 +10,7 @@
 
 #include <limits>
 
-#include "interactive/kernels/explicit_steps.hpp"
+#include "interactive/kernels/method_steps.hpp"
 #include "interactive/kernels/vectors-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();

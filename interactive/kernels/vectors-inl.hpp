@@ -247,7 +247,7 @@ struct StretchedSpring {
           change(hn::Div(dot(rest + now, moved), hn::Add(length, length_at_rest))) {}
 };
 
-/// To where nodes go without elasticity; constrained ones go where their velocities take them.
+/// Moves nodes to where they go without elasticity; constrained ones go where their velocities take them.
 /// @param rows     with displacement, velocity, external and inverse_mass, rows of four
 /// @param before   displacement when the step began
 /// @param damping  1 + alpha h

@@ -1,6 +1,6 @@
 #include <memory>
 
-#include "interactive/elements/corotational_tetrahedra.hpp"
+#include "interactive/elements/implicit_elements.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive::methods {

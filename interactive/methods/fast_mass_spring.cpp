@@ -2,8 +2,8 @@
 #include <utility>
 
 #include "interactive/elements/energies.hpp"
-#include "interactive/elements/prefactored.hpp"
-#include "interactive/kernels/prefactored_steps.hpp"
+#include "interactive/elements/implicit_elements.hpp"
+#include "interactive/kernels/method_steps.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive::methods {

@@ -2,7 +2,7 @@
 #include <utility>
 
 #include "interactive/elements/energies.hpp"
-#include "interactive/elements/prefactored.hpp"
+#include "interactive/elements/implicit_elements.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive::methods {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "interactive/elements/energies.hpp"
-#include "interactive/kernels/descent_steps.hpp"
+#include "interactive/kernels/method_steps.hpp"
 #include "interactive/kernels/orders.hpp"
 #include "interactive/method.hpp"
 

@@ -20,7 +20,7 @@ namespace livermark::meshes {
 
 namespace {
 
-/// Below this another orientation fits about as well (docs/studies/segmentation.md).
+/// Confidence below which another orientation fits about as well (docs/studies/segmentation.md).
 constexpr double doubtful = 0.06;
 
 /// Whether a name is one that meshes get where nobody has named a part of the surface.

@@ -23,7 +23,7 @@ using core::Vector3;
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 
-/// Values of a solid.
+/// Volume, centroid and second moments of a solid.
 struct Moments {
     double volume = 0.0;
     Vector3 centroid = Vector3::Zero();

@@ -25,7 +25,7 @@ struct LiverFit {
 
     /// The rotation in the map, from LPS to the body's axes.
     Eigen::Matrix3d from_lps() const;
-    /// By how much the body is turned away from LPS [rad].
+    /// Angle by which the body is turned away from LPS [rad].
     double turn() const;
 
     /// Certainty of this orientation: 1 - distance / next_distance, from 0 to 1.
@@ -37,9 +37,9 @@ struct LiverFit {
 /// Centroid and second moments C of the volume are made those of the liver that ships. That leaves a rotation Q:
 ///   x' = c_0 + C_0^(1/2) Q V C^(-1/2) (x - c)
 /// with the principal axes V of the mesh, towards the longer tails, so that nothing depends on how the mesh is turned.
-/// Of 1000 rotations (Alexa 2022, Super-Fibonacci spirals, CVPR) those are refined that bring the boundary nearest to
-/// the capsule. From the best of each valley the liver that ships is bent (adjusted()), with a Riedel's lobe and
-/// without. The fit of the least distance is taken.
+/// A thousand rotations are tried (Alexa 2022, Super-Fibonacci spirals, CVPR), and those refined that bring the
+/// boundary nearest to the capsule. From the best of each valley the liver that ships is bent (adjusted()), with a
+/// Riedel's lobe and without. The fit of the least distance is taken.
 /// @param mesh      with its boundary [m]
 /// @param from_lps  how it lies, where that is known: the best fit within 60 degrees of that is taken, if there is one
 LiverFit fit_liver(const core::TetraMesh &mesh, const std::optional<Eigen::Matrix3d> &from_lps = {});
@@ -69,7 +69,7 @@ void assign_liver_patches(core::TetraMesh &mesh, const LiverFit &fit);
 /// tip begins where the left lobe of that shape narrows.
 void assign_liver_patches(core::TetraMesh &mesh, const LiverShape &shape);
 
-/// Ways in which patches are found.
+/// Patches that were found, and how surely.
 struct FoundPatches {
     double confidence = 0.0;  ///< how clear the orientation of the body is: see LiverFit::confidence()
     std::string remark;       ///< one sentence with the confidence and the areas

@@ -241,7 +241,7 @@ using Edge = std::array<int, 2>;
 /// Place where an edge goes through the cut: 0 at a, 1 at b.
 using Crossing = std::function<std::optional<double>(int a, int b)>;
 
-/// Ways of a node that the cut passes nearby.
+/// Fate of a node that the cut passes nearby: the cut does not go through it, or it does and the node stays or moves.
 enum class Snap { no, stay, move };
 
 /// Distance from a node within which the cut counts as going through it, of an edge: of one that can move there, and of

@@ -15,7 +15,7 @@ inline double cube_root(double value) {
     return root;
 }
 
-/// More have no place in a benchmark: references are solved on eight times as many.
+/// Largest number of tetrahedra in a benchmark: references are solved on eight times as many.
 inline constexpr double most_tetrahedra = 2e6;
 
 /// Number of regular tetrahedra that fill a volume. Meshes have about as many: body-centred lattices 11 % more, those

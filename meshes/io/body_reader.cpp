@@ -164,7 +164,8 @@ bool is_lps_by_header(const std::vector<std::string> &remarks) {
     });
 }
 
-/// Source of a body's patches and axes; finds the patches where that is asked for.
+/// Gives a body its patches and axes; finds the patches where that is asked for.
+/// @return remarks on both
 std::vector<std::string> orient(core::Body &body, bool has_to_find, const SaidAxes &said) {
     std::vector<std::string> remarks;
     const auto found = has_to_find ? find_anatomical_patches(body.mesh, said.from_lps) : std::nullopt;

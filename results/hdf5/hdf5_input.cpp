@@ -85,7 +85,7 @@ std::vector<std::string> unpadded(const std::string &characters, std::size_t len
     return values;
 }
 
-/// Why a type is not that of texts of fixed length, no longer than the longest; empty if it is.
+/// Reason why a type is not that of texts of fixed length, no longer than the longest; empty if it is.
 std::string fault_of_text_type(hid_t type) {
     if (H5Tget_class(type) != H5T_STRING)
         return "is not text";
@@ -128,8 +128,8 @@ bool has_checksums(const std::filesystem::path &path) {
     return std::ranges::equal(found, first_bytes);
 }
 
-/// Why the numbers of a dataset are not in the file itself: they are in files beside it, or in datasets of other files;
-/// empty if they are. Opens none of these.
+/// Reason why the numbers of a dataset are not in the file itself: they are in files beside it, or in datasets of other
+/// files; empty if they are. Opens none of these.
 std::string fault_of_place(hid_t dataset) {
     const Handle properties(H5Dget_create_plist(dataset), H5Pclose);
     if (!properties.valid())
@@ -139,7 +139,7 @@ std::string fault_of_place(hid_t dataset) {
     return is_outside ? "is kept in another file" : "";
 }
 
-/// Why a dataset is none that OutputFile writes: filtered in another way, in chunks or of a size
+/// Reason why a dataset is none that OutputFile writes: filtered in another way, in chunks or of a size
 /// that what is in the file cannot come to; empty if it may be read.
 std::string fault_of_storage(hid_t dataset) {
     const Handle properties(H5Dget_create_plist(dataset), H5Pclose);

@@ -9,7 +9,7 @@
 #include <type_traits>
 
 #include "results/hdf5/record_file.hpp"
-#include "results/problem_key.hpp"
+#include "results/hdf5/references.hpp"
 
 namespace livermark::results::hdf5 {
 

@@ -14,7 +14,7 @@
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "results/hdf5/hdf5_io.hpp"
-#include "results/problem_key.hpp"
+#include "results/hdf5/references.hpp"
 
 namespace livermark::results {
 

@@ -41,13 +41,13 @@ struct ArenaRun {
     double release_seconds = 0.0; ///< to prepare for the place being free
     double element_passes = 0.0;  ///< in a frame
     double bytes_per_element = 0.0;
-    /// By how much the times differed by which its effort was found, as a part of them; zero where it has no choice.
+    /// Difference of the times by which its effort was found, as a part of them; zero where it has no choice.
     double calibration_spread = 0.0;
     std::vector<core::Vector3> force; ///< (K) of the body on the tool [N]
     double pressed_force = 0.0;       ///< size of the force when the slide begins [N]
     double slid_force = 0.0;          ///< along the press of the tool, mean over the records within the slide [N]
     double slid_ratio = 0.0;          ///< the same across it, along the slide, over that along the press
-    /// By which the surface was inside a ball that touches at a record, the largest [m]: nodes are not, but facets
+    /// Largest depth by which the surface was inside a ball that touches at a record [m]: nodes are not, but facets
     /// between them are.
     double deepest = 0.0;
 
@@ -68,7 +68,7 @@ struct ArenaMethod {
 /// "12", or "up to 11547" where that is a limit.
 std::string iterations_of(int iterations, int stops_early);
 
-/// Above this part the times of a calibration differ too much: its effort says something of the machine.
+/// Spread above which the times of a calibration differ too much: its effort says something of the machine.
 inline constexpr double largest_calibration_spread = 0.05;
 
 /// Ways of the tool to move the body. The words are those of tables and files.
@@ -92,7 +92,8 @@ struct Arena {
     core::ToolErrors reference_errors;          ///< what the last refinement of the reference changed
     double reference_pressed_force = std::numeric_limits<double>::quiet_NaN(); ///< when the slide begins [N]
     std::vector<ArenaRun> runs;
-    /// With numbers of iterations or steps that were given, so that a method is seen to converge. They have no budget.
+    /// Runs with numbers of iterations or steps that were given, so that a method is seen to converge. They have no
+    /// budget.
     std::vector<ArenaRun> series;
     std::vector<ArenaMethod> methods; ///< of these runs, each once
 };

@@ -98,8 +98,8 @@ struct CutFile {
     std::optional<ErrorBar> in_the_end(const std::string &way, double CutLevel::*number) const;
     /// The finest mesh of the cut along facets, which is that of the models, where there are three.
     CutJudge judge_in_the_end() const;
-    /// From the blade to the next step's loads: dividing the body and setting a model up for it, a time for each step
-    /// that has parted something [s].
+    /// Times from the blade to the next step's loads: dividing the body and setting a model up for it, a time for each
+    /// step that has parted something [s].
     std::vector<double> ready_seconds(const CutRun &run) const;
     /// The same of the equilibrium that follows [s].
     std::vector<double> equilibrium_seconds(const CutRun &run) const;

@@ -127,7 +127,8 @@ Layout experiment_table(const ExperimentResult &result);
 /// noise, what stands without a model, and a row for each model, the smallest error of the markers first.
 Layout ring_down_table(const ExperimentResult &result);
 
-/// On which state damping was fitted, and what all models were given for it; the last run is of the reference.
+/// Sentence on the state that damping was fitted on, and what all models were given for it; the last run is of the
+/// reference.
 std::string ring_down_note(const ExperimentResult &result);
 
 } // namespace livermark::results

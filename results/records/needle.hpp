@@ -87,7 +87,7 @@ struct NeedleRun {
     core::Insertion insertion;
     double setup_seconds = 0.0; ///< that its compliance took
     double solve_seconds = 0.0; ///< that the needle took in the body
-    /// In the small regime: the depth from which on tissue at the needle is moved further than that is good for [m],
+    /// Depth, in the small regime, from which on tissue at the needle is moved further than that is good for [m],
     /// see note_limit(); NaN if it never is.
     double left_regime_at = std::numeric_limits<double>::quiet_NaN();
 

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "results/hdf5/record_file.hpp"
-#include "results/quantile.hpp"
+#include "results/one_reference.hpp"
 
 namespace livermark::results {
 

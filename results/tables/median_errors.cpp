@@ -1,4 +1,4 @@
-#include "results/tables/median_errors.hpp"
+#include "results/tables/table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,9 +12,6 @@
 #include "core/tool/tool_stiffness.hpp"
 #include "core/units.hpp"
 #include "results/one_reference.hpp"
-#include "results/quantile.hpp"
-#include "results/tables/overview.hpp"
-#include "results/tables/tool_cells.hpp"
 
 namespace livermark::results {
 

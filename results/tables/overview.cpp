@@ -1,4 +1,4 @@
-#include "results/tables/overview.hpp"
+#include "results/tables/table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +12,6 @@
 
 #include "core/units.hpp"
 #include "results/one_reference.hpp"
-#include "results/quantile.hpp"
-#include "results/tables/tool_cells.hpp"
 
 namespace livermark::results {
 

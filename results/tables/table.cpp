@@ -15,10 +15,7 @@
 #include "core/tool/tool_stiffness.hpp"
 #include "core/units.hpp"
 #include "results/one_reference.hpp"
-#include "results/quantile.hpp"
-#include "results/tables/overview.hpp"
 #include "results/tables/table_layout.hpp"
-#include "results/tables/tool_cells.hpp"
 
 namespace livermark::results {
 
@@ -58,7 +55,7 @@ struct ModelRow {
     }
     std::string stiffness_bar() const { return bar()->stiffness ? "+- " + fixed(percent * *bar()->stiffness, 1) : "-"; }
     const core::Comparison *comparison() const { return model.comparison ? &*model.comparison : nullptr; }
-    /// Parts of the comparison of who has come to an end.
+    /// Comparison along the path, of a model that has come to an end.
     const core::PathComparison *path() const {
         return is_solved() && model.comparison && model.comparison->path ? &*model.comparison->path : nullptr;
     }
@@ -250,7 +247,7 @@ DeadLoad dead_load(const core::LoadCase &load_case, const core::TetraMesh &mesh)
     return load;
 }
 
-/// Below this part of the largest response of a tool, the one at first is rounding.
+/// Part of the largest response of a tool below which the one at first is rounding.
 constexpr double smallest_response = 1e-6;
 
 /// The record at which the whole load is first there.

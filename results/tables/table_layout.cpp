@@ -8,7 +8,7 @@ namespace livermark::results {
 
 namespace {
 
-/// From here on a number would blow up the width of its column.
+/// Least number that would blow up the width of its column.
 constexpr double largest_fixed = 1e5;
 
 std::string escape_markdown(const std::string &cell) {

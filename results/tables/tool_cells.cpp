@@ -1,4 +1,4 @@
-#include "results/tables/tool_cells.hpp"
+#include "results/tables/table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,7 @@
 
 #include "core/tool/tool_stiffness.hpp"
 #include "core/units.hpp"
-#include "results/quantile.hpp"
-#include "results/tables/overview.hpp"
+#include "results/one_reference.hpp"
 #include "results/tables/table_layout.hpp"
 
 namespace livermark::results {

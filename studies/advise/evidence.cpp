@@ -15,7 +15,7 @@
 #include "core/tool/tool_stiffness.hpp"
 #include "core/units.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
-#include "results/quantile.hpp"
+#include "results/one_reference.hpp"
 #include "studies/models/model_table.hpp"
 
 namespace livermark::studies {

@@ -10,7 +10,7 @@
 #include "core/stopwatch.hpp"
 #include "core/tool/ball_contact.hpp"
 #include "core/tool/tool_motion.hpp"
-#include "results/quantile.hpp"
+#include "results/one_reference.hpp"
 
 namespace livermark::studies {
 

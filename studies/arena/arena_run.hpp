@@ -10,7 +10,7 @@
 #include "core/problem.hpp"
 #include "core/stopwatch.hpp"
 #include "core/tool/tool_motion.hpp"
-#include "results/quantile.hpp"
+#include "results/one_reference.hpp"
 #include "results/records/arena.hpp"
 #include "studies/models/motion/moving_method.hpp"
 

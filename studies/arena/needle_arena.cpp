@@ -10,7 +10,6 @@
 #include "core/support/input_error.hpp"
 #include "core/tool/needle/needle.hpp"
 #include "results/one_reference.hpp"
-#include "results/quantile.hpp"
 #include "results/records/needle.hpp"
 #include "results/records/result.hpp"
 #include "studies/arena/arena_run.hpp"

@@ -19,10 +19,7 @@
 #include "results/records/experiment.hpp"
 #include "results/records/needle.hpp"
 #include "results/records/springs.hpp"
-#include "results/tables/median_errors.hpp"
-#include "results/tables/overview.hpp"
 #include "results/tables/table.hpp"
-#include "results/tables/tool_cells.hpp"
 #include "studies/run/run.hpp"
 
 namespace livermark::studies {

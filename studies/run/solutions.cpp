@@ -16,7 +16,6 @@
 #include "core/units.hpp"
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "results/problem_key.hpp"
 #include "results/records/result.hpp"
 #include "studies/models/model_table.hpp"
 

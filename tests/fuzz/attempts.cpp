@@ -16,7 +16,7 @@
 #include <utility>
 
 #include "core/support/input_error.hpp"
-#include "meshes/segmentation/images/image_file.hpp"
+#include "meshes/segmentation/images/segmentation.hpp"
 #include "meshes/segmentation/surfaces/surface_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "tests/child.hpp"

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/support/factors/sparse_cholesky.hpp"
-#include "interactive/elements/corotational_tetrahedra.hpp"
 #include "interactive/elements/energies.hpp"
+#include "interactive/elements/implicit_elements.hpp"
 #include "interactive/kernels/orders.hpp"
 #include "interactive/method.hpp"
 

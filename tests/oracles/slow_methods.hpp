@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "interactive/elements/prefactored.hpp"
+#include "interactive/elements/implicit_elements.hpp"
 #include "interactive/method.hpp"
 #include "tests/oracles/explicit_steps.hpp"
 #include "tests/oracles/implicit_steps.hpp"

@@ -13,8 +13,8 @@
 #include "core/tool/tool_stiffness.hpp"
 #include "core/units.hpp"
 #include "msm/dynamics/time_step.hpp"
+#include "results/tables/table.hpp"
 #include "results/tables/table_layout.hpp"
-#include "results/tables/tool_cells.hpp"
 #include "studies/advise/advise.hpp"
 #include "studies/study.hpp"
 

@@ -238,7 +238,7 @@ int value_at(const Frames &frames, std::size_t pixel) {
            static_cast<unsigned char>(frames.pixels[2 * pixel + 1]) << 8;
 }
 
-/// Names and codes of the segments, by their numbers.
+/// Reads the names and codes of the segments, by their numbers.
 void read_segments_of(const gdcm::DataSet &data, LabelImage &image) {
     const gdcm::Tag sequence(0x0062, 0x0002), label(0x0062, 0x0005), type(0x0062, 0x000f), region(0x0008, 0x2218),
         value(0x0008, 0x0100), meaning(0x0008, 0x0104);

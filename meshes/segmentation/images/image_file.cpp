@@ -1,4 +1,4 @@
-#include "meshes/segmentation/images/image_file.hpp"
+#include "meshes/segmentation/images/segmentation.hpp"
 
 #include <Eigen/SVD>
 #include <algorithm>

@@ -21,10 +21,10 @@ inline constexpr const char *image_formats =
     "NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), a DICOM segmentation or a folder with one "
     "DICOM series";
 
-/// Headers with few digits are off by less; a tilted gantry by degrees.
+/// Angle by which axes may miss a right one: headers with few digits are off by less, a tilted gantry by degrees.
 inline constexpr double most_degrees_off = 0.3;
 
-/// Options by which a file is read.
+/// Voxels of a file, and what it says of them.
 struct ReadValues {
     Values::Pointer values;
     std::map<int, std::string> names;

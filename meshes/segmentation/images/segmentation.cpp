@@ -308,7 +308,7 @@ Mask::Pointer solid_body(const LabelImage &image, const std::vector<bool> &is_bo
     return body;
 }
 
-/// Fate of labels that are no part of the body.
+/// Adds remarks on the labels that are no part of the body.
 void tell_left_out(const LabelImage &image, const LabelChoice &choice, const Mask::Pointer &body,
                    std::vector<std::string> &remarks) {
     const auto roles = labels_by_role(image);

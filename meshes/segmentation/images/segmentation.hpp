@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -26,7 +27,7 @@ std::size_t num_voxels(const ImageGrid &grid);
 
 double voxel_volume(const ImageGrid &grid); ///< [m^3]
 
-/// From a place in the image [m] to that place in the world [m].
+/// Place in the world [m] of a place in the image [m].
 core::Vector3 to_world(const ImageGrid &grid, const core::Vector3 &place);
 
 /// An image whose values are numbers of labels, 0 for the background.
@@ -48,7 +49,7 @@ struct Scan {
 inline constexpr int phantom_liver_label = 1;
 inline constexpr int phantom_first_tumour_label = 2; ///< of the largest lesion; the others follow
 
-/// Scan of the phantom.
+/// Options of the phantom: how it was scanned.
 struct PhantomOptions {
     core::Vector3 spacing = {0.8e-3, 0.8e-3, 3e-3}; ///< of the voxels [m]
     core::Vector3 turn = {0.0, 0.0, 0.0};           ///< rotation vector of the image's axes against the patient's [rad]
@@ -62,7 +63,7 @@ LabelImage phantom_labels(const PhantomOptions &options);
 /// a voxel and with noise of 12 HU; the same every time.
 Scan phantom_scan(const PhantomOptions &options);
 
-/// Which labels of an image make the body. Where neither is given the codes and names of its segments decide, and where
+/// Labels of an image that make the body. Where neither is given the codes and names of its segments decide, and where
 /// it has none the smallest label is the liver, and every other one a tumour's.
 struct LabelChoice {
     std::vector<int> liver; ///< its tissue
@@ -99,5 +100,23 @@ std::vector<double> region_volumes(const Segmentation &segmentation);
 ///                           that of a liver, if nothing is left, or if there are more lesions than a body can have
 ///                           (254)
 Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, double smallest_lesion);
+
+/// Reads a label image: NIfTI (.nii, .nii.gz, .hdr with .img), NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), a DICOM
+/// segmentation object (see read_dicom_segmentation()), or a folder with one DICOM series (ITK, which turns NIfTI's RAS
+/// into LPS). Values within a thousandth of whole numbers are whole. Readers of others run in a process of their own,
+/// which may fail on a damaged file.
+/// @return also the names of segments, and remarks on what the file leaves in doubt
+/// @throws support::InputError with the file, what is wrong and a remedy: no such format, not three-dimensional,
+/// several
+///         values per voxel, values that are no labels, sheared axes, absurd spacing, more in the header than in the
+///         file, damaged data
+LabelImage read_label_image(const std::filesystem::path &file);
+
+/// Writes a label image in the format that the name asks for: .nii, .nii.gz, .nrrd or .mha.
+/// @throws support::InputError if the name asks for another one, or nothing can be put there
+void write_label_image(const std::filesystem::path &file, const LabelImage &image);
+
+/// Writes a scan in the same way.
+void write_scan(const std::filesystem::path &file, const Scan &scan);
 
 } // namespace livermark::segmentation

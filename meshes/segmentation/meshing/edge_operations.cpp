@@ -7,7 +7,6 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "meshes/io/mesh_checks.hpp"
-#include "meshes/segmentation/meshing/label_domain.hpp"
 
 namespace livermark::segmentation {
 

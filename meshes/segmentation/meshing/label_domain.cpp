@@ -1,4 +1,4 @@
-#include "meshes/segmentation/meshing/label_domain.hpp"
+#include "meshes/segmentation/meshing/mesh_operations.hpp"
 
 #include <algorithm>
 #include <cmath>

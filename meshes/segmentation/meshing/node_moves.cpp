@@ -12,7 +12,7 @@ namespace {
 
 using core::Vector3;
 
-/// Below this a move must not bring a tetrahedron, unless it was worse before.
+/// Quality below which a move must not bring a tetrahedron, unless it was worse before.
 constexpr double fair = 0.15;
 
 double worst_at(const core::TetraMesh &mesh, const MeshLinks &links, int node) {

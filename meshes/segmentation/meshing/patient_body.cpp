@@ -21,7 +21,6 @@
 
 #include "core/support/toml_input.hpp"
 #include "meshes/io/mesh_checks.hpp"
-#include "meshes/segmentation/meshing/label_domain.hpp"
 #include "meshes/segmentation/meshing/mesh_operations.hpp"
 
 namespace livermark::segmentation {

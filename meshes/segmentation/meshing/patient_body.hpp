@@ -5,9 +5,10 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "meshes/segmentation/images/segmentation.hpp"
-#include "meshes/segmentation/meshing/label_domain.hpp"
 
 namespace livermark::segmentation {
+
+struct LabelFields; // mesh_operations.hpp
 
 /// Something that a mesh has to reach.
 struct QualityCriterion {

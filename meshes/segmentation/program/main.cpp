@@ -27,7 +27,6 @@
 #include "core/support/toml_input.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
-#include "meshes/segmentation/images/image_file.hpp"
 #include "meshes/segmentation/images/image_headers.hpp"
 #include "meshes/segmentation/images/segmentation.hpp"
 #include "meshes/segmentation/meshing/patient_body.hpp"

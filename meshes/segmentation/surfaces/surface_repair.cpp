@@ -26,7 +26,7 @@
 
 namespace livermark::segmentation {
 
-/// Why a surface is wrapped.
+/// Cause for which a surface is wrapped.
 struct WrapCause {
     bool is_manifold = true; ///< and then open
     double volume = 0.0;     ///< of the largest part as if it were closed, in the unit of the file to the third power

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/live/springs.hpp"
+#include "app/live/parameters.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "tests/samples/test_meshes.hpp"

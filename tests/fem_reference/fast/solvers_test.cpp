@@ -20,7 +20,6 @@
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
-#include "fem_reference/solvers/algebraic_multigrid.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
 #include "fem_reference/solvers/matrices.hpp"
 #include "fem_reference/solvers/two_level.hpp"

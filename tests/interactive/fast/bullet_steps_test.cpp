@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "benchmarks/peers/bullet_counterparts.hpp"
 #include "interactive/elements/explicit_tetrahedra.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"

@@ -1,12 +1,12 @@
 // Medians over load cases: what was reviewed is in tests/golden/, what has to hold is here.
-#include "results/tables/median_errors.hpp"
+#include "results/tables/table.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <memory>
 
-#include "results/quantile.hpp"
+#include "results/one_reference.hpp"
 #include "tests/golden.hpp"
 #include "tests/samples/records/sample_result.hpp"
 #include "tests/samples/test_meshes.hpp"

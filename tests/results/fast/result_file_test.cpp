@@ -21,7 +21,7 @@
 
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
-#include "results/problem_key.hpp"
+#include "results/hdf5/references.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/results/file_content.hpp"

@@ -8,9 +8,7 @@
 #include <sstream>
 
 #include "core/tool/tool_stiffness.hpp"
-#include "results/tables/overview.hpp"
 #include "results/tables/table.hpp"
-#include "results/tables/tool_cells.hpp"
 #include "tests/golden.hpp"
 #include "tests/samples/records/sample_result.hpp"
 #include "tests/samples/test_meshes.hpp"

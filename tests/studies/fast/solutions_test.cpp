@@ -14,7 +14,6 @@
 #include "core/support/input_error.hpp"
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "results/problem_key.hpp"
 #include "studies/run/run.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -227,7 +227,7 @@ TEST(SegmentProgram, ThatCannotBeBuiltIsNamedWithTheCommandThatInstallsToo) {
     }
 }
 
-/// Who has copied the program alone is told how to build what segmentations need.
+/// A program that was copied alone says how to build what segmentations need.
 TEST(SegmentProgram, IsNamedWithTheCommandThatBuildsItWhereItIsMissing) {
     const auto folder = fs::path(testing::TempDir()) / "livermark_without_segment";
     fs::remove_all(folder);

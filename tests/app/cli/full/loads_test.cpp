@@ -14,7 +14,7 @@
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/mesh_files.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "results/tables/tool_cells.hpp"
+#include "results/tables/table.hpp"
 #include "tests/child.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <string>
 
-#include "app/live/contact.hpp"
+#include "app/live/scene.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "tests/samples/test_meshes.hpp"

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "app/live/springs.hpp"
+#include "app/live/parameters.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/spring_law.hpp"
 #include "tests/app/live/box_scene.hpp"

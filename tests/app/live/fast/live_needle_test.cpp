@@ -5,9 +5,8 @@
 #include <random>
 
 #include "app/live/messages.hpp"
-#include "app/live/needle.hpp"
+#include "app/live/parameters.hpp"
 #include "app/live/scene.hpp"
-#include "app/live/springs.hpp"
 #include "core/support/input_error.hpp"
 #include "core/tool/needle/needle.hpp"
 #include "tests/app/live/box_scene.hpp"

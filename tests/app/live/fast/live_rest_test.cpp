@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
+#include "app/live/parameters.hpp"
 #include "app/live/scene.hpp"
-#include "app/live/springs.hpp"
 #include "tests/app/live/rough_trial.hpp"
 
 namespace livermark::live {

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "app/live/parameters.hpp"
-#include "app/live/springs.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/spring_energy.hpp"

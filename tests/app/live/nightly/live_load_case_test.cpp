@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "app/live/parameters.hpp"
 #include "app/live/scene.hpp"
-#include "app/live/springs.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "msm/spring_energy.hpp"
 #include "msm/springs/coupled_springs.hpp"

@@ -7,7 +7,6 @@
 
 #include "app/live/parameters.hpp"
 #include "app/live/scene.hpp"
-#include "app/live/springs.hpp"
 #include "core/support/input_error.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "msm/cutting/cut_parts.hpp"

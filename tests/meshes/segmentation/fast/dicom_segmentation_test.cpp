@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "core/support/input_error.hpp"
-#include "meshes/segmentation/images/image_file.hpp"
 #include "meshes/segmentation/images/image_values.hpp"
 #include "meshes/segmentation/images/segmentation.hpp"
 #include "tests/bad_input.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/support/input_error.hpp"
-#include "meshes/segmentation/images/image_file.hpp"
+#include "meshes/segmentation/images/segmentation.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 

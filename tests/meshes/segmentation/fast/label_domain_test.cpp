@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <numeric>
 
-#include "meshes/segmentation/meshing/label_domain.hpp"
+#include "meshes/segmentation/meshing/mesh_operations.hpp"
 #include "tests/same_bits.hpp"
 
 namespace livermark::segmentation {

@@ -1,4 +1,4 @@
-#include "meshes/segmentation/images/image_file.hpp"
+#include "meshes/segmentation/images/segmentation.hpp"
 
 #include <fstream>
 #include <gtest/gtest.h>
@@ -8,7 +8,6 @@
 #include <itkMetaDataObject.h>
 
 #include "core/support/input_error.hpp"
-#include "meshes/segmentation/images/segmentation.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/support/input_error.hpp"
-#include "meshes/segmentation/images/image_file.hpp"
+#include "meshes/segmentation/images/segmentation.hpp"
 #include "meshes/segmentation/surfaces/surface_file.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/fuzz/seed_files.hpp"

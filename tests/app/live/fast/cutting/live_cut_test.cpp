@@ -6,8 +6,8 @@
 #include <set>
 
 #include "app/live/messages.hpp"
+#include "app/live/parameters.hpp"
 #include "app/live/scene.hpp"
-#include "app/live/springs.hpp"
 #include "core/support/input_error.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "tests/app/live/box_scene.hpp"
