@@ -88,14 +88,14 @@ Eigen::VectorXd StiffnessProduct::forces(const Eigen::VectorXd &velocity) const 
 Eigen::VectorXd to_unknowns(const std::vector<core::Vector3> &field) {
     Eigen::VectorXd unknowns(3 * static_cast<Eigen::Index>(field.size()));
     for (std::size_t i = 0; i < field.size(); ++i)
-        of_node(unknowns, static_cast<int>(i)) = field[i];
+        node_part(unknowns, static_cast<int>(i)) = field[i];
     return unknowns;
 }
 
 std::vector<core::Vector3> to_field(const Eigen::VectorXd &unknowns) {
     std::vector<core::Vector3> field(static_cast<std::size_t>(unknowns.size() / 3));
     for (std::size_t i = 0; i < field.size(); ++i)
-        field[i] = of_node(unknowns, static_cast<int>(i));
+        field[i] = node_part(unknowns, static_cast<int>(i));
     return field;
 }
 

@@ -127,10 +127,10 @@ std::vector<core::Vector3> moved(const std::vector<core::Vector3> &positions,
                                  const std::vector<core::Vector3> &displacement);
 
 /// The part of a node.
-inline auto of_node(const Eigen::VectorXd &field, int node) {
+inline auto node_part(const Eigen::VectorXd &field, int node) {
     return field.segment<3>(3 * static_cast<Eigen::Index>(node));
 }
-inline auto of_node(Eigen::VectorXd &field, int node) {
+inline auto node_part(Eigen::VectorXd &field, int node) {
     return field.segment<3>(3 * static_cast<Eigen::Index>(node));
 }
 

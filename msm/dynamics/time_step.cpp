@@ -105,7 +105,7 @@ class ScaledStiffness {
     void scale_by_mass(Eigen::VectorXd &field, double power) const {
         if (!scaling_.parts.empty())
             for (std::size_t i = 0; i < num_nodes_; ++i)
-                of_node(field, static_cast<int>(i)) *= std::pow(node_mass_[i], power);
+                node_part(field, static_cast<int>(i)) *= std::pow(node_mass_[i], power);
     }
 
     StiffnessProduct stiffness_;

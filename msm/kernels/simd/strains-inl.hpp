@@ -76,7 +76,7 @@ template <class D> HWY_INLINE Columns<D> product(const Columns<D> &f, const Symm
             combined<D>(stress.zx, f.x, stress.yz, f.y, stress.zz, f.z)};
 }
 
-/// What a stress pulls the corners inwards with, P g of each.
+/// Pulls of a stress on the corners inwards, P g of each.
 /// @param p  first stress of Piola and Kirchhoff, times the volume
 template <class D> HWY_INLINE OfCorners<D> pulls(const Columns<D> &p, const OfCorners<D> &rest) {
     const auto along = [&](const Vec3<D> &g) HWY_ATTR { return combined<D>(g.x, p.x, g.y, p.y, g.z, p.z); };
@@ -90,7 +90,7 @@ template <class D> HWY_INLINE Columns<D> scaled(hn::Vec<D> factor, const Columns
     return {scaled<D>(factor, a.x), scaled<D>(factor, a.y), scaled<D>(factor, a.z)};
 }
 
-/// Of C = I + G, with the invariants I1, I2 and I3 of G
+/// Parts of C = I + G, with the invariants I1, I2 and I3 of G
 ///   det C = 1 + I1 + I2 + I3,   C^-1 det C = (1 + I1) I - G + adj G,   (I - C^-1) det C = G - adj G + (I2 + I3) I,
 /// so that small strains lose no digits.
 template <class D> struct CauchyGreen {
@@ -142,8 +142,8 @@ template <class D> HWY_INLINE Symmetric<D> plus_identity(Symmetric<D> a, hn::Vec
 /// A B A
 template <class D> HWY_INLINE Symmetric<D> sandwich(const Symmetric<D> &a, const Symmetric<D> &b) {
     const Vec3<D> x{a.xx, a.xy, a.zx}, y{a.xy, a.yy, a.yz}, z{a.zx, a.yz, a.zz};
-    const auto of_x = product<D>(b, x), of_y = product<D>(b, y), of_z = product<D>(b, z);
-    return {dot(x, of_x), dot(y, of_y), dot(z, of_z), dot(x, of_y), dot(y, of_z), dot(z, of_x)};
+    const auto b_x = product<D>(b, x), b_y = product<D>(b, y), b_z = product<D>(b, z);
+    return {dot(x, b_x), dot(y, b_y), dot(z, b_z), dot(x, b_y), dot(y, b_z), dot(z, b_x)};
 }
 
 /// Stress of mu / 2 (J^-2/3 tr C - 3), mu J^-2/3 (I - tr C / 3 C^-1), where

@@ -164,7 +164,7 @@ TEST_P(NewEnergy, MovesInTheKernelsAsItsTermsDo) {
         for (const auto precision : tests::both_precisions) {
             auto expected = tests::shaken(sample_);
             for (std::size_t i = 0; i < start_at.size(); ++i)
-                msm::of_node(expected.displacement, static_cast<int>(i)) = start_at[i] - sample_.positions[i];
+                msm::node_part(expected.displacement, static_cast<int>(i)) = start_at[i] - sample_.positions[i];
             const auto start = expected;
             auto steps = msm::FastSteps::prepare(sample_.body, sample_.positions, sample_.conditions, damping,
                                                  "symplectic_euler", tests::sample_step, {.precision = precision});

@@ -56,8 +56,8 @@ struct Bar {
     void stop_what_is_held(msm::State &state) const {
         for (std::size_t i = 0; i < body.mesh.points.size(); ++i)
             if (!std::isnan(conditions.displacement[i].x())) {
-                msm::of_node(state.displacement, static_cast<int>(i)).setZero();
-                msm::of_node(state.velocity, static_cast<int>(i)).setZero();
+                msm::node_part(state.displacement, static_cast<int>(i)).setZero();
+                msm::node_part(state.velocity, static_cast<int>(i)).setZero();
             }
     }
     msm::EquationOfMotion equation(const msm::MassScaling &scaling) const {
@@ -209,7 +209,7 @@ TEST(MassScaling, LowersTheLowestFrequenciesByWhatTheLumpDeforms) {
         double mass = 0.0;
         for (std::size_t i = 0; i < points.size(); ++i)
             mass += bar.springs.node_mass[i] *
-                    msm::of_node(shape, static_cast<int>(i)).dot(msm::of_node(heavy, static_cast<int>(i)));
+                    msm::node_part(shape, static_cast<int>(i)).dot(msm::node_part(heavy, static_cast<int>(i)));
         const double first_order = plain.angular_frequency[mode] / std::sqrt(mass);
         EXPECT_LT(scaled.angular_frequency[mode], plain.angular_frequency[mode]);
         EXPECT_NEAR(scaled.angular_frequency[mode], first_order,
