@@ -9,7 +9,7 @@
 #include "app/live/springs.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 
 namespace livermark::live {
 

@@ -5,8 +5,8 @@
 #include "app/live/scene.hpp"
 #include "core/problem.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
-#include "msm/nodal_conditions.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/elastic_body.hpp"
+#include "msm/springs/springs.hpp"
 
 /// The material of a body as one who handles it may choose it.
 namespace livermark::live {

@@ -8,7 +8,7 @@
 #include "app/live/scene.hpp"
 #include "core/problem.hpp"
 #include "msm/cutting/cut_parts.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 
 /// The springs that may move.
 namespace livermark::live {

@@ -5,7 +5,6 @@
 
 #include "core/problem.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/nodal_conditions.hpp"
 
 /// Selective mass scaling: a stiff inclusion, say a tumour, is given more mass for its fast deformations, so that
 /// explicit steps may be as long as those of the tissue around it. With Q the projection onto what is left alone, rigid

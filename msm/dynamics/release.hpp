@@ -6,7 +6,6 @@
 #include "core/solution.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
-#include "msm/nodal_conditions.hpp"
 #include "msm/statics/equilibrium.hpp"
 
 namespace livermark::msm {

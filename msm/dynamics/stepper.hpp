@@ -6,7 +6,6 @@
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
-#include "msm/nodal_conditions.hpp"
 #include <functional>
 #include <string>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,6 @@
 #include "msm/elastic_body.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/tetrahedron.hpp"
-#include "msm/springs/volume_penalty.hpp"
 
 namespace livermark::msm {
 

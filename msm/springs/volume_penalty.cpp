@@ -1,4 +1,4 @@
-#include "msm/springs/volume_penalty.hpp"
+#include "msm/springs/springs.hpp"
 
 #include <algorithm>
 #include <cmath>

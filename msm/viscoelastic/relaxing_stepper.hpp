@@ -12,7 +12,6 @@
 #include "msm/dynamics/stepper.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
-#include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {
 

@@ -18,8 +18,8 @@
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/nodal_conditions.hpp"
 #include "studies/models/mass_spring_model.hpp"
 #include "studies/models/model_table.hpp"
 

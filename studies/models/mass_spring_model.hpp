@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/model.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "studies/models/model_table.hpp"
 
 namespace livermark::models {

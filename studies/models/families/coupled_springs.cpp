@@ -1,4 +1,4 @@
-#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/springs.hpp"
 
 #include <fmt/format.h>
 

@@ -8,9 +8,7 @@
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
 #include "msm/kernels/layout/slicing.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
-#include "msm/springs/volume_penalty.hpp"
+#include "msm/springs/springs.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -11,7 +11,7 @@
 #include "msm/kernels/equilibria/vector_springs.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/kernels/simd/coupled_steps-inl.hpp"
-#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/springs.hpp"
 #include "tests/samples/moving_samples.hpp"
 
 // An energy that no model has, as CONTRIBUTING.md says how to add one: its kernels, and what the terms have of it. The

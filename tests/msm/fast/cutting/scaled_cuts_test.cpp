@@ -11,7 +11,7 @@
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/springs.hpp"
 #include "tests/samples/cut_bodies.hpp"
 #include "tests/samples/moving_samples.hpp"
 

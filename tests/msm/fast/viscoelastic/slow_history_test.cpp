@@ -2,8 +2,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/viscoelastic/relaxing_stepper.hpp"
 #include "msm/viscoelastic/slow_history.hpp"
 #include "tests/samples/test_meshes.hpp"
