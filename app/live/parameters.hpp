@@ -4,7 +4,7 @@
 
 #include "app/live/scene.hpp"
 #include "core/problem.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/springs/springs.hpp"
 

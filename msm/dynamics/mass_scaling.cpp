@@ -1,12 +1,10 @@
-#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/time_step.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
-
-#include "msm/dynamics/time_step.hpp"
 
 namespace livermark::msm {
 

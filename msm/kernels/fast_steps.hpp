@@ -10,7 +10,7 @@
 #include "core/load_case.hpp"
 #include "core/relaxation.hpp"
 #include "msm/cutting/cut_parts.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
 

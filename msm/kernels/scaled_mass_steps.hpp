@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/layout/slicing.hpp"
 #include "msm/kernels/step_workspace.hpp"
 

@@ -15,7 +15,6 @@
 #include "core/solution.hpp"
 #include "core/support/factors/sparse_cholesky.hpp"
 #include "core/tool/needle/pushed_body.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
 

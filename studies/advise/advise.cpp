@@ -16,7 +16,6 @@
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/processor_time.hpp"
 #include "core/support/input_error.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/kernels/fast_steps.hpp"

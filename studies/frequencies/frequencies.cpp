@@ -13,7 +13,6 @@
 #include "core/processor_time.hpp"
 #include "core/rayleigh_damping.hpp"
 #include "core/support/input_error.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"

@@ -5,7 +5,6 @@
 
 #include "core/support/input_error.hpp"
 #include "interactive/method.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/spring_stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"

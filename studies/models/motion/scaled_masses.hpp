@@ -3,9 +3,9 @@
 #include <memory>
 
 #include "interactive/method.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/time_step.hpp"
 
-/// Selective mass scaling of explicit methods, by the same rules as of springs (msm/dynamics/mass_scaling.hpp).
+/// Selective mass scaling of explicit methods, by the same rules as of springs (msm/dynamics/time_step.hpp).
 namespace livermark::models {
 
 /// Scales the stiff parts of a body so that they bear the steps of the rest.

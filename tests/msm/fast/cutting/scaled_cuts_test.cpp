@@ -8,7 +8,6 @@
 #include <set>
 
 #include "msm/cutting/cut_parts.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/springs/springs.hpp"

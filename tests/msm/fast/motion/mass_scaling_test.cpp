@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "core/support/input_error.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"

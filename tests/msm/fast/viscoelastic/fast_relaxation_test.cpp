@@ -12,7 +12,6 @@
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/kernels/relaxation.hpp"
 #include "msm/springs/springs.hpp"
-#include "msm/viscoelastic/relaxing_stepper.hpp"
 #include "tests/oracles/relaxing_steps.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"

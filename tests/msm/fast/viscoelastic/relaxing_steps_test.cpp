@@ -9,7 +9,6 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/relaxation.hpp"
 #include "msm/springs/springs.hpp"
-#include "msm/viscoelastic/relaxing_stepper.hpp"
 #include "tests/oracles/relaxing_steps.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 #include <limits>
 
+#include "msm/dynamics/histories.hpp"
+#include "msm/dynamics/stepper.hpp"
 #include "msm/springs/springs.hpp"
-#include "msm/viscoelastic/relaxing_stepper.hpp"
-#include "msm/viscoelastic/slow_history.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
