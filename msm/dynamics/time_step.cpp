@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/support/input_error.hpp"
+
 namespace livermark::msm {
 
 FreeComponents::FreeComponents(const Field &prescribed) {
@@ -301,6 +303,10 @@ double critical_time_step(const Integrator &integrator, const core::RayleighDamp
         (all_are_stable(middle) ? good : bad) = middle;
     }
     return good;
+}
+
+const Integrator &find_integrator(const std::string &name, std::span<const Integrator> known) {
+    return support::find_named(known, name, "integrator");
 }
 
 } // namespace livermark::msm
