@@ -49,7 +49,7 @@ set(factorising_statics "(statics/(dynamic|equilibrium|load_path|rest|surface_)|
 livermark_install_headers(core core/support ONLY "^input_error")
 livermark_install_headers(core core EXCEPT "^support/")
 livermark_install_headers(msm msm
-  EXCEPT "-inl" "^kernels/(equilibria|layout|simd|threads)/" "^kernels/(relaxation|step_workspace)" "^implicit"
+  EXCEPT "-inl" "^kernels/(layout|simd)/" "^kernels/(relaxation|step_workspace|thread_pool|vector_springs)" "^implicit"
     "${factorising_statics}")
 set(components core msm)
 if(LIVERMARK_WITH_FEM_REFERENCE)

@@ -1,5 +1,5 @@
 # Highway compiles these once for each vector unit: they include themselves.
-set(livermark_vector_msm_sources kernels/energies/hooke.cpp kernels/energies/neo_hookean.cpp kernels/simd/relax_stresses.cpp
+set(livermark_vector_msm_sources kernels/energies/hooke.cpp kernels/energies/neo_hookean.cpp
   kernels/simd/scaled_mass_steps.cpp kernels/simd/take_steps.cpp)
 # What also runs where there are no threads and no CHOLMOD: see cmake/portable.cmake.
 set(livermark_portable_msm_sources springs/tetrahedron.cpp springs/coupled_springs.cpp
@@ -8,4 +8,4 @@ set(livermark_portable_msm_sources springs/tetrahedron.cpp springs/coupled_sprin
   kernels/layout/sliced_fans.cpp kernels/layout/sliced_nodal_springs.cpp
   kernels/layout/sliced_body.cpp kernels/layout/sliced_springs.cpp kernels/layout/sliced_stars.cpp
   kernels/layout/new_volumes.cpp kernels/layout/new_chunk.cpp kernels/relaxation.cpp
-  cutting/cut_parts.cpp dynamics/spring_stepper.cpp ${livermark_vector_msm_sources})
+  cutting/cut_parts.cpp dynamics/spring_stepper.cpp kernels/thread_pool.cpp ${livermark_vector_msm_sources})

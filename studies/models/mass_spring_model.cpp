@@ -15,7 +15,7 @@
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
-#include "msm/kernels/equilibria/vector_springs.hpp"
+#include "msm/kernels/vector_springs.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "msm/statics/load_path.hpp"
 #include "msm/statics/rest_stiffness.hpp"

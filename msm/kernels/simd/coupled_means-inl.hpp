@@ -9,8 +9,8 @@
 
 #include <array>
 
-#include "msm/kernels/equilibria/vector_springs.hpp"
-#include "msm/kernels/simd/strains-inl.hpp"
+#include "msm/kernels/simd/vectors-inl.hpp"
+#include "msm/kernels/vector_springs.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

@@ -8,7 +8,7 @@
 
 #include "msm/kernels/simd/means-inl.hpp"
 #include "msm/kernels/simd/stars-inl.hpp"
-#include "msm/kernels/threads/thread_pool.hpp"
+#include "msm/kernels/thread_pool.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

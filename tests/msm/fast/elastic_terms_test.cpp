@@ -12,7 +12,7 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
-#include "msm/kernels/equilibria/vector_springs.hpp"
+#include "msm/kernels/vector_springs.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/springs.hpp"
 #include "msm/springs/tetrahedron.hpp"

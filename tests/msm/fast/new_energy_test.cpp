@@ -8,9 +8,9 @@
 #include "msm/dynamics/stepper.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/energy_kernels.hpp"
-#include "msm/kernels/equilibria/vector_springs.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/kernels/simd/coupled_steps-inl.hpp"
+#include "msm/kernels/vector_springs.hpp"
 #include "msm/springs/springs.hpp"
 #include "tests/samples/moving_samples.hpp"
 

@@ -9,7 +9,7 @@
 #include <system_error>
 #include <unistd.h>
 
-#include "msm/kernels/threads/thread_pool.hpp"
+#include "msm/kernels/thread_pool.hpp"
 
 namespace livermark {
 namespace {

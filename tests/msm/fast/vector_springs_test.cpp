@@ -6,7 +6,7 @@
 #include <string>
 
 #include "msm/elastic_body.hpp"
-#include "msm/kernels/equilibria/vector_springs.hpp"
+#include "msm/kernels/vector_springs.hpp"
 #include "msm/springs/springs.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
