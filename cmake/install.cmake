@@ -44,7 +44,7 @@ function(livermark_install_headers component folder)
   endforeach()
 endfunction()
 
-# What livermark_msm_solvers has the sources of.
+# Headers of livermark_msm_solvers.
 set(factorising_statics "(statics/(dynamic|equilibrium|load_path|rest|surface_)|dynamics/histories)")
 livermark_install_headers(core core/support ONLY "^input_error")
 livermark_install_headers(core core EXCEPT "^support/")

@@ -1,7 +1,7 @@
 # Highway compiles these once for each vector unit: they include themselves.
 set(livermark_vector_msm_sources kernels/energies/hooke.cpp kernels/energies/neo_hookean.cpp
   kernels/simd/scaled_mass_steps.cpp kernels/simd/take_steps.cpp)
-# What also runs where there are no threads and no CHOLMOD: see cmake/portable.cmake.
+# Sources that also run where there are no threads and no CHOLMOD: see cmake/portable.cmake.
 set(livermark_portable_msm_sources springs/tetrahedron.cpp springs/coupled_springs.cpp
   elastic_body.cpp springs/spring_network.cpp springs/volume_penalty.cpp
   dynamics/time_step.cpp dynamics/mass_scaling.cpp kernels/fast_steps.cpp kernels/step_workspace.cpp
