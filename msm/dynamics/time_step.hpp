@@ -11,6 +11,17 @@
 
 namespace livermark::msm {
 
+// Selective mass scaling: a stiff inclusion, say a tumour, is given more mass for its fast deformations, so that
+// explicit steps may be as long as those of the tissue around it. With Q the projection onto what is left alone, rigid
+// motions of the inclusion where it is and its slow deformations turned with it, orthogonal in its masses M, and a
+// factor f >= 1,
+//   a = c + (Q + (I - Q) / f) (M^-1 F - c),   so the mass is M (Q + f (I - Q)) for what is seen from the inclusion,
+// where c are the centripetal and Coriolis accelerations of an inclusion that turns.
+// Forces and torques on the inclusion are as before, and so linear and angular momentum of the body are kept to
+// rounding, and every equilibrium stays. What changes is how fast the inclusion deforms, which it hardly does.
+// (Olovsson, Simonsson, Unosson 2005, Int. J. Numer. Meth. Engng. 63, scale the mass of each element so; one
+// projection for a whole inclusion has an inverse in closed form.)
+
 /// Nodes that move nearly as a rigid body, n of them.
 struct ScaledRegion {
     std::vector<int> nodes; ///< at least 4, free in all components

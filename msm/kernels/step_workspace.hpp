@@ -16,7 +16,7 @@
 
 namespace livermark::msm {
 
-// What selective mass scaling (msm/dynamics/time_step.hpp) asks of vector units.
+// Arrays and functions of selective mass scaling (msm/dynamics/time_step.hpp) in vector units.
 
 /// A part whose masses are scaled, one component behind the other, each filled up to whole slices by nodes without
 /// mass. Positions are from any point near the part: float has too few digits for those of a body.
