@@ -24,7 +24,7 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "results/one_reference.hpp"
 #include "results/records/result.hpp"
 #include "results/records/timings.hpp"

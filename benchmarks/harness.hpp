@@ -10,7 +10,6 @@
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/nodal_conditions.hpp"
 
 namespace livermark::benchmarks {
 

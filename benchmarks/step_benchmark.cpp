@@ -18,8 +18,7 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 
 namespace livermark::benchmarks {
 

@@ -44,18 +44,18 @@ function(livermark_install_headers component folder)
   endforeach()
 endfunction()
 
-# What livermark_msm_solvers has the sources of.
-set(factorising_statics "(statics/(dynamic|equilibrium|load_path|rest|surface_)|viscoelastic/slow_history)")
+# Headers of livermark_msm_solvers.
+set(factorising_statics "(statics/(dynamic|equilibrium|load_path|rest|surface_)|dynamics/histories)")
 livermark_install_headers(core core/support ONLY "^input_error")
 livermark_install_headers(core core EXCEPT "^support/")
 livermark_install_headers(msm msm
-  EXCEPT "-inl" "^kernels/(equilibria|layout|simd|threads)/" "^kernels/(relaxation|scaled_mass_steps|step_workspace)" "^implicit" "dynamics/(release|spectrum)"
+  EXCEPT "-inl" "^kernels/(layout|simd)/" "^kernels/(relaxation|step_workspace|thread_pool|vector_springs)" "^implicit"
     "${factorising_statics}")
 set(components core msm)
 if(LIVERMARK_WITH_FEM_REFERENCE)
   list(APPEND components fem_reference)
   livermark_install_headers(fem_reference msm
-    ONLY "^implicit" "dynamics/(release|spectrum)" "${factorising_statics}")
+    ONLY "^implicit" "${factorising_statics}")
   livermark_install_headers(fem_reference core/support ONLY "^(factors/sparse_cholesky|processes/mpi_session)")
   livermark_install_headers(fem_reference fem_reference)
 endif()

@@ -10,7 +10,6 @@ function(livermark_portable_sources target top)
   list(TRANSFORM livermark_live_sources PREPEND ${top}/app/live/)
   list(TRANSFORM livermark_portable_msm_sources PREPEND ${top}/msm/)
   target_sources(${target} PRIVATE ${livermark_live_sources} ${livermark_portable_msm_sources}
-    ${top}/msm/kernels/threads/one_thread.cpp
     ${top}/meshes/cutting/parting.cpp ${top}/meshes/cutting/tool_geometry.cpp
     ${top}/core/mesh/tetra_mesh.cpp
     ${top}/core/tool/least_within_limits.cpp
@@ -24,7 +23,7 @@ function(livermark_portable_sources target top)
   livermark_extensions(${target} volume_terms TYPE VolumeTerm HEADER msm/spring_law.hpp)
   target_include_directories(${target} PRIVATE ${top})
   target_compile_definitions(${target} PRIVATE HWY_COMPILE_ONLY_STATIC LIVERMARK_EXACT_ROOTS
-    LIVERMARK_WITHOUT_EQUILIBRIA
+    LIVERMARK_WITHOUT_EQUILIBRIA LIVERMARK_WITHOUT_THREADS
     EIGEN_DONT_VECTORIZE FMT_HEADER_ONLY NDEBUG)
   target_compile_options(${target} PRIVATE -ffp-contract=off)
   list(TRANSFORM livermark_vector_msm_sources PREPEND ${top}/msm/)

@@ -10,6 +10,7 @@
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
+#include "core/tool/stepper.hpp"
 
 namespace livermark::msm {
 
@@ -127,10 +128,10 @@ std::vector<core::Vector3> moved(const std::vector<core::Vector3> &positions,
                                  const std::vector<core::Vector3> &displacement);
 
 /// The part of a node.
-inline auto of_node(const Eigen::VectorXd &field, int node) {
+inline auto node_part(const Eigen::VectorXd &field, int node) {
     return field.segment<3>(3 * static_cast<Eigen::Index>(node));
 }
-inline auto of_node(Eigen::VectorXd &field, int node) {
+inline auto node_part(Eigen::VectorXd &field, int node) {
     return field.segment<3>(3 * static_cast<Eigen::Index>(node));
 }
 
@@ -154,7 +155,7 @@ class FixableTerm {
 /// - Springs coupled around nodes, around edges or inside tetrahedra: of each mean the second Piola-Kirchhoff stress
 ///   that resists changes of shape, in the six components of tetrahedron.hpp [Pa]. Its pressure stays, also that of
 ///   means of F, where the stress turns with the body.
-/// - Volumes (volume_penalty.hpp) and the guard against inversion are no such terms: they stay elastic. Beside central
+/// - Volumes (springs/springs.hpp) and the guard against inversion are no such terms: they stay elastic. Beside central
 ///   springs they hold lambda - mu alone, so of the bulk modulus lambda + 2/3 mu the springs' part of 5/3 mu fades.
 class RelaxingTerm : public ElasticTerm {
   public:
@@ -177,7 +178,7 @@ class RelaxingTerm : public ElasticTerm {
     virtual std::shared_ptr<const RelaxingTerm> relaxed(double part, const Eigen::VectorXd &added) const = 0;
 };
 
-/// Measure of the deformation that coupled springs average (springs/coupled_springs.hpp).
+/// Measure of the deformation that coupled springs average (springs/springs.hpp).
 enum class StrainMeasure {
     elongation,          ///< of the edges: E is linear in q = 2 l0 (l - l0), see springs/tetrahedron.hpp
     cauchy_green,        ///< C = F^T F, linear in the squared lengths of the edges: E is linear in q = l^2 - l0^2
@@ -250,5 +251,23 @@ std::optional<StepParts> step_parts(const ElasticBody &body);
 /// (equation 2 of Jurnal Teknologi 75, 10.11113/jt.v75.5068).
 /// @return shape (N) [kg]; the sum is the mass of the body
 std::vector<double> lumped_masses(const core::Body &body);
+
+using core::NodalConditions;
+
+/// Takes the conditions of a load case from its facets to the nodes: a third of each facet's traction to its corners,
+/// the acceleration by node mass. Where several constraints meet at a node, each component takes value and reaction
+/// from the constraint of lowest index that prescribes it.
+/// @param node_mass  shape (N) [kg]
+NodalConditions nodal_conditions(const core::Problem &problem, const std::vector<double> &node_mass);
+
+/// Sums nodal forces over each constraint.
+/// @param conditions  of the problem
+/// @param force       shape (N) [N], what the constraints exert on each node
+/// @param press       what the places that press exert together [N]
+/// @param touch       what the ball of LoadCase::touching exerts [N]
+/// @return shape (P) [N]
+std::vector<core::Vector3> constraint_forces(const core::Problem &problem, const NodalConditions &conditions,
+                                             const std::vector<core::Vector3> &force, double press = 0.0,
+                                             const core::Vector3 &touch = core::Vector3::Zero());
 
 } // namespace livermark::msm

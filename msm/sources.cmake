@@ -1,11 +1,11 @@
 # Highway compiles these once for each vector unit: they include themselves.
-set(livermark_vector_msm_sources kernels/energies/hooke.cpp kernels/energies/neo_hookean.cpp kernels/simd/relax_stresses.cpp
-  kernels/simd/scaled_mass_parts.cpp kernels/simd/take_steps.cpp)
-# What also runs where there are no threads and no CHOLMOD: see cmake/portable.cmake.
-set(livermark_portable_msm_sources bounded_least_squares.cpp springs/tetrahedron.cpp springs/coupled_springs.cpp
-  elastic_body.cpp integrator.cpp springs/spring_network.cpp springs/volume_penalty.cpp
+set(livermark_vector_msm_sources kernels/energies/hooke.cpp kernels/energies/neo_hookean.cpp
+  kernels/simd/scaled_mass_steps.cpp kernels/simd/take_steps.cpp)
+# Sources that also run where there are no threads and no CHOLMOD: see cmake/portable.cmake.
+set(livermark_portable_msm_sources springs/tetrahedron.cpp springs/coupled_springs.cpp
+  elastic_body.cpp springs/spring_network.cpp springs/volume_penalty.cpp
   dynamics/time_step.cpp dynamics/mass_scaling.cpp kernels/fast_steps.cpp kernels/step_workspace.cpp
-  kernels/layout/sliced_fans.cpp kernels/layout/sliced_nodal_springs.cpp kernels/layout/spring_lanes.cpp
+  kernels/layout/sliced_fans.cpp kernels/layout/sliced_nodal_springs.cpp
   kernels/layout/sliced_body.cpp kernels/layout/sliced_springs.cpp kernels/layout/sliced_stars.cpp
   kernels/layout/new_volumes.cpp kernels/layout/new_chunk.cpp kernels/relaxation.cpp
-  cutting/cut_parts.cpp dynamics/spring_stepper.cpp ${livermark_vector_msm_sources})
+  cutting/cut_parts.cpp dynamics/spring_stepper.cpp kernels/thread_pool.cpp ${livermark_vector_msm_sources})

@@ -7,7 +7,6 @@
 
 #include "msm/elastic_body.hpp"
 #include "msm/springs/tetrahedron.hpp"
-#include "msm/springs/volume_penalty.hpp"
 
 namespace livermark::msm {
 

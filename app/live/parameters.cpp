@@ -11,8 +11,7 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 
 namespace livermark::live {
 

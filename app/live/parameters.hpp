@@ -10,9 +10,9 @@
 #include "app/live/scene.hpp"
 #include "core/problem.hpp"
 #include "msm/cutting/cut_parts.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
-#include "msm/nodal_conditions.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/dynamics/time_step.hpp"
+#include "msm/elastic_body.hpp"
+#include "msm/springs/springs.hpp"
 
 /// Material, springs and steps of a body, whole or cut, as one who handles it may choose them.
 namespace livermark::live {

@@ -15,16 +15,16 @@ constexpr int most_goes = 3;
 void LeastWithinLimits::find_free(const Eigen::Ref<const Eigen::MatrixXd> &matrix) {
     const auto count = static_cast<Index>(free_.size());
     block_.resize(count, count);
-    of_free_.resize(count);
+    free_values_.resize(count);
     for (Index j = 0; j < count; ++j) {
-        of_free_[j] = right_[free_[j]];
+        free_values_[j] = right_[free_[j]];
         for (Index i = j; i < count; ++i)
             block_(i, j) = matrix(free_[i], free_[j]);
     }
     factor_.compute(block_);
-    factor_.solveInPlace(of_free_);
+    factor_.solveInPlace(free_values_);
     for (Index j = 0; j < count; ++j)
-        x_[free_[j]] = of_free_[j];
+        x_[free_[j]] = free_values_[j];
 }
 
 const Eigen::VectorXd &LeastWithinLimits::solve(const Eigen::Ref<const Eigen::MatrixXd> &matrix,

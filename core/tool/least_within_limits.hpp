@@ -35,7 +35,7 @@ class LeastWithinLimits {
     std::vector<Change> changes_;
     Eigen::MatrixXd block_; // A of the free ones
     Eigen::LLT<Eigen::MatrixXd> factor_;
-    Eigen::VectorXd x_, right_, of_free_, gradient_;
+    Eigen::VectorXd x_, right_, free_values_, gradient_;
 };
 
 /// The same of one problem.

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "msm/dynamics/time_step.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/springs/tetrahedron.hpp"
 
 namespace livermark::msm {

@@ -14,7 +14,6 @@
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/nodal_conditions.hpp"
 #include "msm/spring_law.hpp"
 
 namespace livermark::msm {

@@ -1,12 +1,10 @@
-#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/time_step.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
-
-#include "msm/dynamics/time_step.hpp"
 
 namespace livermark::msm {
 
@@ -106,13 +104,13 @@ Eigen::Matrix3Xd turning(const Frame &frame, const ScaledRegion &part, const Eig
 Eigen::Matrix3Xd gathered(const ScaledRegion &part, const Eigen::VectorXd &field) {
     Eigen::Matrix3Xd part_values(3, static_cast<Eigen::Index>(part.nodes.size()));
     for (Eigen::Index i = 0; i < part_values.cols(); ++i)
-        part_values.col(i) = of_node(field, part.nodes[i]);
+        part_values.col(i) = node_part(field, part.nodes[i]);
     return part_values;
 }
 
 void scatter(const ScaledRegion &part, const Eigen::Matrix3Xd &part_values, Eigen::VectorXd &field) {
     for (Eigen::Index i = 0; i < part_values.cols(); ++i)
-        of_node(field, part.nodes[i]) = part_values.col(i);
+        node_part(field, part.nodes[i]) = part_values.col(i);
 }
 
 auto as_vector(const Eigen::Matrix3Xd &field) {
@@ -181,10 +179,10 @@ Eigen::MatrixXd slow_fields(const ScaledRegion &part, const StiffnessProduct &st
     for (Eigen::Index p = 0; p < fields.cols(); ++p) {
         Eigen::VectorXd displacement = Eigen::VectorXd::Zero(num_unknowns);
         for (std::size_t i = 0; i < part.nodes.size(); ++i)
-            of_node(displacement, part.nodes[i]) = fields.col(p).segment<3>(3 * static_cast<Eigen::Index>(i));
+            node_part(displacement, part.nodes[i]) = fields.col(p).segment<3>(3 * static_cast<Eigen::Index>(i));
         const Eigen::VectorXd force = stiffness.times(displacement);
         for (std::size_t i = 0; i < part.nodes.size(); ++i)
-            forces.col(p).segment<3>(3 * static_cast<Eigen::Index>(i)) = of_node(force, part.nodes[i]);
+            forces.col(p).segment<3>(3 * static_cast<Eigen::Index>(i)) = node_part(force, part.nodes[i]);
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz(
         fields.transpose().lazyProduct(forces).eval()); // ascending; summed in one order, see orthonormal()

@@ -1,4 +1,4 @@
-#include "msm/dynamics/release.hpp"
+#include "msm/dynamics/histories.hpp"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,6 @@
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
-#include "msm/viscoelastic/relaxing_stepper.hpp"
 
 namespace livermark::msm {
 

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/time_step.hpp"
 
 namespace livermark::msm {
 

@@ -3,13 +3,17 @@
 #include "core/load_case.hpp"
 #include "core/relaxation.hpp"
 #include "core/solution.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
-#include "msm/nodal_conditions.hpp"
+#include <Eigen/Core>
 #include <functional>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
+
+#include "core/problem.hpp"
+#include "msm/dynamics/time_step.hpp"
 
 namespace livermark::msm {
 
@@ -105,5 +109,120 @@ core::RayleighDamping stiffness_proportional_damping(double ratio, double omega)
 /// @throws support::InputError if they are not so, or if alpha or beta would be negative: the ratios may not differ by
 ///         more than the frequencies do
 core::RayleighDamping two_mode_damping(double ratio_1, double omega_1, double ratio_2, double omega_2);
+
+/// The body with the stresses s_e + part s of its terms that relax (RelaxingTerm), and nothing added: with
+/// PronySeries::remaining() what is left after all time. Also of its preconditioner.
+ElasticBody relaxed(const ElasticBody &body, double part);
+
+/// Relaxation of the stresses of a body. Along each of them stand Maxwell branches, one for each time of the
+/// series: their stresses h follow the stress s of the elastic law as core::BranchStep says, exactly where s is linear
+/// in time over a step, and the stress is s_e + remaining() s + sum over branches of h.
+///
+/// Over a step h is known but for the s at its end. So the equilibrium there is that of an elastic body again, with the
+/// energy U_e + instant_part() U_s + sum of (sum over branches of fade h - gain s at the start) e (the incremental
+/// potential of Ortiz and Stainier 1999, Comput. Methods Appl. Mech. Engrg. 171). It is found as all others are.
+class RelaxingBody {
+  public:
+    /// Without stress before.
+    /// @param body  of which the terms that are RelaxingTerms relax
+    RelaxingBody(ElasticBody body, core::PronySeries relaxation);
+
+    const ElasticBody &instant() const { return body_; }
+    const core::PronySeries &relaxation() const { return relaxation_; }
+
+    /// The elastic body that stands for this one at the end of a step from now.
+    /// @param step  [s], at least 0
+    ElasticBody after(double step) const;
+
+    /// Goes on to where that body came to.
+    /// @param x  shape (3N) positions [m]
+    void go_on(const Eigen::VectorXd &x, double step);
+
+    /// Adds the forces of the terms and branches on the nodes, with dashpots of the instant stiffness: see
+    /// ElasticTerm::add_force() [N].
+    /// @param x  where it went on to last
+    void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta, Eigen::VectorXd &force) const;
+
+    /// Energy that the springs of branches and what stays elastic store, with moduli of branches as at rest [J].
+    /// @param x  where it went on to last
+    double stored_energy(const Eigen::VectorXd &x) const;
+
+    /// Heat that the dashpots of branches have made, with moduli as at rest [J].
+    double dissipated_energy() const { return dissipated_; }
+
+  private:
+    /// One term that relaxes.
+    struct Part {
+        std::size_t term;                                     ///< of the body
+        std::shared_ptr<const RelaxingTerm> instant, remains; ///< the term at once and after all time
+        Eigen::VectorXd compliance;                           ///< (S)
+        Eigen::VectorXd stress;                               ///< (S) s where it went on to last
+        std::vector<Eigen::VectorXd> branches;                ///< (B) of (S), h
+    };
+
+    ElasticBody body_;
+    core::PronySeries relaxation_;
+    std::vector<Part> parts_;
+    double dissipated_ = 0.0;
+};
+
+/// Steps of any integrator of point masses on springs that relax, the slow and obvious ones: elastic_motion() with what
+/// the branches have taken off the stresses of RelaxingTerms. Of each branch that is q, with dq/dt = (g s - q) / tau.
+/// It is held for m steps, and relaxes exactly between them for the time m h where the body is: Strang's splitting
+/// (1968, SIAM J. Numer. Anal. 5(3)) of motion and relaxation, of second order in m h or of the order of the
+/// integrator. Velocities of symplectic Euler stand half a step before positions; there branches relax where the body
+/// was then.
+class HeldSteps {
+  public:
+    /// Without stress before.
+    /// @param body        as it is at once
+    /// @param positions   shape (N) [m], where the body is at rest
+    /// @param conditions  loads, and which components are constrained; these stay where they start
+    /// @param time_step   h [s], > 0
+    /// @param num_held    m, >= 1
+    HeldSteps(const ElasticBody &body, const core::PronySeries &relaxation, const Field &positions,
+              const NodalConditions &conditions, const core::RayleighDamping &damping, const Integrator &integrator,
+              double time_step, int num_held);
+    HeldSteps(const HeldSteps &) = delete;
+    HeldSteps &operator=(const HeldSteps &) = delete;
+
+    /// Lets stresses fade as if the body stayed in a displacement for that long [s], which may be infinite.
+    /// @param displacement  shape (3N) [m]
+    void relax(const Eigen::VectorXd &displacement, double time);
+
+    /// Takes that many steps.
+    void take(State &state, int num_steps);
+
+  private:
+    /// Stresses of a term, and how much each branch has taken off them.
+    struct HeldStress {
+        std::shared_ptr<const RelaxingTerm> term;
+        std::vector<Eigen::VectorXd> taken; ///< (B) of (S), q
+        Eigen::VectorXd sum;                ///< (S) of these
+    };
+
+    core::PronySeries relaxation_;
+    Eigen::VectorXd rest_, free_per_mass_; ///< (3N)
+    double time_step_;
+    int num_held_;
+    double back_; ///< [s] time by which positions are taken back along velocities where branches relax
+    std::vector<HeldStress> stresses_;
+    EquationOfMotion equation_;
+    Step take_one_;
+    int num_taken_ = 0; ///< since the branches were last where the body is
+};
+
+/// Steps in time of a body that relaxes, from the end of a slow history: of the fast kernels, or of HeldSteps where
+/// these do not know the body or the integrator. Branches move once in as many steps as
+/// FastStepOptions::relaxation_error allows. Where they start they have followed the displacements of the history,
+/// which are taken to be linear between its records.
+/// @param body      as it is at once
+/// @param problem   with a slow history
+/// @param history   at the times of it, see follow_history()
+/// @param time_step h [s], > 0
+/// @return for a state that begins at the last record
+Stepper make_relaxing_stepper(const ElasticBody &body, const core::Problem &problem, const NodalConditions &conditions,
+                              const core::RayleighDamping &damping, const Integrator &integrator, double time_step,
+                              StepKernel wanted, std::span<const core::PathPoint> history);
 
 } // namespace livermark::msm

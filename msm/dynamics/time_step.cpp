@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/support/input_error.hpp"
+
 namespace livermark::msm {
 
 FreeComponents::FreeComponents(const Field &prescribed) {
@@ -105,7 +107,7 @@ class ScaledStiffness {
     void scale_by_mass(Eigen::VectorXd &field, double power) const {
         if (!scaling_.parts.empty())
             for (std::size_t i = 0; i < num_nodes_; ++i)
-                of_node(field, static_cast<int>(i)) *= std::pow(node_mass_[i], power);
+                node_part(field, static_cast<int>(i)) *= std::pow(node_mass_[i], power);
     }
 
     StiffnessProduct stiffness_;
@@ -301,6 +303,10 @@ double critical_time_step(const Integrator &integrator, const core::RayleighDamp
         (all_are_stable(middle) ? good : bad) = middle;
     }
     return good;
+}
+
+const Integrator &find_integrator(const std::string &name, std::span<const Integrator> known) {
+    return support::find_named(known, name, "integrator");
 }
 
 } // namespace livermark::msm

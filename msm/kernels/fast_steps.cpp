@@ -7,10 +7,10 @@
 #include <utility>
 #include <variant>
 
+#include "msm/kernels/layout/slicing.hpp"
 #include "msm/kernels/relaxation.hpp"
-#include "msm/kernels/scaled_mass_steps.hpp"
 #include "msm/kernels/step_workspace.hpp"
-#include "msm/kernels/threads/thread_pool.hpp"
+#include "msm/kernels/thread_pool.hpp"
 
 namespace livermark::msm {
 

@@ -10,10 +10,9 @@
 #include "core/load_case.hpp"
 #include "core/relaxation.hpp"
 #include "msm/cutting/cut_parts.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
-#include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {
 
@@ -48,7 +47,7 @@ struct FastStepOptions {
 };
 
 /// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.
-/// Springs, springs coupled around nodes or edges (with an energy that are_in_kernels() knows, coupled_springs.hpp),
+/// Springs, springs coupled around nodes or edges (with an energy that are_in_kernels() knows, springs.hpp),
 /// their dashpots, volume terms and the inversion guard are known; springs coupled both ways are not, nor volumes
 /// around nodes other than those that springs are coupled in. Springs relax with a Prony series, coupled ones too, with
 /// every integrator.

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "core/load_case.hpp"
@@ -14,7 +16,7 @@
 
 namespace livermark::msm {
 
-// What selective mass scaling (msm/dynamics/mass_scaling.hpp) asks of vector units.
+// Arrays and functions of selective mass scaling (msm/dynamics/time_step.hpp) in vector units.
 
 /// A part whose masses are scaled, one component behind the other, each filled up to whole slices by nodes without
 /// mass. Positions are from any point near the part: float has too few digits for those of a body.
@@ -28,6 +30,22 @@ template <class T> struct ScaledMassArrays {
     Aligned<T> v;             ///< (3, size) there [m/s]
     Aligned<T> a;             ///< (3, size) M^-1 F [m/s^2]
     Aligned<T> stray;         ///< (3, size) what of these is to be scaled [m/s^2]
+};
+
+/// A part between steps, of n nodes.
+template <class T> struct ScaledMassPart {
+    ScaledMassArrays<T> arrays;
+    double factor = 1.0;
+    std::vector<std::size_t> row;                            ///< (n) of each node
+    std::vector<std::pair<std::size_t, std::size_t>> copies; ///< number in the part, and another row of the node
+    std::array<std::vector<double>, 3> before;               ///< (n) velocities when a step began [m/s]
+    std::vector<double> mass, own_mass;                      ///< (n) now, and that of the tissue alone [kg]
+    double total_mass = 0.0;                                 ///< [kg]
+    core::Vector3 rest_centre = core::Vector3::Zero();       ///< of masses [m]
+    bool is_weighed = false;                                 ///< whether what follows is that of the masses now
+    bool is_loaded = false;                                  ///< whether a mass differs from that of the tissue
+    Eigen::LLT<Eigen::MatrixXd> gram;                        ///< of slow deformations in the masses now
+    std::vector<double> weights;                             ///< (m)
 };
 
 /// Sums over the nodes of a part; a moment of two fields is sum of m p q^T.
@@ -65,6 +83,7 @@ template <class T> struct ScaledMassFunctions {
 template <class T> ScaledMassFunctions<T> scaled_mass_functions();
 
 struct FastStepOptions;
+struct MassScaling;
 struct RowMap;
 
 /// Way of an explicit integrator from one force to the next.
@@ -209,6 +228,38 @@ template <class T> struct StepWorkspace {
 
     std::vector<PairPartition> pairs;                         ///< of each thread
     std::vector<Partition> fan_slices, volume_slices, chunks; ///< of each thread
+};
+
+/// Selective mass scaling of steps of symplectic Euler on vector units. The kernels take a step with the
+/// masses as they are, v + h a and x + h (v + h a). This puts a scaled acceleration in the place of a: that of
+/// scale_acceleration(), in the precision of the forces.
+template <class T> class ScaledMassSteps {
+  public:
+    ScaledMassSteps() = default;
+    /// @param at  between steps; its scheme is symplectic Euler
+    ScaledMassSteps(const MassScaling &scaling, const StepWorkspace<T> &at);
+
+    bool empty() const { return parts_.empty(); }
+
+    /// Gives a node another mass from now on; nothing happens where it belongs to no part.
+    void set_mass(std::size_t row, double mass);
+
+    /// Scales the part of a node no more.
+    /// @return rows of its nodes, none if the node belongs to no part
+    std::vector<std::size_t> leave(std::size_t row);
+
+    /// Moves copies of rows to where they are now.
+    void move_copies(const RowMap &map);
+
+    /// Before a step.
+    void remember(const StepWorkspace<T> &at);
+
+    /// After it.
+    void correct(StepWorkspace<T> &at);
+
+  private:
+    std::vector<ScaledMassPart<T>> parts_;
+    std::vector<std::pair<std::size_t, std::size_t>> place_of_row_; ///< part, and number in it
 };
 
 /// Lays a body out for steps, with room for all that these write. Nodes have no mass and stand at zero as yet.

@@ -1,4 +1,4 @@
-#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/springs.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,9 +11,7 @@
 
 #include "core/support/input_error.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/springs/spring_network.hpp"
 #include "msm/springs/tetrahedron.hpp"
-#include "msm/springs/volume_penalty.hpp"
 
 namespace livermark::msm {
 

@@ -1,4 +1,4 @@
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,6 @@
 #include "msm/elastic_body.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/tetrahedron.hpp"
-#include "msm/springs/volume_penalty.hpp"
 
 namespace livermark::msm {
 
@@ -52,18 +51,18 @@ class Springs : public RelaxingTerm {
                    Eigen::VectorXd &force) const override {
         for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
             const auto [i, j] = springs_.edges[s];
-            const core::Vector3 span = of_node(x, j) - of_node(x, i);
+            const core::Vector3 span = node_part(x, j) - node_part(x, i);
             const double length = span.norm();
             const double stretch = length / springs_.rest_length[s];
             double extension = part_ * springs_.rest_length[s] * curve_.force(stretch);
             if (beta != 0.0)
                 extension +=
-                    beta * axial(stretch, Tangent::material) * span.dot(of_node(v, j) - of_node(v, i)) / length;
+                    beta * axial(stretch, Tangent::material) * span.dot(node_part(v, j) - node_part(v, i)) / length;
             double tension = springs_.stiffness[s] * extension / length;
             if (added_.size() > 0)
                 tension += added(s) / length;
-            of_node(force, i) += tension * span;
-            of_node(force, j) -= tension * span;
+            node_part(force, i) += tension * span;
+            node_part(force, j) -= tension * span;
         }
     }
 
@@ -79,8 +78,8 @@ class Springs : public RelaxingTerm {
         for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
             const auto [i, j] = springs_.edges[s];
             const core::Vector3 pull = stress[static_cast<Eigen::Index>(s)] * span(x, s).normalized();
-            of_node(force, i) += pull;
-            of_node(force, j) -= pull;
+            node_part(force, i) += pull;
+            node_part(force, j) -= pull;
         }
     }
 
@@ -160,7 +159,7 @@ class Springs : public RelaxingTerm {
     }
 
     core::Vector3 span(const Eigen::VectorXd &x, std::size_t s) const {
-        return of_node(x, springs_.edges[s][1]) - of_node(x, springs_.edges[s][0]);
+        return node_part(x, springs_.edges[s][1]) - node_part(x, springs_.edges[s][0]);
     }
 
     double added(std::size_t s) const { return added_[static_cast<Eigen::Index>(s)]; }
@@ -270,7 +269,7 @@ class InversionGuard : public ElasticTerm {
             const double deficit = least_volume_[t] - volume;
             if (deficit > 0.0)
                 for (int a = 0; a < 4; ++a)
-                    of_node(force, tetrahedra_[t][a]) += modulus_per_volume_[t] * deficit * gradient[a];
+                    node_part(force, tetrahedra_[t][a]) += modulus_per_volume_[t] * deficit * gradient[a];
         }
     }
 

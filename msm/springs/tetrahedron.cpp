@@ -57,7 +57,7 @@ EdgeVectors edge_spans(const std::array<int, 4> &nodes, const Eigen::VectorXd &f
     EdgeVectors spans;
     for (int e = 0; e < 6; ++e) {
         const auto [i, j] = core::tetrahedron_edges[e];
-        spans[e] = of_node(field, nodes[j]) - of_node(field, nodes[i]);
+        spans[e] = node_part(field, nodes[j]) - node_part(field, nodes[i]);
     }
     return spans;
 }
@@ -90,8 +90,8 @@ void add_tensions(const std::array<int, 4> &nodes, const EdgeVectors &pulls, con
                   Eigen::VectorXd &force) {
     for (int e = 0; e < 6; ++e) {
         const auto [i, j] = core::tetrahedron_edges[e];
-        of_node(force, nodes[i]) += tension[e] * pulls[e];
-        of_node(force, nodes[j]) -= tension[e] * pulls[e];
+        node_part(force, nodes[i]) += tension[e] * pulls[e];
+        node_part(force, nodes[j]) -= tension[e] * pulls[e];
     }
 }
 
@@ -305,23 +305,23 @@ Matrix3d green_strain(const Matrix3d &h) {
 Gradients::Gradients(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest) : nodes_(nodes) {
     const auto [volume, gradient] = volume_gradient(rest, nodes);
     for (int a = 0; a < 4; ++a) {
-        rest_[a] = of_node(rest, nodes[a]);
+        rest_[a] = node_part(rest, nodes[a]);
         gradient_[a] = gradient[a] / volume;
     }
 }
 
 Gradient Gradients::of(const Eigen::VectorXd &x) const {
     Matrix3d h = Matrix3d::Zero();
-    const core::Vector3 origin = of_node(x, nodes_[0]) - rest_[0];
+    const core::Vector3 origin = node_part(x, nodes_[0]) - rest_[0];
     for (int a = 1; a < 4; ++a)
-        h += (of_node(x, nodes_[a]) - rest_[a] - origin) * gradient_[a].transpose();
+        h += (node_part(x, nodes_[a]) - rest_[a] - origin) * gradient_[a].transpose();
     return columns(h);
 }
 
 Gradient Gradients::rate(const Eigen::VectorXd & /*x*/, const Eigen::VectorXd &u) const {
     Matrix3d h = Matrix3d::Zero();
     for (int a = 0; a < 4; ++a)
-        h += of_node(u, nodes_[a]) * gradient_[a].transpose();
+        h += node_part(u, nodes_[a]) * gradient_[a].transpose();
     return columns(h);
 }
 
@@ -336,7 +336,7 @@ Eigen::Matrix<double, 9, 12> Gradients::slope(const Eigen::VectorXd & /*x*/) con
 void Gradients::add_force(const Eigen::VectorXd & /*x*/, const Value &stress, Eigen::VectorXd &force) const {
     const Matrix3d p = matrix(stress);
     for (int a = 0; a < 4; ++a)
-        of_node(force, nodes_[a]) -= p * gradient_[a];
+        node_part(force, nodes_[a]) -= p * gradient_[a];
 }
 
 double Gradients::energy(const MeanLaw &law, const Value &mean) {

@@ -25,9 +25,9 @@ struct VolumeGradient {
 /// Differences of a field, shape (3N), from corner 0 to the others.
 inline std::array<core::Vector3, 3> spans_from_first(const Eigen::VectorXd &field,
                                                      const std::array<int, 4> &tetrahedron) {
-    const core::Vector3 origin = of_node(field, tetrahedron[0]);
-    return {of_node(field, tetrahedron[1]) - origin, of_node(field, tetrahedron[2]) - origin,
-            of_node(field, tetrahedron[3]) - origin};
+    const core::Vector3 origin = node_part(field, tetrahedron[0]);
+    return {node_part(field, tetrahedron[1]) - origin, node_part(field, tetrahedron[2]) - origin,
+            node_part(field, tetrahedron[3]) - origin};
 }
 
 /// @param x            positions, 3 i + component for node i [m]

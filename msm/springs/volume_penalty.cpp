@@ -1,4 +1,4 @@
-#include "msm/springs/volume_penalty.hpp"
+#include "msm/springs/springs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -63,7 +63,7 @@ class VolumePenalty : public ElasticTerm {
             volume[static_cast<Eigen::Index>(t)] = now;
             if (beta != 0.0)
                 for (int a = 0; a < 4; ++a)
-                    rate[static_cast<Eigen::Index>(t)] += gradient[a].dot(of_node(v, tetrahedra_[t][a]));
+                    rate[static_cast<Eigen::Index>(t)] += gradient[a].dot(node_part(v, tetrahedra_[t][a]));
         }
         Eigen::VectorXd push = slopes(resisted_change(volume));
         if (beta != 0.0)
@@ -79,7 +79,7 @@ class VolumePenalty : public ElasticTerm {
             const auto gradient = volume_gradient(x, tetrahedra_[t]).gradient;
             double &sum = added[static_cast<Eigen::Index>(t)] = 0.0;
             for (int a = 0; a < 4; ++a)
-                sum += gradient[a].dot(of_node(u, tetrahedra_[t][a]));
+                sum += gradient[a].dot(node_part(u, tetrahedra_[t][a]));
         }
         const Eigen::VectorXd there = share_.transpose() * pressure(slopes(change));
         const Eigen::VectorXd more =
@@ -88,7 +88,7 @@ class VolumePenalty : public ElasticTerm {
             const auto gradient = volume_gradient(x, tetrahedra_[t]).gradient;
             const auto turn = volume_gradient_change(x, u, tetrahedra_[t]);
             for (int a = 0; a < 4; ++a)
-                of_node(product, tetrahedra_[t][a]) +=
+                node_part(product, tetrahedra_[t][a]) +=
                     more[static_cast<Eigen::Index>(t)] * gradient[a] + there[static_cast<Eigen::Index>(t)] * turn[a];
         }
     }
@@ -182,7 +182,7 @@ class VolumePenalty : public ElasticTerm {
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
             const auto gradient = volume_gradient(x, tetrahedra_[t]).gradient;
             for (int a = 0; a < 4; ++a)
-                of_node(force, tetrahedra_[t][a]) -= tetrahedron_pressure[static_cast<Eigen::Index>(t)] * gradient[a];
+                node_part(force, tetrahedra_[t][a]) -= tetrahedron_pressure[static_cast<Eigen::Index>(t)] * gradient[a];
         }
     }
 

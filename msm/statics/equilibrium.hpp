@@ -5,7 +5,6 @@
 
 #include "core/solution.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/nodal_conditions.hpp"
 #include "msm/statics/rest_stiffness.hpp"
 #include "msm/statics/surface_contact.hpp"
 

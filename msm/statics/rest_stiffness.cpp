@@ -17,7 +17,7 @@
 #include "core/support/input_error.hpp"
 #include "core/support/processes/own_process.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/nodal_conditions.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/statics/equilibrium.hpp"
 
 namespace livermark::msm {

@@ -15,10 +15,8 @@
 #include "core/solution.hpp"
 #include "core/support/factors/sparse_cholesky.hpp"
 #include "core/tool/needle/needle.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {
 

@@ -213,10 +213,10 @@ void SurfaceContact::add_hessian_product(const Field &positions, const Eigen::Ve
     visit(positions, [&](const Facet &facet, const auto &shape, std::size_t number, const core::Vector3 &d) {
         core::Vector3 moved = core::Vector3::Zero();
         for (std::size_t k = 0; k < facet.nodes.size(); ++k)
-            moved += shape[k] * of_node(u, facet.nodes[k]);
+            moved += shape[k] * node_part(u, facet.nodes[k]);
         const core::Vector3 force = stiffness(facet, points_[number], d, Tangent::exact) * moved;
         for (std::size_t k = 0; k < facet.nodes.size(); ++k)
-            of_node(product, facet.nodes[k]) += shape[k] * force;
+            node_part(product, facet.nodes[k]) += shape[k] * force;
     });
 }
 

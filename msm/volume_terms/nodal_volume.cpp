@@ -1,5 +1,5 @@
 #include "msm/spring_law.hpp"
-#include "msm/springs/volume_penalty.hpp"
+#include "msm/springs/springs.hpp"
 
 namespace livermark::msm::volume_terms {
 

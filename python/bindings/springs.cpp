@@ -11,8 +11,7 @@
 #include "core/mesh/plausible_liver.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "python/bindings/arrays.hpp"
 
 namespace livermark::python {

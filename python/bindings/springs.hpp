@@ -8,7 +8,6 @@
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/nodal_conditions.hpp"
 #include "python/bindings/arrays.hpp"
 
 namespace livermark::python {

@@ -7,7 +7,6 @@
 #include "core/solution.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/nodal_conditions.hpp"
 #include "python/bindings/interpreter.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/run/run.hpp"

@@ -16,11 +16,10 @@
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/nodal_conditions.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "studies/models/model_table.hpp"
 
 namespace livermark::studies {

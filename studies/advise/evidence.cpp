@@ -14,7 +14,7 @@
 #include "core/support/input_error.hpp"
 #include "core/tool/tool_stiffness.hpp"
 #include "core/units.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "results/one_reference.hpp"
 #include "studies/models/model_table.hpp"
 

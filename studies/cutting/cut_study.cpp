@@ -12,7 +12,7 @@
 #include "core/tool/tool_stiffness.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "results/records/cut.hpp"
 #include "results/records/result.hpp"
 #include "studies/advise/advise.hpp"

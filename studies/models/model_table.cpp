@@ -14,16 +14,15 @@
 #include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/processes/own_process.hpp"
-#include "msm/dynamics/release.hpp"
+#include "msm/dynamics/histories.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
-#include "msm/kernels/equilibria/vector_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/kernels/vector_springs.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "msm/statics/load_path.hpp"
 #include "msm/statics/rest_stiffness.hpp"
-#include "msm/viscoelastic/slow_history.hpp"
 
 namespace livermark::models {
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "core/load_case.hpp"
+#include "msm/dynamics/stepper.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
-#include "msm/nodal_conditions.hpp"
-#include "msm/viscoelastic/relaxing_stepper.hpp"
 
 namespace livermark::tests {
 

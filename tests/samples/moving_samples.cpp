@@ -6,8 +6,7 @@
 #include "msm/dynamics/stepper.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {

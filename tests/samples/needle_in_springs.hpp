@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/tool/needle/moving_needle.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {
 

@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "msm/cutting/cut_parts.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "tests/samples/cut_bodies.hpp"
 
 /// Springs of bodies that are cut.

@@ -17,9 +17,8 @@
 #include "core/tool/needle/needle.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/nodal_conditions.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "results/records/needle.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/needle/needle_study.hpp"
@@ -194,7 +193,7 @@ class DrivingInSteps {
     double kinetic(const msm::State &state) const {
         double sum = 0.0;
         for (std::size_t i = 0; i < body_.node_mass.size(); ++i)
-            sum += 0.5 * body_.node_mass[i] * msm::of_node(state.velocity, static_cast<int>(i)).squaredNorm();
+            sum += 0.5 * body_.node_mass[i] * msm::node_part(state.velocity, static_cast<int>(i)).squaredNorm();
         return sum;
     }
 
@@ -202,7 +201,7 @@ class DrivingInSteps {
         const auto state = steps_->state();
         auto positions = mesh_.points;
         for (std::size_t i = 0; i < positions.size(); ++i)
-            positions[i] += msm::of_node(state.displacement, static_cast<int>(i));
+            positions[i] += msm::node_part(state.displacement, static_cast<int>(i));
         auto &record = found_.record;
         const auto &work = needle_.work();
         record.depth.push_back(needle_.depth());

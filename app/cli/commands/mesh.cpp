@@ -21,7 +21,7 @@
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "studies/advise/advise.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/study.hpp"

@@ -140,7 +140,7 @@ std::array<double, 9> gradients(const Eigen::VectorXd &x, const std::array<int, 
 
 /// As in SlicedBody::rest_length.
 std::array<double, 6> lengths(const Eigen::VectorXd &x, const std::array<int, 4> &nodes) {
-    const auto between = [&](int a, int b) { return (of_node(x, nodes[b]) - of_node(x, nodes[a])).norm(); };
+    const auto between = [&](int a, int b) { return (node_part(x, nodes[b]) - node_part(x, nodes[a])).norm(); };
     return {between(0, 1), between(0, 2), between(0, 3), between(1, 2), between(2, 3), between(3, 1)};
 }
 

@@ -11,8 +11,8 @@
 #include <limits>
 
 #include "msm/kernels/energy_kernels.hpp"
-#include "msm/kernels/equilibria/vector_springs.hpp"
 #include "msm/kernels/simd/coupled_means-inl.hpp"
+#include "msm/kernels/vector_springs.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

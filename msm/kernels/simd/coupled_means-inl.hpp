@@ -1,4 +1,4 @@
-// What coupled springs take means of, in tetrahedra and around nodes. Written once for each vector unit: see
+// Means of coupled springs in tetrahedra and around nodes. Written once for each vector unit: see
 // take_steps.cpp.
 #if defined(LIVERMARK_COUPLED_MEANS_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIVERMARK_COUPLED_MEANS_INL_HPP
@@ -9,8 +9,8 @@
 
 #include <array>
 
-#include "msm/kernels/equilibria/vector_springs.hpp"
-#include "msm/kernels/simd/strains-inl.hpp"
+#include "msm/kernels/simd/vectors-inl.hpp"
+#include "msm/kernels/vector_springs.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

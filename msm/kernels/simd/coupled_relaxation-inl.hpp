@@ -8,7 +8,7 @@
 
 #include "msm/kernels/simd/means-inl.hpp"
 #include "msm/kernels/simd/stars-inl.hpp"
-#include "msm/kernels/threads/thread_pool.hpp"
+#include "msm/kernels/thread_pool.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -38,11 +38,10 @@ HWY_INLINE hn::Vec<D> relax(D d, const RelaxationShares &shares, RelaxingStresse
                             hn::Vec<D> stress) {
     auto faded = hn::Mul(hn::Set(d, static_cast<T>(shares.at_once)), stress);
     for (std::size_t b = 0; b < shares.share.size(); ++b) {
-        const std::size_t of_branch = b * at.size + i;
-        const auto before = hn::Load(d, at.high.data() + of_branch);
+        const std::size_t place = b * at.size + i;
+        const auto before = hn::Load(d, at.high.data() + place);
         const auto way = hn::MulSub(hn::Set(d, static_cast<T>(shares.gain[b])), stress, before);
-        const auto now =
-            move_branch(d, at, of_branch, before, hn::Mul(hn::Set(d, static_cast<T>(shares.share[b])), way));
+        const auto now = move_branch(d, at, place, before, hn::Mul(hn::Set(d, static_cast<T>(shares.share[b])), way));
         faded = hn::Add(faded, shares.takes_former ? before : now);
     }
     return faded;
@@ -96,14 +95,15 @@ HWY_NOINLINE void relax_stars(StepWorkspace<T> &at, int now, int thread, int sli
 
 /// V g_i . R g_j of the edges of a tetrahedron, see RelaxationArrays::pull.
 template <class D> HWY_INLINE Symmetric<D> pulls_of(const Symmetric<D> &faded, const OfCorners<D> &rest) {
-    const auto of_a = product<D>(faded, rest.a), of_b = product<D>(faded, rest.b), of_c = product<D>(faded, rest.c);
-    const auto ab = dot(rest.a, of_b), bc = dot(rest.b, of_c), ca = dot(rest.c, of_a);
+    const auto pull_a = product<D>(faded, rest.a), pull_b = product<D>(faded, rest.b),
+               pull_c = product<D>(faded, rest.c);
+    const auto ab = dot(rest.a, pull_b), bc = dot(rest.b, pull_c), ca = dot(rest.c, pull_a);
     // The gradients sum to zero, and so do what they pull with.
     const auto from_start = [&](const hn::Vec<D> &own, const hn::Vec<D> &one, const hn::Vec<D> &other)
                                 HWY_ATTR { return hn::Neg(hn::Add(own, hn::Add(one, other))); };
-    return {from_start(dot(rest.a, of_a), ab, ca),
-            from_start(dot(rest.b, of_b), ab, bc),
-            from_start(dot(rest.c, of_c), bc, ca),
+    return {from_start(dot(rest.a, pull_a), ab, ca),
+            from_start(dot(rest.b, pull_b), ab, bc),
+            from_start(dot(rest.c, pull_c), bc, ca),
             ab,
             bc,
             ca};

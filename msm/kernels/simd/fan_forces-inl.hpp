@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "msm/kernels/simd/strains-inl.hpp"
+#include "msm/kernels/simd/vectors-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

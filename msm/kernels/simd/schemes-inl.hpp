@@ -1,4 +1,4 @@
-// What integrators make of the forces on a slice of nodes. Written once for each vector unit: see take_steps.cpp.
+// Steps of integrators under the forces on a slice of nodes. Written once for each vector unit: see take_steps.cpp.
 #if defined(LIVERMARK_SCHEMES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIVERMARK_SCHEMES_INL_HPP
 #undef LIVERMARK_SCHEMES_INL_HPP

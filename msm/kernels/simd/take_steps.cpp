@@ -8,13 +8,201 @@
 #include <type_traits>
 
 #include "core/support/vector_dispatch.hpp"
+#include "msm/kernels/simd/coupled_relaxation-inl.hpp"
 #include "msm/kernels/simd/fan_forces-inl.hpp"
 #include "msm/kernels/simd/schemes-inl.hpp"
-#include "msm/kernels/simd/spring_forces-inl.hpp"
-#include "msm/kernels/threads/thread_pool.hpp"
+#include "msm/kernels/simd/vectors-inl.hpp"
+#include "msm/kernels/step_workspace.hpp"
+#include "msm/kernels/thread_pool.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
+
+// Forces of springs on pairs of slices of nodes.
+
+/// Positions of nodes and, where stiffness damps, velocities.
+template <bool is_damped, class D> struct Ends { Rows<D> position, velocity; };
+
+template <bool is_damped, class T>
+HWY_INLINE Ends<is_damped, Lanes<T>> fetch_ends(const StepWorkspace<T> &at, int now, const std::int32_t *index) {
+    constexpr Lanes<T> d;
+    Ends<is_damped, Lanes<T>> ends;
+    ends.position = fetch(d, at.rows[now].data(), index);
+    if constexpr (is_damped)
+        ends.velocity = fetch(d, at.velocity_rows[now].data(), index);
+    return ends;
+}
+
+/// The nodes of a slice, those from `lane` on.
+template <bool is_damped, class T>
+HWY_INLINE Ends<is_damped, Lanes<T>> own_ends(const StepWorkspace<T> &at, int now, int slice, std::size_t lane) {
+    constexpr Lanes<T> d;
+    const std::size_t own = (static_cast<std::size_t>(slice) * slice_size + lane) * 4;
+    Ends<is_damped, Lanes<T>> ends;
+    auto &x = ends.position;
+    hn::LoadInterleaved4(d, at.rows[now].data() + own, x.x, x.y, x.z, x.w);
+    auto &v = ends.velocity;
+    if constexpr (is_damped)
+        hn::LoadInterleaved4(d, at.velocity_rows[now].data() + own, v.x, v.y, v.z, v.w);
+    return ends;
+}
+
+/// Factors of a line of springs that add up their forces: these are tension times span.
+template <class D> struct Pull {
+    hn::Vec<D> tension; ///< k (1 - l0/l + beta l'/l) [N/m]
+    Vec3<D> span;
+};
+
+/// Tension of springs from here to there.
+/// @param spring  k and, 16 further, k l0 / 2
+template <bool is_damped, class T>
+HWY_INLINE Pull<Lanes<T>> pull(const StepWorkspace<T> &at, const T *spring, const Ends<is_damped, Lanes<T>> &here,
+                               const Ends<is_damped, Lanes<T>> &there) {
+    constexpr Lanes<T> d;
+    const auto three = hn::Set(d, T(3));
+    const auto span = difference(there.position, here.position);
+    const auto square = squared_length(d, span);
+    const auto stiffness = hn::Load(d, spring);
+    // The last step of Newton's method, 1 / l = guess (3 - l^2 guess^2) / 2, is part of the tension.
+    const auto guess = guess_of_inverse_root(d, square);
+    const auto correction = hn::NegMulAdd(hn::Mul(square, guess), guess, three);
+    auto tension = hn::NegMulAdd(hn::Mul(hn::Load(d, spring + slice_size), guess), correction, stiffness);
+    if constexpr (is_damped) {
+        const auto inverse_length = hn::Mul(hn::Mul(guess, hn::Set(d, T(0.5))), correction);
+        const auto rate = dot(span, difference(there.velocity, here.velocity));
+        const auto beta = hn::Set(d, static_cast<T>(at.beta));
+        tension = hn::MulAdd(hn::Mul(beta, stiffness), hn::Mul(rate, hn::Mul(inverse_length, inverse_length)), tension);
+    }
+    return {tension, span};
+}
+
+template <class D> HWY_INLINE void add(const Pull<D> &pull, Vec3<D> &force) {
+    force.x = hn::MulAdd(pull.tension, pull.span.x, force.x);
+    force.y = hn::MulAdd(pull.tension, pull.span.y, force.y);
+    force.z = hn::MulAdd(pull.tension, pull.span.z, force.z);
+}
+
+/// Forces on the nodes of a pair of slices.
+template <class D> struct PairForces { Vec3<D> first, second; };
+
+/// k (l - l0 + beta l') n over the springs at nodes of a pair of slices, those from `lane` on.
+template <bool is_damped, class T>
+HWY_INLINE PairForces<Lanes<T>> spring_forces(const StepWorkspace<T> &at, int now, int pair, std::size_t lane) {
+    constexpr Lanes<T> d;
+    const auto zero = hn::Zero(d);
+    PairForces<Lanes<T>> force{{zero, zero, zero}, {zero, zero, zero}};
+    const auto &body = at.body;
+    if (body.spring_lines.empty())
+        return force;
+    constexpr std::ptrdiff_t spring_line = 2 * slice_size;
+    const SpringLines &lines = body.spring_lines[pair];
+    const auto *index = body.neighbour.data() + static_cast<std::ptrdiff_t>(lines.first_neighbour) * slice_size + lane;
+    const T *spring = body.spring.data() + lines.first_spring * spring_line + lane;
+    const auto first = own_ends<is_damped>(at, now, 2 * pair, lane);
+    const auto second = own_ends<is_damped>(at, now, 2 * pair + 1, lane);
+
+    const auto between = pull<is_damped>(at, spring, first, second);
+    force.first = scaled<Lanes<T>>(between.tension, between.span);
+    force.second = minus(force.second, force.first);
+    spring += spring_line;
+    for (int line = 0; line < lines.count.shared; ++line, index += slice_size, spring += 2 * spring_line) {
+        const auto there = fetch_ends<is_damped>(at, now, index);
+        add(pull<is_damped>(at, spring, first, there), force.first);
+        add(pull<is_damped>(at, spring + spring_line, second, there), force.second);
+    }
+    for (int line = 0; line < lines.count.alone[0]; ++line, index += slice_size, spring += spring_line)
+        add(pull<is_damped>(at, spring, first, fetch_ends<is_damped>(at, now, index)), force.first);
+    for (int line = 0; line < lines.count.alone[1]; ++line, index += slice_size, spring += spring_line)
+        add(pull<is_damped>(at, spring, second, fetch_ends<is_damped>(at, now, index)), force.second);
+    return force;
+}
+
+// Stresses that relax.
+
+/// The tensions of a line of springs from here to there.
+/// @param line  in units of 16
+template <class T>
+HWY_INLINE void relax_line(StepWorkspace<T> &at, int line, std::size_t lane, const Rows<Lanes<T>> &here,
+                           const Rows<Lanes<T>> &there) {
+    using D = Lanes<T>;
+    constexpr D d;
+    auto &relaxation = at.relaxation;
+    const std::size_t place = static_cast<std::size_t>(line) * slice_size + lane;
+    T *spring = at.body.spring.data() + static_cast<std::size_t>(line) * 2 * slice_size + lane;
+    const auto length = hn::Sqrt(squared_length(d, difference(there, here)));
+    const auto half_rest = hn::Load(d, relaxation.rest_tension.data() + place);
+    const auto tension = hn::NegMulAdd(hn::Set(d, T(2)), half_rest, hn::Mul(hn::Load(d, spring), length));
+    const auto faded = relax(D(), relaxation.shares, relaxation.springs, place, tension);
+    hn::Store(hn::MulAdd(hn::Set(d, T(0.5)), faded, half_rest), d, spring + slice_size);
+}
+
+/// The springs at the nodes of a pair of slices, in the order of spring_forces().
+template <class T> HWY_NOINLINE void relax_springs(StepWorkspace<T> &at, int now, int pair) {
+    const SpringLines &lines = at.body.spring_lines[static_cast<std::size_t>(pair)];
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(Lanes<T>())) {
+        const auto *index =
+            at.body.neighbour.data() + static_cast<std::ptrdiff_t>(lines.first_neighbour) * slice_size + lane;
+        int line = lines.first_spring;
+        const auto first = own_ends<false>(at, now, 2 * pair, lane).position;
+        const auto second = own_ends<false>(at, now, 2 * pair + 1, lane).position;
+        relax_line(at, line++, lane, first, second);
+        for (int n = 0; n < lines.count.shared; ++n, index += slice_size) {
+            const auto there = fetch_ends<false>(at, now, index).position;
+            relax_line(at, line++, lane, first, there);
+            relax_line(at, line++, lane, second, there);
+        }
+        for (const int side : {0, 1})
+            for (int n = 0; n < lines.count.alone[static_cast<std::size_t>(side)]; ++n, index += slice_size)
+                relax_line(at, line++, lane, side == 0 ? first : second, fetch_ends<false>(at, now, index).position);
+    }
+}
+
+/// Positions of the nodes of a slice, taken back along their velocities.
+template <class T> void take_back(StepWorkspace<T> &at, int to, int slice) {
+    const auto back = static_cast<T>(at.relaxation.shares.back);
+    const auto &[position, velocity, free_per_mass] = at.nodes[static_cast<std::size_t>(slice)];
+    T *rows = at.rows[to].data();
+    for (std::size_t lane = 0; lane < slice_size; ++lane)
+        for (std::size_t c = 0; c < 3; ++c)
+            rows[4 * (static_cast<std::size_t>(slice) * slice_size + lane) + c] =
+                position.high[c][lane] - back * velocity.high[c][lane];
+    const auto &body = at.body;
+    if (!body.copied_row.empty())
+        for (int c = body.copy_start[slice]; c < body.copy_start[slice + 1]; ++c)
+            std::copy_n(rows + 4 * static_cast<std::size_t>(body.copied_row[c]), 3,
+                        rows + 4 * static_cast<std::size_t>(body.first_copy + c));
+}
+
+template <class T> void relax_all(StepWorkspace<T> &at, int thread, Barrier &barrier) {
+    int now = at.now;
+    if (at.relaxation.shares.back != 0.0) {
+        now = 1 - at.now; // the next step writes these rows anew
+        for (const int pair : at.pairs[thread].order)
+            for (const int slice : {2 * pair, 2 * pair + 1})
+                take_back(at, now, slice);
+        barrier.wait();
+    }
+    if (!at.relaxation.springs.empty())
+        for (const int pair : at.pairs[thread].order)
+            relax_springs(at, now, pair);
+    if (!at.relaxation.means.empty())
+        at.coupled.relax(at, now, thread, barrier);
+}
+
+void relax_with_float(StepWorkspace<float> &at, int thread, Barrier &barrier) {
+    relax_all(at, thread, barrier);
+}
+#if HWY_HAVE_FLOAT64
+void relax_with_double(StepWorkspace<double> &at, int thread, Barrier &barrier) {
+    relax_all(at, thread, barrier);
+}
+#else
+void relax_with_double(StepWorkspace<double> & /*at*/, int /*thread*/, Barrier & /*barrier*/) {
+    throw std::logic_error("stresses in double precision need vectors of float64, which are not there; ask for single");
+}
+#endif
+
+// Steps.
 
 /// The forces of all stars and fans of a chunk on their corners. Not inlined, nor is nodal_states(): they are the same
 /// for all schemes, and four copies of the longest code here would take most of the time that this file compiles.
@@ -175,6 +363,10 @@ LIVERMARK_DISPATCH(template <> void take_steps, take_with_float,
 LIVERMARK_DISPATCH(template <> void take_steps, take_with_double,
                    (StepWorkspace<double> & workspace, int thread, int num_steps, Barrier &barrier),
                    (workspace, thread, num_steps, barrier))
+LIVERMARK_DISPATCH(template <> void relax_stresses, relax_with_float,
+                   (StepWorkspace<float> & workspace, int thread, Barrier &barrier), (workspace, thread, barrier))
+LIVERMARK_DISPATCH(template <> void relax_stresses, relax_with_double,
+                   (StepWorkspace<double> & workspace, int thread, Barrier &barrier), (workspace, thread, barrier))
 
 } // namespace livermark::msm
 #endif

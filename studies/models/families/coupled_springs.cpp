@@ -1,8 +1,7 @@
-#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/springs.hpp"
 
 #include <fmt/format.h>
 
-#include "msm/springs/spring_network.hpp"
 #include "studies/models/model_table.hpp"
 
 namespace livermark::models::families {

@@ -15,7 +15,7 @@
 #include "core/support/processes/mpi_session.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/statics/rest_stiffness.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/refined_solution.hpp"

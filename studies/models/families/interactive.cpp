@@ -8,7 +8,6 @@
 #include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/nodal_conditions.hpp"
 #include "studies/models/model_table.hpp"
 
 namespace livermark::models::families {

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "core/support/input_error.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "studies/models/model_table.hpp"
 
 namespace livermark::models::families {

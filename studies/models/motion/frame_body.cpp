@@ -5,7 +5,6 @@
 
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/nodal_conditions.hpp"
 
 namespace livermark::models {
 

@@ -10,7 +10,6 @@
 #include "core/mesh/tetra_mesh.hpp"
 #include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 
 namespace livermark::models {

@@ -12,12 +12,10 @@
 #include "core/support/input_error.hpp"
 #include "fem_reference/hyperelastic/motion.hpp"
 #include "interactive/method.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/spring_stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 
 namespace livermark::models {
 

@@ -98,7 +98,7 @@ std::unique_ptr<Stepper> method_stepper(const interactive::Method &method, const
                                         const core::NodalConditions &once_released, const StepperOptions &options);
 
 /// Scales the stiff parts of a body so that they bear the steps of the rest: selective mass scaling of explicit
-/// methods, by the same rules as of springs (msm/dynamics/mass_scaling.hpp).
+/// methods, by the same rules as of springs (msm/dynamics/time_step.hpp).
 /// @param at_rest  whose constrained nodes belong to no part; nodes of the method's own belong to a part where the
 ///   edges are that they are on
 msm::MassScaling scale_masses(const interactive::Simulation &at_rest);

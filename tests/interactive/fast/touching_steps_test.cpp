@@ -9,7 +9,6 @@
 #include "interactive/method.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/nodal_conditions.hpp"
 #include "tests/interactive/moving_scene.hpp"
 #include "tests/oracles/slow_methods.hpp"
 #include "tests/samples/touched_block.hpp"

@@ -12,10 +12,9 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
-#include "msm/kernels/equilibria/vector_springs.hpp"
+#include "msm/kernels/vector_springs.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/springs/tetrahedron.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/oracles/linear_elements.hpp"
@@ -272,7 +271,7 @@ TEST_P(EveryElasticTerm, HasForcesWithoutResultantAndMoment) {
     double scale = 0.0;
     for (std::size_t i = 0; i < forces.size(); ++i) {
         resultant += forces[i];
-        moment += Vector3(msm::of_node(shaken, static_cast<int>(i))).cross(forces[i]);
+        moment += Vector3(msm::node_part(shaken, static_cast<int>(i))).cross(forces[i]);
         scale += forces[i].norm();
     }
     EXPECT_LT(resultant.norm(), 1e-13 * scale);
@@ -444,7 +443,7 @@ struct PressedBox {
         EXPECT_LT(msm::kinetic_energy(equation, state), 1e-12);
         auto moved = body->mesh;
         for (int i = 0; i < moved.num_nodes(); ++i)
-            moved.points[i] += msm::of_node(state.displacement, i);
+            moved.points[i] += msm::node_part(state.displacement, i);
         return std::ranges::min(core::tetrahedron_volumes(moved));
     }
 };

@@ -7,9 +7,7 @@
 #include <vector>
 
 #include "msm/elastic_body.hpp"
-#include "msm/nodal_conditions.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/statics/load_path.hpp"
 #include "msm/statics/rest_stiffness.hpp"
 #include "tests/samples/standing_block.hpp"

@@ -8,10 +8,10 @@
 #include "msm/dynamics/stepper.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/energy_kernels.hpp"
-#include "msm/kernels/equilibria/vector_springs.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/kernels/simd/coupled_steps-inl.hpp"
-#include "msm/springs/coupled_springs.hpp"
+#include "msm/kernels/vector_springs.hpp"
+#include "msm/springs/springs.hpp"
 #include "tests/samples/moving_samples.hpp"
 
 // An energy that no model has, as CONTRIBUTING.md says how to add one: its kernels, and what the terms have of it. The
@@ -164,7 +164,7 @@ TEST_P(NewEnergy, MovesInTheKernelsAsItsTermsDo) {
         for (const auto precision : tests::both_precisions) {
             auto expected = tests::shaken(sample_);
             for (std::size_t i = 0; i < start_at.size(); ++i)
-                msm::of_node(expected.displacement, static_cast<int>(i)) = start_at[i] - sample_.positions[i];
+                msm::node_part(expected.displacement, static_cast<int>(i)) = start_at[i] - sample_.positions[i];
             const auto start = expected;
             auto steps = msm::FastSteps::prepare(sample_.body, sample_.positions, sample_.conditions, damping,
                                                  "symplectic_euler", tests::sample_step, {.precision = precision});

@@ -14,7 +14,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "msm/bounded_least_squares.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "tests/samples/moving_samples.hpp"

@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/statics/load_path.hpp"
 #include "msm/statics/surface_contact.hpp"
 #include "tests/samples/touched_block.hpp"

@@ -6,9 +6,8 @@
 #include <string>
 
 #include "msm/elastic_body.hpp"
-#include "msm/kernels/equilibria/vector_springs.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/kernels/vector_springs.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/samples/test_meshes.hpp"

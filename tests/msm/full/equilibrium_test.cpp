@@ -1,8 +1,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/samples/test_meshes.hpp"

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "core/tool/touching_tool.hpp"
-#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/statics/load_path.hpp"
 #include "tests/samples/touch/sheared_column.hpp"
 #include "tests/samples/touched_block.hpp"

@@ -6,7 +6,7 @@
 #include <livermark/msm/dynamics/time_step.hpp>
 #include <livermark/msm/kernels/fast_steps.hpp>
 #include <livermark/msm/spring_law.hpp>
-#include <livermark/msm/springs/spring_network.hpp>
+#include <livermark/msm/springs/springs.hpp>
 #include <memory>
 
 using namespace livermark;

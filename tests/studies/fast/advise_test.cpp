@@ -6,7 +6,7 @@
 #include "core/support/input_error.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "studies/advise/advise.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/study.hpp"

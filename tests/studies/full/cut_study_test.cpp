@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/support/input_error.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "results/records/cut.hpp"
 #include "studies/advise/advise.hpp"
 #include "studies/models/model_table.hpp"

@@ -5,10 +5,9 @@
 
 #include "core/support/input_error.hpp"
 #include "core/tool/needle/needle.hpp"
-#include "msm/nodal_conditions.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/statics/rest_stiffness.hpp"
 #include "studies/needle/needle_study.hpp"
 #include "tests/samples/random_needles.hpp"

@@ -5,7 +5,7 @@
 
 #include "app/live/scene.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
-#include "msm/nodal_conditions.hpp"
+#include "msm/elastic_body.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::live {

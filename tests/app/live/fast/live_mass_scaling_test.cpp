@@ -6,7 +6,7 @@
 
 #include "app/live/parameters.hpp"
 #include "app/live/scene.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -7,8 +7,7 @@
 #include "app/live/scene.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "msm/spring_energy.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/statics/load_path.hpp"
 #include "tests/app/live/box_scene.hpp"
 

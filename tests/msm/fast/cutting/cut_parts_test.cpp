@@ -11,8 +11,7 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "tests/samples/cut_bodies.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/springs_to_cut.hpp"
@@ -96,7 +95,7 @@ class MovingCutBox : public tests::CutBox {
         auto state = steps.state();
         for (int i = 0; i < body.mesh.num_nodes(); ++i)
             if (conditions.displacement[i].array().isNaN().all())
-                msm::of_node(state.displacement, i) = tests::random_vector(random, 0.0004);
+                msm::node_part(state.displacement, i) = tests::random_vector(random, 0.0004);
         steps.set_state(state);
         steps.take(20);
         return steps;
@@ -112,8 +111,9 @@ class MovingCutBox : public tests::CutBox {
             if (number[i] >= 0) {
                 left.displacement.push_back(conditions.displacement[i]);
                 left.force.push_back(conditions.force[i]);
-                msm::of_node(start.displacement, number[i]) = msm::of_node(before.displacement, static_cast<int>(i));
-                msm::of_node(start.velocity, number[i]) = msm::of_node(before.velocity, static_cast<int>(i));
+                msm::node_part(start.displacement, number[i]) =
+                    msm::node_part(before.displacement, static_cast<int>(i));
+                msm::node_part(start.velocity, number[i]) = msm::node_part(before.velocity, static_cast<int>(i));
             }
         auto anew =
             msm::FastSteps::prepare(GetParam().make(rest), rest.mesh.points, left, {.alpha = 1.0, .beta = motion.beta},
@@ -124,15 +124,15 @@ class MovingCutBox : public tests::CutBox {
         const auto is = steps.state(), should = anew->state();
         double largest = 0.0, difference = 0.0;
         for (std::size_t i = 0; i < number.size(); ++i) {
-            const Vector3 velocity = msm::of_node(is.velocity, static_cast<int>(i));
+            const Vector3 velocity = msm::node_part(is.velocity, static_cast<int>(i));
             if (number[i] < 0) {
                 EXPECT_EQ(velocity, Vector3::Zero()) << i;
-                EXPECT_EQ(Vector3(msm::of_node(is.displacement, static_cast<int>(i))),
-                          Vector3(msm::of_node(before.displacement, static_cast<int>(i))))
+                EXPECT_EQ(Vector3(msm::node_part(is.displacement, static_cast<int>(i))),
+                          Vector3(msm::node_part(before.displacement, static_cast<int>(i))))
                     << i;
                 continue;
             }
-            const Vector3 expected = msm::of_node(should.velocity, number[i]);
+            const Vector3 expected = msm::node_part(should.velocity, number[i]);
             largest = std::max(largest, expected.norm());
             difference = std::max(difference, (velocity - expected).norm());
         }
@@ -184,7 +184,7 @@ msm::NodalConditions as_parted(const msm::NodalConditions &before, const std::ve
 Vector3 momentum(const msm::State &state, const std::vector<double> &mass) {
     Vector3 sum = Vector3::Zero();
     for (std::size_t i = 0; i < mass.size(); ++i)
-        sum += mass[i] * msm::of_node(state.velocity, static_cast<int>(i));
+        sum += mass[i] * msm::node_part(state.velocity, static_cast<int>(i));
     return sum;
 }
 
@@ -210,9 +210,10 @@ TEST_P(MovingCutBox, GoesOnAfterEachPartingAsThePartedBodySetUpAnew) {
             for (const int parent : changes.parent_node)
                 has_constrained = has_constrained || !conditions.displacement[parent].array().isNaN().all();
             for (int i = 0; i < static_cast<int>(origin.size()); ++i) {
-                EXPECT_EQ(Vector3(msm::of_node(after.velocity, i)), Vector3(msm::of_node(before.velocity, origin[i])));
-                EXPECT_EQ(Vector3(msm::of_node(after.displacement, i)),
-                          Vector3(msm::of_node(before.displacement, origin[i])));
+                EXPECT_EQ(Vector3(msm::node_part(after.velocity, i)),
+                          Vector3(msm::node_part(before.velocity, origin[i])));
+                EXPECT_EQ(Vector3(msm::node_part(after.displacement, i)),
+                          Vector3(msm::node_part(before.displacement, origin[i])));
             }
             const Vector3 was = momentum(before, mass_before), is = momentum(after, parts.node_mass());
             EXPECT_LT((is - was).norm(), 1e-13 * was.norm());

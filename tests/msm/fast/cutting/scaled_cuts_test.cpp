@@ -8,10 +8,9 @@
 #include <set>
 
 #include "msm/cutting/cut_parts.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/springs.hpp"
 #include "tests/samples/cut_bodies.hpp"
 #include "tests/samples/moving_samples.hpp"
 
@@ -50,7 +49,7 @@ class ScaledCuts : public testing::Test {
         std::mt19937 random(5);
         for (int i = 0; i < body.mesh.num_nodes(); ++i)
             if (std::isnan(conditions.displacement[i].x()))
-                msm::of_node(state.displacement, i) = tests::random_vector(random, 1e-4);
+                msm::node_part(state.displacement, i) = tests::random_vector(random, 1e-4);
         steps.set_state(state);
         steps.take(10);
         return steps;
@@ -112,8 +111,8 @@ class ScaledCuts : public testing::Test {
         auto start = others.state();
         const auto before = steps.state();
         for_all(anew, [&](int node, int now) {
-            msm::of_node(start.displacement, now) = msm::of_node(before.displacement, node);
-            msm::of_node(start.velocity, now) = msm::of_node(before.velocity, node);
+            msm::node_part(start.displacement, now) = msm::node_part(before.displacement, node);
+            msm::node_part(start.velocity, now) = msm::node_part(before.velocity, node);
         });
         others.set_state(start);
         steps.take(30);
@@ -121,10 +120,10 @@ class ScaledCuts : public testing::Test {
         const auto is = steps.state(), should = others.state();
         double largest = 0.0, difference = 0.0, change = 0.0;
         for_all(anew, [&](int node, int now) {
-            const Vector3 expected = msm::of_node(should.velocity, now);
+            const Vector3 expected = msm::node_part(should.velocity, now);
             largest = std::max(largest, expected.norm());
-            difference = std::max(difference, (expected - msm::of_node(is.velocity, node)).norm());
-            change = std::max(change, (expected - msm::of_node(start.velocity, now)).norm());
+            difference = std::max(difference, (expected - msm::node_part(is.velocity, node)).norm());
+            change = std::max(change, (expected - msm::node_part(start.velocity, now)).norm());
         });
         EXPECT_GT(change, 0.1 * largest);
         EXPECT_LT(difference, 1e-9 * largest);

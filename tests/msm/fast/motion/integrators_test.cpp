@@ -8,7 +8,7 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "tests/not_a_number.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"

@@ -6,13 +6,11 @@
 #include <cmath>
 
 #include "core/support/input_error.hpp"
-#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/spring_energy.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/statics/rest_stiffness.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
@@ -56,8 +54,8 @@ struct Bar {
     void stop_what_is_held(msm::State &state) const {
         for (std::size_t i = 0; i < body.mesh.points.size(); ++i)
             if (!std::isnan(conditions.displacement[i].x())) {
-                msm::of_node(state.displacement, static_cast<int>(i)).setZero();
-                msm::of_node(state.velocity, static_cast<int>(i)).setZero();
+                msm::node_part(state.displacement, static_cast<int>(i)).setZero();
+                msm::node_part(state.velocity, static_cast<int>(i)).setZero();
             }
     }
     msm::EquationOfMotion equation(const msm::MassScaling &scaling) const {
@@ -209,7 +207,7 @@ TEST(MassScaling, LowersTheLowestFrequenciesByWhatTheLumpDeforms) {
         double mass = 0.0;
         for (std::size_t i = 0; i < points.size(); ++i)
             mass += bar.springs.node_mass[i] *
-                    msm::of_node(shape, static_cast<int>(i)).dot(msm::of_node(heavy, static_cast<int>(i)));
+                    msm::node_part(shape, static_cast<int>(i)).dot(msm::node_part(heavy, static_cast<int>(i)));
         const double first_order = plain.angular_frequency[mode] / std::sqrt(mass);
         EXPECT_LT(scaled.angular_frequency[mode], plain.angular_frequency[mode]);
         EXPECT_NEAR(scaled.angular_frequency[mode], first_order,

@@ -9,15 +9,12 @@
 #include <vector>
 
 #include "core/support/input_error.hpp"
-#include "msm/dynamics/release.hpp"
+#include "msm/dynamics/histories.hpp"
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
-#include "msm/viscoelastic/relaxing_stepper.hpp"
-#include "msm/viscoelastic/slow_history.hpp"
+#include "msm/springs/springs.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/samples/test_meshes.hpp"
 

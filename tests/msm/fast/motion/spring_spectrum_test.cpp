@@ -8,7 +8,7 @@
 #include "msm/dynamics/stepper.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "msm/statics/rest_stiffness.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"

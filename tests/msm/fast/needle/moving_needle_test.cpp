@@ -10,8 +10,7 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/springs/coupled_springs.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "tests/samples/moving_samples.hpp"
 #include "tests/samples/test_meshes.hpp"
 

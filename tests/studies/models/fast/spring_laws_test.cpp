@@ -6,7 +6,7 @@
 
 #include "core/error_norms.hpp"
 #include "meshes/generators/box_generator.hpp"
-#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs.hpp"
 #include "studies/models/model_table.hpp"
 #include "tests/samples/test_meshes.hpp"
 

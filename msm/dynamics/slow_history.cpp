@@ -1,4 +1,4 @@
-#include "msm/viscoelastic/slow_history.hpp"
+#include "msm/dynamics/histories.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "msm/dynamics/stepper.hpp"
 #include "msm/statics/load_path.hpp"
-#include "msm/viscoelastic/relaxing_stepper.hpp"
 
 namespace livermark::msm {
 

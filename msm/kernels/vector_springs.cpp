@@ -1,4 +1,4 @@
-#include "msm/kernels/equilibria/vector_springs.hpp"
+#include "msm/kernels/vector_springs.hpp"
 
 #include <algorithm>
 #include <cmath>

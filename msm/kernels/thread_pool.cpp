@@ -1,4 +1,27 @@
-#include "msm/kernels/threads/thread_pool.hpp"
+#include "msm/kernels/thread_pool.hpp"
+
+#ifdef LIVERMARK_WITHOUT_THREADS
+
+namespace livermark::msm {
+
+Barrier::Round Barrier::tell_others() {
+    return 0;
+}
+void Barrier::wait_for_others(Round /*round*/) {}
+
+struct ThreadPool::Others {};
+
+ThreadPool::ThreadPool(int /*num_threads*/) : num_threads_(1), barrier_(1) {}
+
+ThreadPool::~ThreadPool() = default;
+
+void ThreadPool::run(const std::function<void(int, Barrier &)> &work) {
+    work(0, barrier_);
+}
+
+} // namespace livermark::msm
+
+#else
 
 #include <thread>
 #include <utility>
@@ -91,3 +114,5 @@ void ThreadPool::run(const std::function<void(int, Barrier &)> &work) {
 }
 
 } // namespace livermark::msm
+
+#endif

@@ -34,9 +34,8 @@ class Barrier {
 };
 
 /// Threads that do the same work together, again and again. They sleep where nothing comes for some 50 microseconds:
-/// steps that are asked for one by one would all wait until everybody is awake. Where there are no threads, as in
-/// WebAssembly, one_thread.cpp stands in for thread_pool.cpp. A process that was forked while nobody ran has a pool of
-/// its own.
+/// steps that are asked for one by one would all wait until everybody is awake. With LIVERMARK_WITHOUT_THREADS, as in
+/// WebAssembly, the caller does all alone. A process that was forked while nobody ran has a pool of its own.
 class ThreadPool {
   public:
     /// @param num_threads  >= 1, the caller among them
