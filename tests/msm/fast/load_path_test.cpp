@@ -196,7 +196,7 @@ TEST(Foundation, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
         term.add_block_bound(x, bound);
         double most = 0.0;
         for (std::size_t i = 0; i < bound.size(); ++i) {
-            const Vector3 u = msm::of_node(direction, static_cast<int>(i));
+            const Vector3 u = msm::node_part(direction, static_cast<int>(i));
             most += u.dot(bound[i] * u);
         }
         EXPECT_LE(direction.dot(product), most);
