@@ -28,9 +28,9 @@
 ///     noun          it in refusals: "a ball that touches"
 ///     scale(factor), cut_short(part)   what core::scaled() and core::cut_short() do to it
 ///     decides_statics                  whether its operator == counts for the static solution
-///     move_to_parts(parent)            the facets that it lies on become those of a refined mesh: parent has for each
-///     of
-///                                      these the facet that it is a part of
+///     move_to_parts(parent)            the facets that it lies on become those of a refined mesh;
+///                                      parent has for each facet of that mesh
+///                                      the one that it is a part of
 ///     contact()                        what is known of a contact before its facets are found
 ///
 /// It is a member of Events and in EventKind, at the end of this file; load_cases/events/ has a reader for each.

@@ -56,7 +56,7 @@ struct BoundedLeastSquares {
 /// conditions of Karush, Kuhn and Tucker hold to 1e-10 of the size of the problem: with columns of length one, no
 /// gradient A^T (A x - b) points below zero, nor off it where x is free, by more than that part of |b - A lower|.
 /// The same input gives the same x on one machine.
-/// Of columns that depend on each other there are several minimisers, and this is one.
+/// Columns that depend on each other have several minimisers, and this is one.
 /// @param matrix  A, shape (m, n), no column zero
 /// @param target  b, shape (m)
 /// @param lower   shape (n), finite

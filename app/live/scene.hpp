@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "app/live/find_cut.hpp"
+#include "core/load_case.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/problem.hpp"
 #include "core/tool/ball_contact.hpp"
 #include "core/tool/needle/needle.hpp"
-#include "core/load_case.hpp"
 #include "core/tool/stepper.hpp"
 #include "msm/dynamics/spring_stepper.hpp"
 

@@ -167,7 +167,7 @@ class Prefactored : public SimulationInRows {
     double factorised_for_ = 0.0; ///< time step [s]
     std::vector<int> unknown_;    ///< (N) of a node, -1 where constrained
     int num_unknowns_ = 0;
-    // Of the contact of a ball.
+    // Members for the contact of a ball.
     std::vector<Eigen::VectorXd> columns_;      ///< (N) of A^-1 [m/N], empty where the ball was never near
     std::vector<core::Vector3> forces_;         ///< (N) of the ball on the nodes in this step [N]
     std::vector<core::Vector3> near_predicted_; ///< (near) where they would go without the ball and elasticity [m]

@@ -54,7 +54,7 @@ struct ExplicitRows : NodeRows {
     Aligned<float> tetrahedra;           ///< lines of tetrahedra, numbers_of_tetrahedron vectors of 16 for each
     std::vector<std::size_t> slot_start; ///< (rows / 4 + 1) in units of four slots: the k-th of four nodes side by side
     Aligned<float> force;                ///< in slots; zero where nothing writes, and one more slot for what fills up
-    // Of pressures around nodes.
+    // Arrays for pressures around nodes.
     Aligned<float> growth;                 ///< as corner: V (J - 1) / 4, summed over tetrahedra of a fan at a corner
     std::vector<std::size_t> growth_start; ///< (slices of rows + 1) in units of 16
     Aligned<std::int32_t> growth_at;       ///< whose sum is the growth around a node; the last of growth is zero

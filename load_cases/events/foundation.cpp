@@ -1,9 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <fmt/format.h>
-#include <iterator>
-#include <string_view>
-#include <vector>
 
 #include "core/events.hpp"
 #include "load_cases/places/selector.hpp"
@@ -16,10 +13,7 @@ namespace {
 void refuse_company_of_foundation(const Reading &reading) {
     const auto &[table, file, mesh, load_case] = reading;
     const auto &foundation = support::required_table(table, "foundation");
-    std::vector<std::string_view> known{"stiffness", "normal_only"};
-    std::ranges::transform(all_selectors(), std::back_inserter(known),
-                           [](const Selector &selector) { return std::string_view(selector.name); });
-    support::refuse_unknown_keys(foundation, known);
+    support::refuse_unknown_keys(foundation, keys_with_place({"stiffness", "normal_only"}));
     if (load_case.regime != core::Regime::large)
         support::refuse(foundation, "models of small deformations know no foundation; write regime = \"large\"");
     if (load_case.scale_to_target || std::ranges::any_of(std::array{"history", "release", "tool", "needle"},
@@ -35,9 +29,7 @@ void read_foundation(const Reading &reading) {
     double stiffness = support::required_number(foundation, "stiffness");
     if (!(stiffness > 0.0))
         support::refuse(*foundation.get("stiffness"),
-                        "the 'stiffness' of a foundation is {} N/m^3; it has to be "
-                        "positive",
-                        stiffness);
+                        "the 'stiffness' of a foundation is {} N/m^3; it has to be positive", stiffness);
     if (place.tool)
         support::refuse(foundation, "a foundation is as stiff everywhere; leave the 'profile' out");
     if (std::ranges::any_of(place.facets, [&](int f) { return load_case.is_constrained(f); }))

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <fmt/format.h>
-#include <iterator>
 #include <limits>
 #include <string_view>
 #include <vector>
@@ -39,10 +38,8 @@ double number_of_touch(const toml::table &touch, std::string_view key, bool may_
 void refuse_company_of_touch(const Reading &reading) {
     const auto &[table, file, mesh, load_case] = reading;
     const auto &touch = support::required_table(table, "touch");
-    std::vector<std::string_view> known{"radius", "plate", "size", "edge_radius", "depth", "friction", "slide"};
-    std::ranges::transform(all_selectors(), std::back_inserter(known),
-                           [](const Selector &selector) { return std::string_view(selector.name); });
-    support::refuse_unknown_keys(touch, known);
+    support::refuse_unknown_keys(
+        touch, keys_with_place({"radius", "plate", "size", "edge_radius", "depth", "friction", "slide"}));
     if (load_case.regime != core::Regime::large)
         support::refuse(touch,
                         "contact grows as a ball sinks in, which small deformations neglect; write regime = \"large\"");

@@ -284,6 +284,13 @@ bool is_round(const toml::table &place) {
     return profile == "round";
 }
 
+std::vector<std::string_view> keys_with_place(std::initializer_list<std::string_view> own) {
+    std::vector<std::string_view> keys(own);
+    for (const auto &selector : all_selectors())
+        keys.push_back(selector.name);
+    return keys;
+}
+
 bool prescribes_displacement(const toml::table &condition) {
     return condition.contains("displacement") || condition.contains("push");
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <initializer_list>
 #include <optional>
 #include <span>
 #include <string>
@@ -64,6 +65,9 @@ struct Selector {
 
 /// Every selector of selectors/, in alphabetical order.
 std::span<const Selector> all_selectors();
+
+/// Keys of a table that has a place: its own, and those of all selectors.
+std::vector<std::string_view> keys_with_place(std::initializer_list<std::string_view> own = {});
 
 /// Finds the place that a [[condition]] names, by the one selector whose key it has.
 /// @throws support::InputError if it names none or several, NotOnBody if no facet is there

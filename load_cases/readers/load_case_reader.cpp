@@ -20,9 +20,7 @@ namespace livermark::load_cases {
 namespace {
 
 void refuse_unknown_condition_keys(const toml::table &table) {
-    std::vector<std::string_view> known{"name"};
-    for (const auto &selector : all_selectors())
-        known.push_back(selector.name);
+    auto known = keys_with_place({"name"});
     std::ranges::copy(effect_keys(), std::back_inserter(known));
     support::refuse_unknown_keys(table, known);
 }

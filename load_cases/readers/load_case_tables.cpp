@@ -192,13 +192,6 @@ bool has_one_of(const toml::table &table, auto &&keys) {
     return std::ranges::any_of(keys, [&](std::string_view key) { return table.contains(key); });
 }
 
-std::vector<std::string_view> place_keys() {
-    std::vector<std::string_view> keys;
-    for (const auto &selector : all_selectors())
-        keys.push_back(selector.name);
-    return keys;
-}
-
 void look_at_conditions(const toml::table &load_case, Missing &missing) {
     const auto *conditions = load_case["condition"].as_array();
     bool is_constrained = false;
@@ -206,9 +199,9 @@ void look_at_conditions(const toml::table &load_case, Missing &missing) {
         for (const auto &node : *conditions) {
             const auto &condition = *node.as_table();
             is_constrained = is_constrained || prescribes_displacement(condition);
-            if (!has_one_of(condition, place_keys()))
+            if (!has_one_of(condition, keys_with_place()))
                 missing.push_back(fmt::format("a place in the [[condition]] of line {} (one of {})",
-                                              condition.source().begin.line, fmt::join(place_keys(), ", ")));
+                                              condition.source().begin.line, fmt::join(keys_with_place(), ", ")));
             if (!has_one_of(condition, effect_keys()))
                 missing.push_back(fmt::format("what happens there in the [[condition]] of line {} (one of {})",
                                               condition.source().begin.line, fmt::join(effect_keys(), ", ")));

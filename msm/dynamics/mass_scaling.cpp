@@ -125,7 +125,7 @@ void scale_in(const Frame &frame, const ScaledRegion &part, const Eigen::Matrix3
         const Eigen::Matrix3Xd weighted = turn.transpose() * (field - left_alone) * part.mass.asDiagonal();
         const Eigen::VectorXd slow = part.slow * (part.slow.transpose() * as_vector(weighted));
         const Eigen::Matrix3Xd deforming = turn * Eigen::Matrix3Xd::Map(slow.data(), 3, x.cols());
-        // Where the part is not as at rest it has rigid motion too.
+        // A part that is not as at rest has rigid motion in this, too.
         left_alone += deforming - rigid_motion(frame, part.mass, x, deforming);
     }
     field = left_alone + factor * (field - left_alone);

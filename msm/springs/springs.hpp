@@ -70,7 +70,7 @@ std::shared_ptr<const ElasticTerm> inversion_guard(const core::Body &body);
 std::shared_ptr<const ElasticTerm> pressed_guard(const core::Body &body);
 
 /// The part of a body around each node, one for each material at it, with a quarter of each of its tetrahedra there.
-/// Where two materials meet stress and pressure jump, so each has its own.
+/// Stress and pressure jump where two materials meet, so each has its own.
 struct NodalParts {
     std::vector<int> node;                     ///< (C) in the middle
     std::vector<int> region;                   ///< (C)

@@ -107,8 +107,8 @@ int num_workers(const Run &run) {
     });
     if (support::mpi_num_ranks() > 1 || run.options.model_options.fem_solver == iterative || is_large)
         return 1;
-    // What is solved together on the refined mesh of a liver takes 124 kB for each tetrahedron, measured; no other
-    // model takes as much.
+    // Load cases that are solved together on the refined mesh of a liver take 124 kB for each tetrahedron, measured;
+    // no other model takes as much.
     constexpr double bytes_per_tetrahedron = 140e3;
     std::size_t most = 1; // of the largest body
     for (const auto &problem : run.problems)

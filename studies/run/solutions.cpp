@@ -149,7 +149,7 @@ void compare_with_reference(results::Result &result, const TakingPart &models) {
                                                                      reference->name, refined->solution, refined->name);
         if (result.reference_uncertainty->reference == refined->name)
             reference = refined;
-        // Where no finer mesh has a solution, both are that of the mesh, and nothing is known of its error.
+        // Both are that of the mesh if no finer mesh has a solution, and nothing is known of its error then.
         if (result.reference_uncertainty->refinement_difference < same_solution)
             result.reference_uncertainty.reset();
     }

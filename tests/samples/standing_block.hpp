@@ -69,7 +69,7 @@ inline double out_of_balance(const core::Problem &problem, const std::vector<cor
     return std::abs(left / springs);
 }
 
-/// What drives a block.
+/// Loads of a block, as its top and traction: see block().
 struct Drive {
     double top, traction;
 };

@@ -287,8 +287,8 @@ template <class T> void gather(const StepWorkspace<T> &at, ScaledMassPart<T> &pa
             v[i] = static_cast<T>(part.before[c][i]);
             a[i] = static_cast<T>((velocity - part.before[c][i]) * per_step + at.alpha * part.before[c][i]);
         }
-        // What fills the part up has no mass, but moves to the centre with the others: what is no number would
-        // stay.
+        // Lanes that fill the part up have no mass, but move to the centre with the others: in them what is no
+        // number would stay.
         std::fill(x + part.row.size(), x + arrays.size, T(0));
         std::fill(a + part.row.size(), a + arrays.size, T(0));
     }
@@ -362,7 +362,7 @@ template <class T> void scale(StepWorkspace<T> &at, ScaledMassPart<T> &part) {
             auto weights = Eigen::VectorXd::Map(part.weights.data(), static_cast<Eigen::Index>(arrays.num_slow));
             part.gram.solveInPlace(weights);
         }
-        // Where the part is not as at rest its slow deformations have rigid motion too.
+        // Slow deformations of a part that is not as at rest have rigid motion, too.
         const auto slow = functions.subtract_slow(arrays, motion.turn, part.weights);
         velocity = slow.linear / part.total_mass;
         rotation = inverse_inertia * slow.angular;

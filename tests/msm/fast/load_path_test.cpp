@@ -200,7 +200,7 @@ TEST(Foundation, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
             most += u.dot(bound[i] * u);
         }
         EXPECT_LE(direction.dot(product), most);
-        // Of all of the body moved by one vector, the springs bear what their area says.
+        // A body that is moved by one vector is borne by what the area of the springs says.
         Vector3 sum = Vector3::Zero();
         const Vector3 shift(1e-3, -2e-3, 3e-3);
         for (const auto &on_node :
