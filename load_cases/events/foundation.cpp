@@ -11,21 +11,21 @@ namespace livermark::load_cases {
 namespace {
 
 void refuse_company_of_foundation(const Reading &reading) {
-    const auto &[table, file, mesh, load_case] = reading;
-    const auto &foundation = support::required_table(table, "foundation");
+    const auto &foundation = support::required_table(reading.table, "foundation");
     support::refuse_unknown_keys(foundation, keys_with_place({"stiffness", "normal_only"}));
-    if (load_case.regime != core::Regime::large)
+    if (reading.load_case.regime != core::Regime::large)
         support::refuse(foundation, "models of small deformations know no foundation; write regime = \"large\"");
-    if (load_case.scale_to_target || std::ranges::any_of(std::array{"history", "release", "tool", "needle"},
-                                                         [&](const char *key) { return table.contains(key); }))
+    const auto has_key = [&reading](const char *key) { return reading.table.contains(key); };
+    if (reading.load_case.scale_to_target ||
+        std::ranges::any_of(std::array{"history", "release", "tool", "needle"}, has_key))
         support::refuse(foundation, "a foundation bears a body at rest; leave out 'scale_to_target', [history], "
                                     "[release], [tool] and [[needle]]");
 }
 
 void read_foundation(const Reading &reading) {
-    const auto &[table, file, mesh, load_case] = reading;
-    const auto &foundation = support::required_table(table, "foundation");
-    const auto place = select_facets(foundation, mesh, load_case);
+    auto &load_case = reading.load_case;
+    const auto &foundation = support::required_table(reading.table, "foundation");
+    const auto place = select_facets(foundation, reading.mesh, load_case);
     double stiffness = support::required_number(foundation, "stiffness");
     if (!(stiffness > 0.0))
         support::refuse(*foundation.get("stiffness"),
@@ -38,7 +38,7 @@ void read_foundation(const Reading &reading) {
             fmt::format("'{}' has a part that a [[condition]] constrains, where no foundation is felt", place.name),
             "choose a place beside it, or rest = true");
     if (place.area) // facets do not have the area of a disc, and its springs together are as stiff on every mesh
-        stiffness *= *place.area / area_of(place.facets, mesh);
+        stiffness *= *place.area / area_of(place.facets, reading.mesh);
     load_case.foundation = core::Foundation{.facets = place.facets,
                                             .stiffness = stiffness,
                                             .normal_only = support::optional_flag(foundation, "normal_only")};

@@ -56,9 +56,11 @@ class Environment {
 struct SingleProcess {
     SingleProcess() {
         // Open MPI: a process that nobody started with mpirun asks no daemon to start others for it, and the only
-        // transport is the one from a process to itself. Other libraries do not know the names.
+        // transport is the one from a process to itself. Nor does it make a folder for those processes, which one
+        // that ends takes away from another that starts. Other libraries do not know the names.
         const Environment alone("OMPI_MCA_ess_singleton_isolated", "1");
         const Environment to_itself("OMPI_MCA_btl", "self");
+        const Environment without_folder("OMPI_MCA_orte_create_session_dirs", "0");
         MPI_Init(nullptr, nullptr);
     }
     ~SingleProcess() {

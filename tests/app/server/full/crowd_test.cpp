@@ -196,7 +196,14 @@ TEST(Listening, StartsWithNobodyForAnIterativeSolveInOneProcess) {
         EXPECT_EQ(tests::listening(getpid()).size(), 1U);
     }
     ASSERT_EQ(setenv("OMPI_MCA_btl", "self,tcp", 1), 0);
+    // A folder of all processes would be made in there; one that ends takes it away from another that starts.
+    const auto temporary = fs::path(testing::TempDir()) / "livermark_mpi";
+    fs::remove_all(temporary);
+    fs::create_directories(temporary);
+    ASSERT_EQ(setenv("TMPDIR", temporary.c_str(), 1), 0);
     const auto solution = solved_by_iterations();
+    unsetenv("TMPDIR");
+    EXPECT_TRUE(fs::is_empty(temporary));
     EXPECT_EQ(solution.status, core::SolutionStatus::ok);
     EXPECT_NE(solution.solver.find("ML"), std::string::npos) << solution.solver;
     EXPECT_EQ(tests::listening(getpid()), std::set<std::string>{});
