@@ -212,7 +212,7 @@ Comparison compare(const TetraMesh &mesh, const LoadCase &load_case, const Solut
         throw std::invalid_argument(fmt::format("the reference {} moves farther than numbers go; give the load case a "
                                                 "smaller load, and check the units of its numbers and of the material",
                                                 reference_name));
-    if (!(squared_reference > 0.0) && !load_case.contact())
+    if (!(squared_reference > 0.0) && !load_case.is_touched())
         throw std::invalid_argument(fmt::format(
             "the reference {} does not move, or so little that squares of it are zero; give the load case a load",
             reference_name));

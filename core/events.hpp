@@ -31,7 +31,7 @@
 ///     move_to_parts(parent)            the facets that it lies on become those of a refined mesh;
 ///                                      parent has for each facet of that mesh
 ///                                      the one that it is a part of
-///     contact()                        what is known of a contact before its facets are found
+///     contacts()                       what is known of its contacts before their facets are found
 ///
 /// It is a member of Events and in EventKind, at the end of this file; load_cases/events/ has a reader for each.
 namespace livermark::core {
@@ -87,6 +87,9 @@ struct TouchingTool {
     Vector3 slide = Vector3::Zero(); ///< by which it moves after that [m]; zero where it only presses
     double friction = 0.0;           ///< coefficient mu, >= 0
     int constraint = 0;              ///< what it exerts on the body: index into LoadCase::constraint_names
+    /// The point in which the ball is reflected into a second one, which closes against it like the other jaw of a
+    /// forceps [m]. What the second one exerts is the next constraint. Nothing where there is one tool.
+    std::optional<Vector3> between{};
 
     /// The part of the load at which it has pressed: all, or half where it slides.
     double pressed_at() const { return slide.isZero(0.0) ? 1.0 : 0.5; }
@@ -97,14 +100,26 @@ struct TouchingTool {
             return start + part / until * press;
         return start + press + (part - until) / (1.0 - until) * slide;
     }
+    /// Whether facets of this area vector are those of the other jaw: of two, they look the way that the first presses.
+    bool is_for_other_jaw(const Vector3 &area) const { return between && area.dot(press) > 0.0; }
+    /// Centre of the other jaw [m], where the first is at a centre.
+    Vector3 other_centre(const Vector3 &centre) const { return 2.0 * between.value() - centre; }
     /// Point of it that touches the body at rest, or the middle of the face of a plate [m].
     Vector3 first_point() const { return start + shape.radius * press.normalized(); }
     bool operator==(const TouchingTool &) const = default;
 
     static constexpr const char *key = "touch", *noun = "a ball that touches";
     static constexpr bool in_time = false, decides_statics = true;
-    ExpectedContact contact() const {
-        return {constraint, first_point(), shape.contact_radius(press.norm()), press, pressed_at(), !shape.is_plate()};
+    std::vector<ExpectedContact> contacts() const {
+        const ExpectedContact first{constraint, first_point(), shape.contact_radius(press.norm()),
+                                    press,      pressed_at(),  !shape.is_plate()};
+        if (!between)
+            return {first};
+        auto other = first;
+        ++other.constraint;
+        other.middle = other_centre(first.middle);
+        other.press = -press;
+        return {first, other};
     }
     void scale(double factor) {
         press *= factor;
@@ -120,6 +135,8 @@ struct TouchingTool {
         hash.add_all(std::array{shape.radius, friction});
         if (shape.is_plate())
             hash.add_all(std::array{static_cast<double>(shape.face), shape.size});
+        if (between)
+            hash.add_all(std::array{*between});
     }
 };
 

@@ -192,18 +192,27 @@ bool LoadCase::in_time() const {
     return passes;
 }
 
-std::optional<ExpectedContact> LoadCase::contact() const {
-    std::optional<ExpectedContact> contact;
+bool LoadCase::is_touched() const {
+    bool is_touched = false;
     for_each_event(*this, [&](const auto &event) {
-        if constexpr (requires { event.contact(); })
-            contact = event.contact();
+        is_touched = is_touched || requires {
+            event.contacts();
+        };
     });
-    return contact;
+    return is_touched;
+}
+
+std::vector<ExpectedContact> LoadCase::contacts() const {
+    std::vector<ExpectedContact> contacts;
+    for_each_event(*this, [&](const auto &event) {
+        if constexpr (requires { event.contacts(); })
+            contacts = event.contacts();
+    });
+    return contacts;
 }
 
 double LoadCase::contact_depth() const {
-    const auto found = contact();
-    return found ? found->press.norm() : 0.0;
+    return is_touched() ? contacts().front().press.norm() : 0.0;
 }
 
 void LoadCase::put(Condition condition, std::span<const int> facets, const Vector3 &same_value) {

@@ -136,8 +136,9 @@ struct LoadCase : Events {
     EventSet kinds() const; ///< of the events that happen
     /// Whether time passes after the static start or in the material.
     bool in_time() const;
-    std::optional<ExpectedContact> contact() const; ///< of the event that touches the body
-    double contact_depth() const;                   ///< to which that presses [m]; 0 where none touches
+    bool is_touched() const;                       ///< whether an event touches the body
+    std::vector<ExpectedContact> contacts() const; ///< of that event, first that of its first tool
+    double contact_depth() const;                  ///< to which that presses [m]; 0 where none touches
 
     /// Parts of the loads at the points of the way of a solution.
     const std::vector<double> &load_parts() const { return slow_history ? slow_history->factors : path; }
@@ -193,7 +194,7 @@ struct LoadCase : Events {
     void free_facet(int facet) { condition_on[facet] = -1; }
 
     /// Whether a tool that touches may touch a facet.
-    bool may_touch(int facet) const { return contact() && !is_constrained(facet); }
+    bool may_touch(int facet) const { return is_touched() && !is_constrained(facet); }
 };
 
 /// Calls a function with every event that happens.

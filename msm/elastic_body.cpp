@@ -193,7 +193,7 @@ NodalConditions nodal_conditions(const core::Problem &problem, const std::vector
 
 std::vector<core::Vector3> constraint_forces(const core::Problem &problem, const NodalConditions &conditions,
                                              const std::vector<core::Vector3> &force, double press,
-                                             const core::Vector3 &touch) {
+                                             const std::vector<core::Vector3> &touch) {
     auto total = core::press_resultants(problem.load_case, problem.body->mesh);
     for (auto &resultant : total)
         resultant *= press;
@@ -201,8 +201,9 @@ std::vector<core::Vector3> constraint_forces(const core::Problem &problem, const
         for (std::size_t c = 0; c < 3; ++c)
             if (const int owner = conditions.constraint[i][c]; owner >= 0)
                 total[owner][static_cast<Eigen::Index>(c)] += force[i][static_cast<Eigen::Index>(c)];
-    if (const auto contact = problem.load_case.contact())
-        total[contact->constraint] += touch;
+    const auto contacts = problem.load_case.contacts();
+    for (std::size_t k = 0; k < touch.size(); ++k)
+        total[contacts[k].constraint] += touch[k];
     return total;
 }
 

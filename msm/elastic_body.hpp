@@ -264,10 +264,10 @@ NodalConditions nodal_conditions(const core::Problem &problem, const std::vector
 /// @param conditions  of the problem
 /// @param force       shape (N) [N], what the constraints exert on each node
 /// @param press       what the places that press exert together [N]
-/// @param touch       what the ball of LoadCase::touching exerts [N]
+/// @param touch       what each of LoadCase::contacts() exerts [N]; or empty
 /// @return shape (P) [N]
 std::vector<core::Vector3> constraint_forces(const core::Problem &problem, const NodalConditions &conditions,
                                              const std::vector<core::Vector3> &force, double press = 0.0,
-                                             const core::Vector3 &touch = core::Vector3::Zero());
+                                             const std::vector<core::Vector3> &touch = {});
 
 } // namespace livermark::msm

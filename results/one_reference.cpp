@@ -186,7 +186,7 @@ std::string shown_status(const ModelResult &model, const Result &result) {
     if (reference_of(result).empty())
         return "not compared";
     if (ends_at_rest(result))
-        return result.problem.load_case.contact() ? "nothing touches" : "at rest";
+        return result.problem.load_case.is_touched() ? "nothing touches" : "at rest";
     if (const double part = compared_part(result); part < 1.0)
         return fmt::format("ok to {:.3g} %", core::percent * part);
     return leaves_regime(result) ? "out of regime" : "ok";
@@ -202,13 +202,14 @@ std::vector<std::string> result_remarks(std::span<const Result> results) {
             remarks.push_back(fmt::format("{}: no reference has a solution, so no model is compared{}",
                                           place_of_result(result), reasons(result)));
         else if (ends_at_rest(result))
-            remarks.push_back(fmt::format(
-                "{}: {}, where {} is at rest, so there are no ratios and no model is ranked; {}",
-                place_of_result(result),
-                result.problem.load_case.contact() ? "nothing touches at the end" : "nothing moves the body at the end",
-                reference_of(result),
-                result.problem.load_case.contact() ? "give a shorter 'slide' or a larger 'depth'"
-                                                   : "give a load that stays"));
+            remarks.push_back(
+                fmt::format("{}: {}, where {} is at rest, so there are no ratios and no model is ranked; {}",
+                            place_of_result(result),
+                            result.problem.load_case.is_touched() ? "nothing touches at the end"
+                                                                  : "nothing moves the body at the end",
+                            reference_of(result),
+                            result.problem.load_case.is_touched() ? "give a shorter 'slide' or a larger 'depth'"
+                                                                  : "give a load that stays"));
         else if (const double part = compared_part(result); part < 1.0)
             remarks.push_back(fmt::format("{}: models are compared at {:.3g} % of the load, the last point of the path "
                                           "with a reference, and count in no mean{}",

@@ -176,8 +176,8 @@ std::vector<ToolPlace> tool_places(const TetraMesh &mesh, const LoadCase &load_c
     std::erase_if(places, [](const ToolPlace &place) { return place.facets.empty(); });
     for (auto &place : places)
         measure(mesh, load_case, place);
-    if (const auto contact = load_case.contact())
-        places.push_back(touched_place(mesh, load_case, *contact));
+    for (const auto &contact : load_case.contacts())
+        places.push_back(touched_place(mesh, load_case, contact));
     std::erase_if(places, [](const ToolPlace &place) { return place.facets.empty(); });
     return places;
 }
@@ -193,15 +193,15 @@ std::optional<double> radius_in_edges(std::span<const ToolPlace> places) {
 
 std::vector<double> contact_radii_in_edges(const TetraMesh &mesh, const LoadCase &load_case) {
     std::vector<double> radii;
-    const auto contact = load_case.contact();
-    if (!contact)
-        return radii;
-    const auto place = touched_place(mesh, load_case, *contact);
-    if (place.facets.empty())
-        return radii;
-    for (const double part : load_case.path) { // Hertz: the radius grows with the root of the depth
-        const double grown = contact->grows ? std::sqrt(std::min(1.0, part / contact->pressed_at)) : 1.0;
-        radii.push_back(place.radius * grown / place.edge_length);
+    for (const auto &contact : load_case.contacts()) {
+        const auto place = touched_place(mesh, load_case, contact);
+        if (place.facets.empty())
+            continue;
+        radii.resize(load_case.path.size(), std::numeric_limits<double>::infinity());
+        for (std::size_t k = 0; k < radii.size(); ++k) { // Hertz: the radius grows with the root of the depth
+            const double grown = contact.grows ? std::sqrt(std::min(1.0, load_case.path[k] / contact.pressed_at)) : 1.0;
+            radii[k] = std::min(radii[k], place.radius * grown / place.edge_length);
+        }
     }
     return radii;
 }

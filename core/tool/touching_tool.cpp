@@ -185,7 +185,8 @@ std::vector<TouchedFacet> touched_facets(const Body &body, const LoadCase &load_
     for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
         if (load_case.may_touch(f)) {
             const auto &nodes = body.mesh.boundary_triangles[f];
-            facets.push_back({nodes, area_vector(body.mesh, f).norm(),
+            const Vector3 area = area_vector(body.mesh, f);
+            facets.push_back({nodes, area.norm(), area.normalized(),
                               stiffness * moduli.at(sorted(nodes)) / mean_side(corners_of(body.mesh, f))});
         }
     return facets;
@@ -199,7 +200,7 @@ int contact_divisions(const Body &body, const LoadCase &load_case) {
             sum += mean_side(corners_of(body.mesh, f));
             ++number;
         }
-    const double longest = load_case.contact().value().radius;
+    const double longest = load_case.contacts().at(0).radius;
     return number == 0 ? 1 : std::clamp(static_cast<int>(std::ceil(sum / number / longest)), 1, most_divisions);
 }
 

@@ -86,7 +86,8 @@ ContactMemory after_step(const ContactLaw &law, const Vector3 &from_centre, cons
 /// A flat facet that a tool may touch.
 struct TouchedFacet {
     std::array<int, 3> nodes{};
-    double area = 0.0; ///< at rest [m^2]
+    double area = 0.0;                ///< at rest [m^2]
+    Vector3 normal = Vector3::Zero(); ///< at rest, out of the body
     double penalty =
         0.0; ///< eps = gamma E / ((1 - nu^2) h) [Pa/m], h the mean of its sides and E, nu of what is behind it
 };

@@ -561,6 +561,8 @@ PathPoint EquilibriumSearch::point(const LoadedState &at, double fraction) const
     if (const auto *ball = system_.ball()) {
         point.touch = ball->sums(ball->tool().centre_at(at.factor), at.state.displacement);
         point.reaction[ball->tool().constraint] += point.touch.force;
+        if (ball->tool().between)
+            point.reaction[ball->tool().constraint + 1] += point.touch.other_force;
     }
     for (auto &reaction : point.reaction)
         for (double &component : reaction)

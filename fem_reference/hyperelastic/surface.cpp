@@ -157,9 +157,11 @@ TouchingBall::TouchingBall(const fem_reference::ElasticSystem &system, const cor
     law_.tangential_penalty = law_.penalty;
     law_.friction = tool_.friction;
     for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
-        if (load_case.may_touch(f))
-            facets_.push_back({nodes_of_facet(system, body.mesh, static_cast<std::size_t>(f)),
-                               core::area_vector(body.mesh, f).norm()});
+        if (load_case.may_touch(f)) {
+            const Vector3 area = core::area_vector(body.mesh, f);
+            facets_.push_back({nodes_of_facet(system, body.mesh, static_cast<std::size_t>(f)), area.norm(),
+                               tool_.is_for_other_jaw(area)});
+        }
     memory_.resize(facets_.size() * reference_.weight.size());
     const std::vector<double> at_rest(3 * system.points.size(), 0.0);
     visit(tool_.start, at_rest, [&](std::size_t, std::size_t, double, std::size_t point, const Vector3 &from_centre) {
@@ -174,7 +176,7 @@ void TouchingBall::visit(const Vector3 &centre, std::span<const double> displace
     std::size_t point = 0;
     for (std::size_t f = 0; f < facets_.size(); ++f)
         for (std::size_t q = 0; q < reference_.weight.size(); ++q, ++point) {
-            Vector3 from_centre = -centre;
+            Vector3 from_centre = facets_[f].is_for_other_jaw ? -tool_.other_centre(centre) : -centre;
             for (std::size_t a = 0; a < facets_[f].nodes.size(); ++a) {
                 const int node = facets_[f].nodes[a];
                 from_centre +=
@@ -258,12 +260,12 @@ TouchSums TouchingBall::sums(const Vector3 &centre, std::span<const double> disp
     double normal_force = 0.0, second_moment = 0.0;
     const Vector3 axis = tool_.press.normalized();
     visit(centre, displacement,
-          [&](std::size_t, std::size_t, double area, std::size_t point, const Vector3 &from_centre) {
+          [&](std::size_t f, std::size_t, double area, std::size_t point, const Vector3 &from_centre) {
               const auto contact = core::touch(law_, tool_.shape, from_centre, memory_[point]);
               if (!contact.touches())
                   return;
               const double force = area * contact.pressure;
-              sums.force += area * contact.traction();
+              (facets_[f].is_for_other_jaw ? sums.other_force : sums.force) += area * contact.traction();
               sums.friction += area * contact.friction;
               sums.area += area;
               sums.slipping_area += contact.slips ? area : 0.0;

@@ -84,11 +84,12 @@ struct ContactSettings {
 
 /// Points that touch at a state.
 struct TouchSums {
-    core::Vector3 force = core::Vector3::Zero();    ///< on the body [N]
-    core::Vector3 friction = core::Vector3::Zero(); ///< of that by friction [N]
-    double area = 0.0;                              ///< of the surface at rest [m^2]
-    double slipping_area = 0.0;                     ///< of that [m^2]
-    double sunk_in = 0.0;                           ///< penetration in the mean weighted with pressure [m]
+    core::Vector3 force = core::Vector3::Zero();       ///< on the body [N], of the ball
+    core::Vector3 other_force = core::Vector3::Zero(); ///< of the other jaw, if there is one [N]
+    core::Vector3 friction = core::Vector3::Zero();    ///< of both by friction [N]
+    double area = 0.0;                                 ///< of the surface at rest [m^2]
+    double slipping_area = 0.0;                        ///< of that [m^2]
+    double sunk_in = 0.0;                              ///< penetration in the mean weighted with pressure [m]
     /// sqrt(5/2) times the distance from the axis through the centre of the ball along its press, in the quadratic mean
     /// weighted with pressure: of Hertz's pressure the radius of contact [m].
     double radius = 0.0;
@@ -144,6 +145,7 @@ class TouchingBall {
     struct Facet {
         std::vector<int> nodes;
         double area; ///< [m^2]
+        bool is_for_other_jaw;
     };
     template <class Visit>
     void visit(const core::Vector3 &centre, std::span<const double> displacement, const Visit &visit) const;

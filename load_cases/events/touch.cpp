@@ -18,7 +18,7 @@ namespace {
 
 using core::Vector3;
 
-constexpr const char *name_of_touch = "touch";
+constexpr const char *name_of_touch = "touch", *name_of_other_jaw = "other jaw";
 /// Distance at which the ball is said to touch the body, over its radius.
 constexpr double nearly_touching = 1e-9;
 constexpr int most_approaches = 10000;
@@ -39,13 +39,33 @@ void refuse_company_of_touch(const Reading &reading) {
     const auto &[table, file, mesh, load_case] = reading;
     const auto &touch = support::required_table(table, "touch");
     support::refuse_unknown_keys(
-        touch, keys_with_place({"radius", "plate", "size", "edge_radius", "depth", "friction", "slide"}));
+        touch, keys_with_place({"radius", "plate", "size", "edge_radius", "depth", "friction", "slide", "jaws"}));
     if (load_case.regime != core::Regime::large)
         support::refuse(touch,
                         "contact grows as a ball sinks in, which small deformations neglect; write regime = \"large\"");
     if (core::is_driven(load_case) || load_case.scale_to_target || table.contains("release") || table.contains("tool"))
         support::refuse(touch, "a ball that touches has to be the only load; leave out loads, accelerations, "
                                "displacements other than 0, 'scale_to_target', [release] and [tool]");
+}
+
+/// Centre of the jaw that comes from the other side, where it just touches the body [m].
+Vector3 start_of_other_jaw(const toml::table &touch, const core::LoadCase &load_case, const core::TetraMesh &mesh,
+                           const Vector3 &onto, const core::TouchingTool &tool) {
+    if (tool.shape.is_plate() || !tool.slide.isZero(0.0))
+        support::refuse(*touch.get("jaws"), "jaws are two balls that close; leave out {}",
+                        tool.shape.is_plate() ? "'plate'" : "'slide'");
+    const Vector3 direction = tool.press.normalized();
+    const auto other = first_touch(mesh, onto, -direction, tool.shape);
+    if (load_case.is_constrained(other.facet))
+        throw NotOnBody(support::place_of(touch), "the other jaw would first touch a constrained place",
+                        "choose another place or smaller jaws");
+    const double thickness = (other.centre - tool.start).dot(direction) - 2.0 * tool.shape.radius;
+    if (2.0 * tool.press.norm() >= thickness)
+        throw NotOnBody(support::place_of(touch),
+                        fmt::format("the body is {:.3g} m thick there, and jaws that sink in by {:g} m each would meet",
+                                    thickness, tool.press.norm()),
+                        "give less depth or choose a thicker place");
+    return other.centre;
 }
 
 void read_touch(const Reading &reading) {
@@ -78,6 +98,10 @@ void read_touch(const Reading &reading) {
     tool.start = found.centre;
     tool.constraint = load_case.num_constraints();
     load_case.conditions.push_back({name_of_touch, core::ConditionKind::touch});
+    if (support::optional_flag(touch, "jaws")) {
+        tool.between = 0.5 * (tool.start + start_of_other_jaw(touch, load_case, mesh, onto, tool));
+        load_case.conditions.push_back({name_of_other_jaw, core::ConditionKind::touch});
+    }
     load_case.touching = tool;
 }
 

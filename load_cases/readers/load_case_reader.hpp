@@ -116,6 +116,8 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///     friction = 0.3                          # Coulomb's coefficient; 0 if this is left out
 ///     slide = [0.01, 0.0, 0.0]                # [m], after that; none if this is left out. The first half of the path
 ///                                             # presses then
+///     jaws = true                             # a second ball comes from the other side of the body and sinks in as
+///                                             # deep, as the jaws of a forceps close; without a slide
 ///
 /// In place of the radius, a plate has:
 ///

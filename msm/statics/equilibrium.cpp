@@ -356,7 +356,7 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
     result.constraint_force = constraint_part(descent.unbalanced(), conditions);
     result.press = descent.press();
     if (options.contact)
-        result.touch = options.contact->force(moved(positions, result.displacement));
+        result.touch = options.contact->forces(moved(positions, result.displacement));
     return result;
 }
 

@@ -26,14 +26,14 @@ struct EquilibriumOptions {
 
 struct Equilibrium {
     core::SolutionStatus status = core::SolutionStatus::ok;
-    std::string message;                         ///< why the status is not ok
-    Field displacement;                          ///< (N) [m]
-    Field linear_displacement;                   ///< (N) solution linearised at rest [m]; empty if a start was given
-    Field constraint_force;                      ///< (N) [N], of the constraints on the nodes; zero on free ones
-    double press = 0.0;                          ///< what the places that press exert together [N]
-    core::Vector3 touch = core::Vector3::Zero(); ///< what the ball exerts that touches [N]
-    int num_iterations = 0;                      ///< steps downhill
-    int num_factors = 0;                         ///< factorisations beside that of the body at rest
+    std::string message;              ///< why the status is not ok
+    Field displacement;               ///< (N) [m]
+    Field linear_displacement;        ///< (N) solution linearised at rest [m]; empty if a start was given
+    Field constraint_force;           ///< (N) [N], of the constraints on the nodes; zero on free ones
+    double press = 0.0;               ///< what the places that press exert together [N]
+    std::vector<core::Vector3> touch; ///< what each of LoadCase::contacts() exerts [N]; or empty
+    int num_iterations = 0;           ///< steps downhill
+    int num_factors = 0;              ///< factorisations beside that of the body at rest
 };
 
 /// The solution linearised at rest; where places press, of the force that moves the body by their depth.

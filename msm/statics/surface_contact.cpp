@@ -68,7 +68,8 @@ SurfaceContact::SurfaceContact(const core::Problem &problem, double stiffness)
     for (const auto &touched : core::touched_facets(*problem.body, problem.load_case, stiffness)) {
         const auto &facet = facets_.emplace_back(Facet{.nodes = touched.nodes,
                                                        .law = {touched.penalty, touched.penalty, ball_.friction},
-                                                       .first = points_.size()});
+                                                       .first = points_.size(),
+                                                       .is_for_other_jaw = ball_.is_for_other_jaw(touched.normal)});
         for (const auto &point : shapes_)
             points_.push_back(
                 {.area = point.part * touched.area,
@@ -80,9 +81,13 @@ void SurfaceContact::move_ball(double part) {
     centre_ = ball_.centre_at(part);
 }
 
+core::Vector3 SurfaceContact::centre_for(const Facet &facet) const {
+    return facet.is_for_other_jaw ? ball_.other_centre(centre_) : centre_;
+}
+
 core::Vector3 SurfaceContact::from_centre(const Facet &facet, const std::array<double, 3> &shape,
                                           const Field &positions) const {
-    core::Vector3 point = -centre_;
+    core::Vector3 point = -centre_for(facet);
     for (std::size_t k = 0; k < facet.nodes.size(); ++k)
         point += shape[k] * positions[facet.nodes[k]];
     return point;
@@ -98,7 +103,7 @@ bool SurfaceContact::may_matter(const Facet &facet, const Field &positions) cons
     double extent = 0.0;
     for (const int node : facet.nodes)
         extent = std::max(extent, (positions[node] - middle).norm());
-    return !core::is_outside(ball_.shape, middle - centre_, extent);
+    return !core::is_outside(ball_.shape, middle - centre_for(facet), extent);
 }
 
 /// @param visit  (facet, values of the shape functions, number of the point, d [m]) of all points that may matter
@@ -146,7 +151,10 @@ core::Vector3 SurfaceContact::traction(const Facet &facet, const Point &point, c
 }
 
 double SurfaceContact::rounding_of_energy(const Field &positions) const {
-    return std::numeric_limits<double>::epsilon() * (ball_.shape.reach() + centre_.norm()) * force(positions).norm();
+    double force = 0.0;
+    for (const auto &jaw_force : forces(positions))
+        force += jaw_force.norm();
+    return std::numeric_limits<double>::epsilon() * (ball_.shape.reach() + centre_.norm()) * force;
 }
 
 double SurfaceContact::energy(const Field &positions) const {
@@ -253,12 +261,12 @@ void SurfaceContact::end_step(const Field &positions) {
         }
 }
 
-core::Vector3 SurfaceContact::force(const Field &positions) const {
-    core::Vector3 sum = core::Vector3::Zero();
+std::vector<core::Vector3> SurfaceContact::forces(const Field &positions) const {
+    std::vector<core::Vector3> sums(ball_.between ? 2 : 1, core::Vector3::Zero());
     visit(positions, [&](const Facet &facet, const auto &, std::size_t number, const core::Vector3 &d) {
-        sum += points_[number].area * traction(facet, points_[number], d);
+        sums[facet.is_for_other_jaw ? 1 : 0] += points_[number].area * traction(facet, points_[number], d);
     });
-    return sum;
+    return sums;
 }
 
 double SurfaceContact::depth(const Field &positions) const {

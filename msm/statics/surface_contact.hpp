@@ -96,8 +96,8 @@ class SurfaceContact {
     /// Ends a step of the load: anchors are dragged along where points slip, and go with points that do not touch.
     void end_step(const Field &positions);
 
-    /// Force of the ball on the body [N].
-    core::Vector3 force(const Field &positions) const;
+    /// Forces on the body [N], of the ball and of the other jaw if there is one.
+    std::vector<core::Vector3> forces(const Field &positions) const;
 
     /// By how much the deepest point is inside the ball [m], >= 0.
     double depth(const Field &positions) const;
@@ -113,7 +113,8 @@ class SurfaceContact {
     struct Facet {
         std::array<int, 3> nodes{};
         core::ContactLaw law;
-        std::size_t first = 0;  ///< in points_; as many as shapes_ has
+        std::size_t first = 0; ///< in points_; as many as shapes_ has
+        bool is_for_other_jaw = false;
         bool remembers = false; ///< whether a point has a bound that is not zero
     };
     struct Friction {
@@ -123,6 +124,7 @@ class SurfaceContact {
     };
     using Block = Eigen::Matrix<double, 9, 9>;
 
+    core::Vector3 centre_for(const Facet &facet) const;
     core::Vector3 from_centre(const Facet &facet, const std::array<double, 3> &shape, const Field &positions) const;
     bool may_matter(const Facet &facet, const Field &positions) const;
     template <class Visit> void visit(const Field &positions, const Visit &visit) const;

@@ -76,6 +76,12 @@ template <class At> void describe_event(At at, Of<At, core::SlowHistory> &histor
 
 template <class At> void describe_event(At at, Of<At, core::TouchingTool> &ball, const EventBounds &bounds) {
     at.integer("constraint", ball.constraint, 0, static_cast<std::int64_t>(bounds.num_constraints) - 1);
+    at.optional("between", ball.between, [&](auto &middle) {
+        at.rows("between", middle, "m");
+        at.finite("between", {&middle, 1});
+        at.check(!ball.shape.is_plate() && ball.constraint + 1 < static_cast<int>(bounds.num_constraints), "between",
+                 "needs a ball, and a constraint after its own");
+    });
     at.number("radius", ball.shape.radius);
     if (at.has("face", ball.shape.is_plate())) {
         at.word("face", ball.shape.face);
@@ -182,12 +188,12 @@ int unnamed_load(std::vector<SeenCondition> &loads, const SeenCondition &here) {
     return static_cast<int>(number);
 }
 
-SeenPlaces seen_places(const FacetArrays &facets, int touched) {
+SeenPlaces seen_places(const FacetArrays &facets, std::span<const core::ExpectedContact> contacts) {
     SeenPlaces seen;
     for (const auto &name : facets.constraint_names)
         seen.constraints.push_back({.condition = {.place = name}});
-    if (touched >= 0)
-        seen.constraints[touched].condition.kind = ConditionKind::touch;
+    for (const auto &contact : contacts)
+        seen.constraints[static_cast<std::size_t>(contact.constraint)].condition.kind = ConditionKind::touch;
     for (const auto &name : facets.load_names)
         seen.loads.push_back({.condition = {.place = name}});
     for (int f = 0; f < static_cast<int>(facets.condition.size()); ++f) {
@@ -220,8 +226,7 @@ bool is_before(const SeenCondition &first, const SeenCondition &second) {
 /// @param load_case  with its events
 /// @return what contradicts itself, in words; nothing if all is well
 std::optional<std::string> set_conditions(const FacetArrays &facets, core::LoadCase &load_case) {
-    const auto contact = load_case.contact();
-    const auto seen = seen_places(facets, contact ? contact->constraint : -1);
+    const auto seen = seen_places(facets, load_case.contacts());
     if (seen.contradiction)
         return seen.contradiction;
     std::vector<int> constraint_at, load_at;

@@ -204,8 +204,9 @@ double tumour_error(const core::PathComparison &path) {
 /// The displacement that a constraint prescribes, mean over its facets, or to which a place or a ball presses; nothing
 /// if it does not move, or not in one direction.
 std::optional<core::Vector3> way_of(const core::LoadCase &load_case, const core::TetraMesh &mesh, int constraint) {
-    if (const auto contact = load_case.contact(); contact && contact->constraint == constraint)
-        return contact->pressed_at == 1.0 ? std::optional(contact->press) : std::nullopt;
+    for (const auto &contact : load_case.contacts())
+        if (contact.constraint == constraint)
+            return contact.pressed_at == 1.0 ? std::optional(contact.press) : std::nullopt;
     if (const core::Vector3 pressed = core::press_resultants(load_case, mesh)[constraint]; !pressed.isZero(0.0))
         return load_case.press_depth * pressed.normalized();
     core::Vector3 way = core::Vector3::Zero();

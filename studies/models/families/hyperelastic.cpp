@@ -57,7 +57,7 @@ core::Solution solve(const core::Problem &problem, const std::string &law, const
     const auto &material = hyperelastic::material_law(law);
     if (problem.load_case.slow_history)
         return hyperelastic::solve_history(dead, material, discretisation, tolerance, follower_pressures(problem));
-    const bool has_surface_springs = problem.load_case.contact() || problem.load_case.foundation;
+    const bool has_surface_springs = problem.load_case.is_touched() || problem.load_case.foundation;
     auto found = is_collective(discretisation) && !has_surface_springs
                      ? hyperelastic::solve_distributed(dead, material, path, follower_pressures(problem))
                      : hyperelastic::solve(dead, material, discretisation, path, follower_pressures(problem));
@@ -81,13 +81,14 @@ constexpr Refinement refinement{.goal = 0.01, .finest_level = 3};
 /// Distance from the middle of what is touched up to which meshes are refined, over its radius.
 constexpr double around_touch = 1.5;
 
-/// At rims and below tools, or below a tool that touches.
+/// At rims and below tools, or below tools that touch.
 core::BisectedProblem refine(const core::Problem &coarse) {
-    const auto contact = coarse.load_case.contact();
-    if (!contact)
+    if (!coarse.load_case.is_touched())
         return core::refine_at_rims_and_tools(coarse);
-    const core::InteriorPlace place{contact->middle, contact->radius};
-    return core::refine_near_places(coarse, std::span(&place, 1), around_touch);
+    std::vector<core::InteriorPlace> places;
+    for (const auto &contact : coarse.load_case.contacts())
+        places.push_back({contact.middle, contact.radius});
+    return core::refine_near_places(coarse, places, around_touch);
 }
 
 /// Histories on ever finer meshes would take hours: these are solved at their limits alone.

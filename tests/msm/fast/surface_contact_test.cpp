@@ -92,7 +92,7 @@ TEST_P(ShapesInContact, HaveAnEnergyWhoseDerivativesAreTheirForcesAndTheirHessia
     Vector3 sum = Vector3::Zero();
     for (const auto &force : gradient)
         sum -= force;
-    EXPECT_LT((sum - contact.force(x)).norm(), 1e-12 * sum.norm());
+    EXPECT_LT((sum - contact.forces(x).at(0)).norm(), 1e-12 * sum.norm());
 }
 
 INSTANTIATE_TEST_SUITE_P(SurfaceContact, ShapesInContact, testing::ValuesIn(shapes_that_touch),
@@ -143,7 +143,7 @@ TEST(SurfaceContact, IntegratesPressureOverFacetsOfAnySize) {
                            (1.0 - material.poisson_ratio * material.poisson_ratio) / mean_side;
         const double depth = -block.press.z(), to_centre = block.shape.radius - depth;
         const double expected = std::numbers::pi * eps * to_centre * depth * depth;
-        const double error = -contact.force(problem.body->mesh.points).z() / expected - 1.0;
+        const double error = -contact.forces(problem.body->mesh.points).at(0).z() / expected - 1.0;
         EXPECT_LT(std::abs(error), 0.02);
         coarse_error = bricks == 4 ? error : coarse_error;
         if (bricks == 12) {
