@@ -100,7 +100,7 @@ core::Solution solve_finer(const core::Problem &problem, const std::string &law,
                                           : on_finer_meshes(problem);
 }
 
-constexpr Discretisation linear_elements{.degree = 1}, quadratic_elements{.degree = 2},
+constexpr Discretisation linear_elements{.degree = 1}, quadratic_elements{.degree = 2, .observes_steps = true},
     mixed_elements{.degree = 2, .formulation = fem_reference::Formulation::mixed};
 
 constexpr std::array<HyperelasticElements, 5> all_elements{
