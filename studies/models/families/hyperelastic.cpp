@@ -81,13 +81,13 @@ constexpr Refinement refinement{.goal = 0.01, .finest_level = 3};
 /// Distance from the middle of what is touched up to which meshes are refined, over its radius.
 constexpr double around_touch = 1.5;
 
-/// At rims and below tools, or below a tool that touches.
+/// At rims and below tools, also below one that touches.
 core::BisectedProblem refine(const core::Problem &coarse) {
     const auto contact = coarse.load_case.contact();
     if (!contact)
         return core::refine_at_rims_and_tools(coarse);
     const core::InteriorPlace place{contact->middle, contact->radius};
-    return core::refine_near_places(coarse, std::span(&place, 1), around_touch);
+    return core::refine_at_rims_and_near(coarse, std::span(&place, 1), around_touch);
 }
 
 /// Histories on ever finer meshes would take hours: these are solved at their limits alone.
