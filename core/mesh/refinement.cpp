@@ -363,6 +363,18 @@ BisectedProblem refine_near_places(const Problem &problem, std::span<const Inter
     });
 }
 
+BisectedProblem refine_at_rims_and_near(const Problem &problem, std::span<const InteriorPlace> places, double radii) {
+    const auto &mesh = problem.body->mesh;
+    const auto is_rim = rim_nodes(mesh, problem.load_case);
+    return refine_where(problem, [&](const auto &nodes) {
+        const Vector3 centroid = centroid_of(mesh, nodes);
+        const double reach = 0.5 * longest_edge_of(mesh, nodes);
+        return has_one_of(nodes, is_rim) || std::ranges::any_of(places, [&](const InteriorPlace &place) {
+                   return (centroid - place.middle).norm() < radii * place.radius + reach;
+               });
+    });
+}
+
 BisectedProblem refine_at_rims_and_tools(const Problem &problem, double longest_edge) {
     const auto &mesh = problem.body->mesh;
     const auto round_loads = problem.load_case.round_loads();

@@ -72,6 +72,11 @@ BisectedProblem refine_at_rims_and(const Problem &problem, const std::vector<boo
 /// edges cut in two.
 BisectedProblem refine_near_places(const Problem &problem, std::span<const InteriorPlace> places, double radii);
 
+/// Each tetrahedron at a rim has all its edges cut in two, and so has each whose centroid is nearer to the middle of a
+/// place than so many of its radii and half of the tetrahedron's longest edge: also a place that is smaller than an
+/// edge has some.
+BisectedProblem refine_at_rims_and_near(const Problem &problem, std::span<const InteriorPlace> places, double radii);
+
 /// The same as refine_at_rims() again and again.
 /// @param levels  how often
 Problem refine_at_rims(const Problem &problem, int levels);

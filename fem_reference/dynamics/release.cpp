@@ -374,9 +374,58 @@ core::History release(const core::Body &body, const ElasticSystem &system, const
     if (auto history = release_in_ritz_space(body, system, load_case, displacement, solver))
         return *std::move(history);
     const double seconds_in_vain = seconds_between(start, Clock::now());
-    auto history = release_step_by_step(body, system, load_case, std::move(displacement));
+    const auto in_steps_of = [&](const core::LoadCase &any) {
+        return release_step_by_step(body, system, any, displacement);
+    };
+    auto history = in_steps_of(load_case);
     history.setup_seconds += seconds_in_vain;
+    history.observed_error = error_of_longer_steps(load_case, history, in_steps_of);
     return history;
+}
+
+namespace {
+
+/// Probes at every so many records, at the times of the longest steps.
+core::History at_common_records(const core::History &motion, int factor, const std::vector<double> &times) {
+    const auto num_probes = motion.displacement.size() / motion.time.size();
+    core::History thinned;
+    thinned.time = times;
+    for (std::size_t record = 0; record < times.size(); ++record) {
+        const auto first = motion.displacement.begin() +
+                           static_cast<std::ptrdiff_t>(record * static_cast<std::size_t>(factor) * num_probes);
+        thinned.displacement.insert(thinned.displacement.end(), first, first + static_cast<std::ptrdiff_t>(num_probes));
+    }
+    return thinned;
+}
+
+} // namespace
+
+std::optional<core::ObservedMotionError>
+error_of_longer_steps(const core::LoadCase &load_case, const core::History &motion,
+                      const std::function<core::History(const core::LoadCase &)> &release) {
+    constexpr int longest = 4; // steps of the motion in one
+    const auto &plan = load_case.release.value();
+    const int num_longest = plan.num_steps / longest;
+    if (num_longest < 1)
+        return std::nullopt;
+    const auto in_steps = [&](int factor) {
+        auto longer = load_case;
+        longer.release->num_steps = num_longest * longest / factor;
+        longer.release->output_interval *= factor;
+        return release(longer);
+    };
+    const auto coarse = in_steps(longest), middle = in_steps(longest / 2);
+    const auto &times = coarse.time;
+    const auto on_middle = at_common_records(middle, longest / 2, times);
+    const double first = core::compare(coarse, on_middle, "in half the steps").relative_l2;
+    const double second =
+        core::compare(on_middle, at_common_records(motion, longest, times), "in its own steps").relative_l2;
+    const double factor = second / first;
+    if (!std::isfinite(factor))
+        return std::nullopt;
+    const double believed = std::clamp(factor, core::smallest_believed_factor, core::largest_believed_factor);
+    return core::ObservedMotionError{
+        .order = -std::log2(factor), .difference = second, .relative_l2 = believed / (1.0 - believed) * second};
 }
 
 core::History release_step_by_step(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,

@@ -161,8 +161,9 @@ bool extend_until_converged(RitzSpace &space, const core::Release &release);
 
 /// Lets the tractions of a load case go at t = 0 and follows the body with Newmark's average acceleration and
 /// consistent mass, a step per output interval: in the space of its load-dependent Ritz vectors as long as
-/// extend_until_converged() finds one, and else as release_step_by_step() does. In the space the steps are taken again,
-/// eight times as short, and History::observed_error is what they cost the motion of the probes.
+/// extend_until_converged() finds one, and else as release_step_by_step() does. History::observed_error is what the
+/// steps cost the motion of the probes: in the space they are taken again, eight times as short, and else there is
+/// error_of_longer_steps().
 /// @param body          that the system was assembled from
 /// @param load_case     of that body's mesh, with its release
 /// @param displacement  where it starts from rest, shape (3 n) [m]
@@ -180,6 +181,18 @@ std::optional<core::History> release_by_statics(const core::Body &body, const El
                                                 const core::LoadCase &load_case,
                                                 const std::vector<double> &displacement,
                                                 const std::vector<double> &force, RitzSpace::SolveStatics solve);
+
+/// Error of the steps of a motion, by the same motion in steps twice and four times as long: their differences at the
+/// records that all three have shrink by a factor r, and what is left after the last difference d is d r / (1 - r). No
+/// order better than the second is believed. Where r is beyond core::largest_believed_factor, as with modes that no
+/// step resolves, it is taken as that.
+/// @param load_case  with the release of the motion, whose steps are its output intervals
+/// @param release    the motion of a load case in other steps
+/// @return nothing of a motion of fewer than four steps, without probes that move, or that leaves all bounds in one of
+///   the three
+std::optional<core::ObservedMotionError>
+error_of_longer_steps(const core::LoadCase &load_case, const core::History &motion,
+                      const std::function<core::History(const core::LoadCase &)> &release);
 
 /// The same motion in steps of the whole body, with a solve each: slow, obvious, and as good with any damping.
 core::History release_step_by_step(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,

@@ -114,9 +114,14 @@ namespace {
 
 using core::Vector3;
 
-void add_motion(core::Solution &solution, const Elements &elements, TetrahedronRule rule,
+void add_motion(core::Solution &solution, const Elements &elements, TetrahedronRule rule, bool observes_steps,
                 const core::LoadCase &load_case, const State &start) {
     auto released = release(elements, rule, load_case, start.displacement);
+    if (observes_steps && std::isnan(released.history.diverged_at))
+        released.history.observed_error =
+            fem_reference::error_of_longer_steps(load_case, released.history, [&](const core::LoadCase &longer) {
+                return release(elements, rule, longer, start.displacement).history;
+            });
     solution.history = std::move(released.history);
     solution.solver += fmt::format("; in time {} steps, {} iterations, {} factors", released.work.steps,
                                    released.work.iterations, released.work.factors);
@@ -184,7 +189,8 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
         solution.solver += touched(followed.points.back().touch);
     if (solution.status == core::SolutionStatus::ok && problem.load_case.release &&
         discretisation.formulation == fem_reference::Formulation::displacement)
-        add_motion(solution, elements, rule, problem.load_case, followed.points.back().state);
+        add_motion(solution, elements, rule, discretisation.observes_steps, problem.load_case,
+                   followed.points.back().state);
     return result;
 }
 

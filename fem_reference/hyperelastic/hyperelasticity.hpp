@@ -90,6 +90,7 @@ struct Discretisation {
     fem_reference::Formulation formulation = fem_reference::Formulation::displacement; ///< mixed for degree 2 only
     /// Values of quadratic elements; on linear ones everything is constant.
     TetrahedronRule rule = TetrahedronRule::fourteen_points;
+    bool observes_steps = false; ///< of a motion, for History::observed_error; takes three quarters of its time more
 };
 
 /// Equilibrium at the mesh nodes at a fraction of the load.

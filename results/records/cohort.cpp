@@ -36,6 +36,8 @@ std::vector<CohortError> cohort_errors(std::span<const Result> results) {
         const auto &problem = result.problem;
         const double radius =
             core::radius_in_edges(core::tool_places(problem.body->mesh, problem.load_case)).value_or(nan);
+        const auto &known = result.reference_uncertainty;
+        const bool has_bar = known && known->reference == reference_of(result);
         for (const auto &model : result.models)
             if (model.comparison || model.solution.status != core::SolutionStatus::ok)
                 errors.push_back({.body = problem.body->name,
@@ -50,7 +52,9 @@ std::vector<CohortError> cohort_errors(std::span<const Result> results) {
                                                    ? model.comparison->tool->worst_stiffness()
                                                    : nan,
                                   .reference = reference_of(result),
-                                  .tool_radius_in_edges = radius});
+                                  .tool_radius_in_edges = radius,
+                                  .uncertainty = has_bar ? known->relative_l2 : nan,
+                                  .stiffness_uncertainty = has_bar ? known->stiffness.value_or(nan) : nan});
     }
     return errors;
 }
@@ -119,10 +123,14 @@ void describe_errors(At at, const std::vector<CohortBody> &bodies, Of<At, std::v
     columns.column("poisson_ratio", &CohortError::poisson_ratio);
     columns.column("relative_l2", &CohortError::relative_l2);
     columns.column("reaction_error", &CohortError::reaction_error);
-    if (at.has("stiffness_at_tool")) // nor these two
+    if (at.has("stiffness_at_tool")) // nor these four
         columns.column("stiffness_at_tool", &CohortError::stiffness);
     if (at.has("tool_radius_in_edges"))
         columns.column("tool_radius_in_edges", &CohortError::tool_radius_in_edges);
+    if (at.has("reference_uncertainty")) {
+        columns.column("reference_uncertainty", &CohortError::uncertainty);
+        columns.column("stiffness_uncertainty", &CohortError::stiffness_uncertainty);
+    }
 }
 
 /// One behind the other as UTF-8, each ended by a line feed: an attribute has room for 64 KiB only.

@@ -36,6 +36,10 @@ struct CohortError {
     std::string reference{}; ///< that it was compared with; empty where nothing was, and in older files
     /// core::radius_in_edges() of the load case on the body; NaN where it has no tool, and in older files.
     double tool_radius_in_edges = std::numeric_limits<double>::quiet_NaN();
+    /// Bars of the reference's relative_l2 and stiffness (ReferenceUncertainty); NaN where they are not known, as of a
+    /// reference on the mesh itself, and in older files.
+    double uncertainty = std::numeric_limits<double>::quiet_NaN();
+    double stiffness_uncertainty = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// One for each model that was compared or has not come to an end. Bodies that are in no half, load cases that depend

@@ -35,6 +35,11 @@ core::Solution finest_solved(const core::Problem &problem, std::vector<core::Sol
     return best;
 }
 
+/// Bar of displacement, energy, reactions or stiffness at the tool.
+double largest_bar(const core::ObservedError &error) {
+    return std::max({error.relative_l2, error.energy, error.reaction, error.stiffness.value_or(0.0)});
+}
+
 const std::vector<double> parts_of_load{0.0, 0.2, 0.4, 0.6, 0.8, 1.0};
 
 /// The whole load of the history, along a path as that of other large load cases.
@@ -98,7 +103,7 @@ core::Solution solve_refined(const core::Problem &problem, const Refinement &ref
             continue;
         best = core::extrapolated(problem.body->mesh, problem.load_case, levels);
         best->solver += fmt::format(", finest of {} meshes, extrapolated", levels.size());
-        if (best->observed_error->relative_l2 <= refinement.goal)
+        if (largest_bar(*best->observed_error) <= refinement.goal)
             break;
     }
     if (!best)

@@ -10,14 +10,14 @@ namespace livermark::models {
 
 /// Limits of a solution on ever finer meshes.
 struct Refinement {
-    double goal;      ///< of core::ObservedError::relative_l2, where it stops
+    double goal;      ///< of each number of core::ObservedError, where it stops
     int finest_level; ///< that it does not go beyond; at least 2
 };
 
-/// Solves on the mesh, and on meshes that are finer and finer, at least three, until the error is known to be below the
-/// goal; see core::extrapolated(). A level without a solution ends it: what comes before is the solution then. If those
-/// are fewer than three, their error is observed where three levels have come to on the way to the whole load, see
-/// core::observed_error_on_path(), and unknown if they have come nowhere.
+/// Solves on the mesh, and on meshes that are finer and finer, at least three, until all errors are known to be below
+/// the goal; see core::extrapolated(). A level without a solution ends it: what comes before is the solution then. If
+/// those are fewer than three, their error is observed where three levels have come to on the way to the whole load,
+/// see core::observed_error_on_path(), and unknown if they have come nowhere.
 /// @param problem  at the nodes of whose mesh solutions are given
 /// @param solve  the solution on the mesh that is refined so often, the nodes of the mesh first; asked for in ascending
 ///   order

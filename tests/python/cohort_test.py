@@ -60,12 +60,12 @@ def test_few_bodies_have_no_interval():
     few, = statistics_of(errors)
     assert math.isnan(few.median_interval[0]) and math.isnan(few.percentile_95_interval[1])
     assert math.isnan(few.stiffness_median_interval[0])
-    assert rows([few])[0][5:7] == ["3.00", "4.80"] and rows([few])[0][8] == "3.0"
+    assert rows([few])[0][5:7] == ["3.00", "4.80"] and rows([few])[0][9] == "3.0"
     five_have_a_tool, = statistics_of([*errors, error_of("b_11", "pull", 0.06)])
     assert math.isnan(five_have_a_tool.stiffness_median_interval[0])
     enough, = statistics_of([*errors, error_of("b_11", "pull", 0.06, stiffness=0.06)])
     assert enough.median_interval[0] < enough.median
-    assert rows([enough])[0][5].startswith("3.50 (") and rows([enough])[0][8].startswith("3.5 (")
+    assert rows([enough])[0][5].startswith("3.50 (") and rows([enough])[0][9].startswith("3.5 (")
 
 
 def test_errors_against_two_references_are_apart():
@@ -89,19 +89,32 @@ def test_the_mean_size_of_stiffness_is_over_the_load_cases_that_have_one():
     """Of absolute values: too soft under one load case and too stiff under another is not right in the mean."""
     cases = [("b_1", "pull", 0.1), ("b_1", "push", 0.3), ("b_1", "hang", 0.3), ("b_3", "pull", 0.4), ("b_3", "push", 0.6),
              ("b_3", "hang", 0.6)]
-    assert rows(statistics_of([error_of(*case) for case in cases]))[0][8] == "-"
+    assert rows(statistics_of([error_of(*case) for case in cases]))[0][9] == "-"
     stiffness = (-0.1, 0.2, math.nan, 0.05, 0.05, math.nan)
     statistics = statistics_of([error_of(*case, stiffness=value) for case, value in zip(cases, stiffness)])
     assert statistics[0].sizes[0] == pytest.approx(0.15, rel=1e-15)
     assert statistics[0].stiffness_median == pytest.approx(0.1, rel=1e-15)
-    assert rows(statistics)[0][8:] == ["10.0 !", "15.0 !"]
+    assert rows(statistics)[0][9:11] == ["10.0 !", "15.0 !"]
+
+
+def test_the_bar_of_the_reference_is_the_mean_over_load_cases_and_the_median_over_bodies():
+    """Of the stiffness over load cases with a tool; a body with a load case of unknown uncertainty says nothing."""
+    cases = [("b_1", "pull", 0.001, 0.01), ("b_1", "hang", 0.003, math.nan), ("b_3", "pull", 0.004, 0.02),
+             ("b_3", "hang", 0.006, math.nan), ("b_5", "pull", math.nan, math.nan), ("b_5", "hang", 0.2, math.nan)]
+    statistics, = statistics_of([error_of(body, case, 0.1, stiffness=math.nan if case == "hang" else 0.1, uncertainty=bar,
+                                          stiffness_uncertainty=of_tool) for body, case, bar, of_tool in cases])
+    assert statistics.uncertainty == pytest.approx(0.0035, rel=1e-15)
+    assert statistics.stiffness_uncertainty == pytest.approx(0.015, rel=1e-15)
+    row = rows([statistics])[0]
+    assert (row[8], row[11]) == ("0.35", "1.5") and row[3] == "3"
+    assert rows(statistics_of([error_of("b_1", "pull", 0.1)]))[0][8] == "-"
 
 
 def test_regimes_are_apart_and_without_a_body_there_is_no_number():
     large = error_of("b_1", "large_pull", math.nan, regime="large", is_ok=False)
     first, second = statistics_of([large, error_of("b_1", "pull", 0.1)])
     assert first.median == 0.1 and second.regime == "large" and second.left_out == 1 and math.isnan(second.median)
-    assert rows([second])[0][3:] == ["0", "1", "-", "-", "-", "-", "-"]
+    assert rows([second])[0][3:] == ["0", "1"] + ["-"] * 7
 
 
 @pytest.mark.parametrize("name", ["livers_5000", "livers_16000", "livers_16000_large"])

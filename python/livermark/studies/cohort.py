@@ -43,6 +43,8 @@ class Error(NamedTuple):
     relative_l2: float
     stiffness: float  #: at the tool; NaN without one
     reference: str  #: empty where nothing was compared
+    uncertainty: float = math.nan  #: of the reference's displacement; NaN where it is not known
+    stiffness_uncertainty: float = math.nan  #: the same of its stiffness at the tool
 
 
 @dataclass
@@ -56,6 +58,9 @@ class Statistics:
     errors: list[float]  #: mean of relative_l2 of each body that counts
     left_out: int  #: bodies where the model has not come to an end, or that lack a load case of others
     sizes: list[float] = field(default_factory=list)  #: mean absolute stiffness at the tool, of the bodies that have one
+    #: bars of the reference, the mean over load cases of each body that has one under all of them
+    bars: list[float] = field(default_factory=list)
+    stiffness_bars: list[float] = field(default_factory=list)
     median: float = math.nan
     median_interval: tuple[float, float] = NOWHERE
     percentile_95: float = math.nan
@@ -64,6 +69,8 @@ class Statistics:
     stiffness_median: float = math.nan
     stiffness_median_interval: tuple[float, float] = NOWHERE
     stiffness_worst: float = math.nan
+    uncertainty: float = math.nan
+    stiffness_uncertainty: float = math.nan
 
     def __post_init__(self) -> None:
         if self.errors:
@@ -74,6 +81,10 @@ class Statistics:
         if self.sizes:
             self.stiffness_median, self.stiffness_worst = quantile(self.sizes, 0.5), max(self.sizes)
             self.stiffness_median_interval = interval(self.sizes, 0.5)
+        if self.bars:
+            self.uncertainty = quantile(self.bars, 0.5)
+        if self.stiffness_bars:
+            self.stiffness_uncertainty = quantile(self.stiffness_bars, 0.5)
 
 
 def quantiles(rows: Any, part: float) -> Any:
@@ -154,16 +165,23 @@ def statistics_of(errors: list[Error]) -> list[Statistics]:
     for group in sorted(groups):
         regime, reference, half, ratio, model = REGIMES[group[0]], *group[1:]
         num_load_cases = len(load_cases[regime, ratio, reference])
-        means, sizes = [], []
+        means, sizes, bars, stiffness_bars = [], [], [], []
         for _, of_body in sorted(groups[group].items()):
             cases = [case for _, case in sorted(of_body.items())]
             total = sum(case.relative_l2 if case.is_ok else math.nan for case in cases)
             if len(cases) == num_load_cases and math.isfinite(total):
                 means.append(total / num_load_cases)
-                felt = [abs(case.stiffness) for case in cases if not math.isnan(case.stiffness)]
+                bar = sum(case.uncertainty for case in cases) / num_load_cases
+                if not math.isnan(bar):
+                    bars.append(bar)
+                felt = [case for case in cases if not math.isnan(case.stiffness)]
                 if felt:
-                    sizes.append(sum(felt) / len(felt))
-        found.append(Statistics(regime, reference, half, ratio, model, means, len(groups[group]) - len(means), sizes))
+                    sizes.append(sum(abs(case.stiffness) for case in felt) / len(felt))
+                    bar = sum(case.stiffness_uncertainty for case in felt) / len(felt)
+                    if not math.isnan(bar):
+                        stiffness_bars.append(bar)
+        found.append(Statistics(regime, reference, half, ratio, model, means, len(groups[group]) - len(means), sizes, bars,
+                                stiffness_bars))
     return found
 
 
@@ -176,7 +194,7 @@ def apart(found: list[Statistics], *names: str) -> Iterator[list[Statistics]]:
 
 
 def table(found: list[Statistics], smallest_felt_difference: float) -> Table:
-    """A row per half, Poisson's ratio and model [%], of one regime and reference."""
+    """A row per half, Poisson's ratio and model [%], of one regime and reference, with the bars of that."""
     def size(value: float) -> str:
         return fixed(PERCENT * value, 1) + (" !" if value > smallest_felt_difference else "")
 
@@ -186,12 +204,15 @@ def table(found: list[Statistics], smallest_felt_difference: float) -> Table:
     rows = []
     for each in found:
         row = [HALVES[each.half], f"{each.poisson_ratio:g}", each.model, str(len(each.errors)), str(each.left_out)]
-        rows.append(row + (["-"] * 5 if not each.errors else [
+        rows.append(row + (["-"] * 7 if not each.errors else [
             beside(fixed(PERCENT * each.median, 2), each.median_interval, 2),
             beside(fixed(PERCENT * each.percentile_95, 2), each.percentile_95_interval, 2), fixed(PERCENT * each.worst, 2),
-            beside(size(each.stiffness_median), each.stiffness_median_interval, 1), size(each.stiffness_worst)]))
+            fixed(PERCENT * each.uncertainty, 2),
+            beside(size(each.stiffness_median), each.stiffness_median_interval, 1), size(each.stiffness_worst),
+            fixed(PERCENT * each.stiffness_uncertainty, 1)]))
     return Table([Column("half"), Column("nu", True), Column("model"), *(Column(title, True) for title in (
-        "bodies", "left out", "median [%]", "95th percentile [%]", "worst [%]", "tool [%]", "worst tool [%]"))], rows)
+        "bodies", "left out", "median [%]", "95th percentile [%]", "worst [%]", "+- [%]", "tool [%]", "worst tool [%]",
+        "tool +- [%]"))], rows)
 
 
 def shown(found: list[Statistics], asked: dict[str, Any]) -> list[str]:
@@ -206,7 +227,8 @@ def shown(found: list[Statistics], asked: dict[str, Any]) -> list[str]:
                   (made.markdown() if asked["markdown"] else made.text()) +
                   f"\nover bodies, of the mean relative L2 error{' against ' + reference if reference else ''} over load cases; in "
                   f"brackets the interval of 95 % by bootstrap, of {FEWEST_BODIES} bodies or more; tuning: odd numbers, on which "
-                  "constants may be chosen, test: even ones\n" + asked["tool_legend"]]
+                  "constants may be chosen, test: even ones; +-, tool +-: the reference's own uncertainty, in the mean over load "
+                  "cases, the median over bodies\n" + asked["tool_legend"]]
     return texts
 
 
@@ -221,10 +243,13 @@ def errors_of_file(file: Any) -> list[Error]:
     columns = {name: words(name) for name in ("body", "load_case", "model", "regime", "status")}
     columns["reference"] = words("reference") if "reference" in group else [""] * num_errors  # files of earlier versions have none
     numbers = {name: group[name][:].tolist() for name in ("poisson_ratio", "relative_l2")}
-    numbers["stiffness"] = group["stiffness_at_tool"][:].tolist() if "stiffness_at_tool" in group else [math.nan] * num_errors
+    for name, dataset in (("stiffness", "stiffness_at_tool"), ("uncertainty", "reference_uncertainty"),
+                          ("stiffness_uncertainty", "stiffness_uncertainty")):
+        numbers[name] = group[dataset][:].tolist() if dataset in group else [math.nan] * num_errors
     return [Error(columns["body"][e], columns["regime"][e], numbers["poisson_ratio"][e], columns["load_case"][e],
                   columns["model"][e], columns["status"][e] == "ok", numbers["relative_l2"][e], numbers["stiffness"][e],
-                  columns["reference"][e]) for e in range(num_errors)]
+                  columns["reference"][e], numbers["uncertainty"][e], numbers["stiffness_uncertainty"][e])
+            for e in range(num_errors)]
 
 
 def put_statistics(file: Any, found: list[Statistics]) -> None:
@@ -246,9 +271,10 @@ def put_statistics(file: Any, found: list[Statistics]) -> None:
     put_numbers("poisson_ratio", [each.poisson_ratio for each in found])
     for name, counts in (("bodies", [len(each.errors) for each in found]), ("left_out", [each.left_out for each in found])):
         put_dataset(group, name, numpy.array(counts, dtype=numpy.int32))
-    for name in ("median", "percentile_95", "worst", "stiffness_median", "stiffness_worst"):
+    for name in ("median", "percentile_95", "worst", "stiffness_median", "stiffness_worst", "uncertainty",
+                 "stiffness_uncertainty"):
         put_numbers(name, [getattr(each, name) for each in found])
-        if not name.endswith("worst"):
+        if name.endswith(("median", "percentile_95")):
             for end, place in (("low", 0), ("high", 1)):
                 put_numbers(f"{name}_{end}", [getattr(each, name + "_interval")[place] for each in found])
 

@@ -81,14 +81,14 @@ constexpr Refinement refinement{.goal = 0.01, .finest_level = 3};
 /// Distance from the middle of what is touched up to which meshes are refined, over its radius.
 constexpr double around_touch = 1.5;
 
-/// At rims and below tools, or below tools that touch.
+/// At rims and below tools, also below those that touch.
 core::BisectedProblem refine(const core::Problem &coarse) {
     if (!coarse.load_case.is_touched())
         return core::refine_at_rims_and_tools(coarse);
     std::vector<core::InteriorPlace> places;
     for (const auto &contact : coarse.load_case.contacts())
         places.push_back({contact.middle, contact.radius});
-    return core::refine_near_places(coarse, places, around_touch);
+    return core::refine_at_rims_and_near(coarse, places, around_touch);
 }
 
 /// Histories on ever finer meshes would take hours: these are solved at their limits alone.
@@ -101,7 +101,7 @@ core::Solution solve_finer(const core::Problem &problem, const std::string &law,
                                           : on_finer_meshes(problem);
 }
 
-constexpr Discretisation linear_elements{.degree = 1}, quadratic_elements{.degree = 2},
+constexpr Discretisation linear_elements{.degree = 1}, quadratic_elements{.degree = 2, .observes_steps = true},
     mixed_elements{.degree = 2, .formulation = fem_reference::Formulation::mixed};
 
 constexpr std::array<HyperelasticElements, 5> all_elements{

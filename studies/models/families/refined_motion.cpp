@@ -33,6 +33,7 @@ core::Problem with_more_steps(core::Problem problem, int steps_per_record) {
 core::History thinned(core::History history, int steps_per_record, const core::Release &wanted) {
     const std::size_t num_probes = wanted.probes.size();
     core::History result = history;
+    result.observed_error.reset(); // of the steps
     result.time.clear();
     for (auto *const list : {&result.kinetic_energy, &result.strain_energy})
         list->clear();

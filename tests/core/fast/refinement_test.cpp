@@ -288,6 +288,16 @@ TEST(LocalRefinement, CutsAtFurtherNodesAsWell) {
     EXPECT_GT(fine.size(), core::refine_at_rims(problem).problem.body->mesh.tetrahedra.size());
 }
 
+TEST(LocalRefinement, CutsAtRimsAndBelowAPlaceThatIsSmallerThanAnEdge) {
+    const auto problem = pressed_box();
+    const core::InteriorPlace point{{0.05, 0.06, 0.08}, 1e-4};
+    const auto num_at = [&](std::span<const core::InteriorPlace> places) {
+        return core::refine_at_rims_and_near(problem, places, 1.5).problem.body->mesh.num_tetrahedra();
+    };
+    EXPECT_EQ(num_at({}), core::refine_at_rims(problem).problem.body->mesh.num_tetrahedra());
+    EXPECT_GT(num_at({&point, 1}), num_at({}));
+}
+
 TEST(LocalRefinement, KeepsWhatIsPrescribedLinearBetweenNodes) {
     auto problem = pressed_box();
     for (const auto &point : problem.body->mesh.points)

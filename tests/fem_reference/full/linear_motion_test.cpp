@@ -343,6 +343,30 @@ TEST(FemRitzSteps, CostTheProbesWhatTheMotionSays) {
     EXPECT_GT(error, 1e-4);
     EXPECT_NEAR(history.observed_error->relative_l2, error, 0.05 * error);
     EXPECT_NEAR(history.observed_error->order, 2.0, 0.2);
+    pulled.let_go(300, 1.0 / 60.0, 0.05);
+    const auto in_longer_steps =
+        fem_reference::error_of_longer_steps(pulled.pulled, pulled.slow(), [&](const core::LoadCase &longer) {
+            return fem_reference::release_step_by_step(*body, pulled.system, longer, pulled.start);
+        });
+    ASSERT_TRUE(in_longer_steps);
+    EXPECT_NEAR(in_longer_steps->relative_l2, error, 0.3 * error);
+}
+
+TEST(FemLongerSteps, SayNothingOfTooFewAndOfNoMotion) {
+    const auto body = swinging_beam({2, 1, 1});
+    PulledBody pulled(body, 1, constrained(*body));
+    const auto observed = [&](int num_steps, bool moves) {
+        pulled.let_go(num_steps, 1.0 / 60.0, 0.05);
+        const auto start = moves ? pulled.start : std::vector<double>(pulled.start.size(), 0.0);
+        const auto motion = [&](const core::LoadCase &load_case) {
+            return fem_reference::release_step_by_step(*body, pulled.system, load_case, start);
+        };
+        return fem_reference::error_of_longer_steps(pulled.pulled, motion(pulled.pulled), motion).has_value();
+    };
+    EXPECT_TRUE(observed(4, true));
+    EXPECT_TRUE(observed(7, true)); // the records that all have end after the fourth step
+    EXPECT_FALSE(observed(3, true));
+    EXPECT_FALSE(observed(8, false));
 }
 
 /// Mixed elements agree with displacements alone where nothing locks, and begin at their own static solution.
@@ -392,6 +416,8 @@ TEST_P(FemRitzMotion, IsLeftToStepsOfTheWholeBodyWhereItTakesTooManyVectors) {
         const auto fast = pulled.fast(), slow = pulled.slow();
         EXPECT_EQ(fast.displacement, slow.displacement);
         EXPECT_EQ(fast.strain_energy, slow.strain_energy);
+        EXPECT_GT(fast.observed_error.value().relative_l2, 0.0);
+        EXPECT_FALSE(slow.observed_error);
     };
     pulled.let_go(300, 1.0 / 60.0, 0.0); // without damping, all the high modes that the release excites stay
     expect_steps(100);

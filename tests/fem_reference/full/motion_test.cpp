@@ -49,8 +49,9 @@ class HyperelasticMotion : public testing::TestWithParam<int> {
             num_steps, duration / num_steps, damping, {{"end", body->mesh.num_nodes() - 1}, {"middle", 25}}};
         return load_case;
     }
-    core::Solution solve(const core::LoadCase &load_case) const {
-        return hyperelastic::solve({body, load_case}, hyperelastic::material_law("neo_hookean"), {.degree = GetParam()},
+    core::Solution solve(const core::LoadCase &load_case, bool observes_steps = false) const {
+        return hyperelastic::solve({body, load_case}, hyperelastic::material_law("neo_hookean"),
+                                   {.degree = GetParam(), .observes_steps = observes_steps},
                                    {.fractions = {0.25, 0.5, 0.75, 1.0}, .tolerance = 1e-11})
             .solution;
     }
@@ -135,19 +136,23 @@ TEST_P(HyperelasticMotion, LosesEnergyWithDamping) {
     }
 }
 
-/// The difference from the finest steps shrinks by four when steps are halved.
+/// The difference from the finest steps shrinks by four when steps are halved, and the motion says so where it is
+/// asked.
 TEST_P(HyperelasticMotion, IsOfSecondOrderInTheStep) {
     const auto motion = [&](int num_steps) {
-        const auto solution = solve(pulled(hard, num_steps, 0.5 * period, core::rayleigh_damping(0.05, 15.0, 80.0)));
+        const auto solution =
+            solve(pulled(hard, num_steps, 0.5 * period, core::rayleigh_damping(0.05, 15.0, 80.0)), num_steps == 80);
         EXPECT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
         return *solution.history;
     };
     const auto finest = motion(320);
+    EXPECT_FALSE(finest.observed_error);
     std::vector<double> errors;
     for (const int num_steps : {20, 40, 80})
         errors.push_back(tests::relative_l2(motion(num_steps).displacement, thinned(finest, 320 / num_steps)));
     for (std::size_t k = 1; k < errors.size(); ++k)
         EXPECT_NEAR(std::log2(errors[k - 1] / errors[k]), 2.0, 0.3) << fmt::format("{:.2e}", fmt::join(errors, " "));
+    EXPECT_NEAR(motion(80).observed_error.value().relative_l2, errors.back(), 0.3 * errors.back());
 }
 
 /// A body that nothing holds, spun and bent: neither forces nor viscosity change momentum and angular momentum.

@@ -33,12 +33,13 @@ core::Problem large_touch() {
 /// Forces of fem_p2p1_neo_hookean on the mesh at the depths, see docs/studies/contact.md.
 constexpr std::array reference{0.0309, 0.1440, 0.7820}; // N
 
-/// The mesh, and meshes that are refined below the ball again and again, as fem_p2p1_neo_hookean_refined has them.
+/// The mesh, and meshes that are refined at rims and below the ball again and again, as fem_p2p1_neo_hookean_refined
+/// has them.
 core::Problem refined_below_ball(const core::Problem &coarse) {
     constexpr double around_touch = 1.5;
     const auto &ball = *coarse.load_case.touching;
     const core::InteriorPlace place{ball.first_point(), std::sqrt(ball.shape.radius * ball.press.norm())};
-    return core::refine_near_places(coarse, std::span(&place, 1), around_touch).problem;
+    return core::refine_at_rims_and_near(coarse, std::span(&place, 1), around_touch).problem;
 }
 
 /// The error of the reference that the meshes tell: of its displacement and force at the whole depth, and of its

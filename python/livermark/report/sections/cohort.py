@@ -94,7 +94,8 @@ def _cohort(data: ReportData, name: str) -> Markup:
                        f"Deformations of the {regime} regime: mean relative L2 error over load cases"
                        + (f", against {reference}" if reference else "") + ", in brackets the interval "
                        "of 95 % by bootstrap where there are bodies enough; tool: the same of the absolute value of the "
-                       f"stiffness at the tool. Load cases: {', '.join(sorted(cases))}.", [command])
+                       "stiffness at the tool; +-, tool +-: the reference's own uncertainty. "
+                       f"Load cases: {', '.join(sorted(cases))}.", [command])
     for failure in failures:
         html += missing("Failed: " + failure)
     return html

@@ -1,4 +1,5 @@
 #include <array>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <memory>
 #include <utility>
@@ -58,6 +59,21 @@ TEST(RefinedSolution, GoesOnUntilTheErrorIsKnownToBeSmallEnough) {
     EXPECT_EQ(fine.solution.solve_seconds, 4.0);
     EXPECT_NEAR(fine.solution.displacement[0].x(), 1.0, 1e-3);
     EXPECT_LT(fine.solution.observed_error.value().relative_l2, rough.solution.observed_error.value().relative_l2);
+}
+
+/// The displacement alone would be good enough on three.
+TEST(RefinedSolution, GoesOnUntilTheEnergyIsKnownAsWell) {
+    const auto problem = box_along_a_path();
+    int num_levels = 0;
+    const auto solution = models::solve_refined(problem, {.goal = 0.02, .finest_level = 3}, [&](int level) {
+        ++num_levels;
+        auto result = on_level(problem.body->mesh, 0.08 * std::pow(0.5, level));
+        result.strain_energy = 1.0 + 4.0 * (result.strain_energy - 1.0);
+        return result;
+    });
+    EXPECT_EQ(num_levels, 4);
+    EXPECT_LT(solution.observed_error.value().relative_l2, 0.01);
+    EXPECT_LT(solution.observed_error->energy, 0.025);
 }
 
 TEST(RefinedSolution, StopsAtTheFinestLevelAndSaysWhatIsLeft) {

@@ -6,14 +6,18 @@
 #include <numbers>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error_norms.hpp"
 #include "core/mesh/refinement.hpp"
 #include "core/support/input_error.hpp"
+#include "core/tool/tool_stiffness.hpp"
 #include "msm/spring_law.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/refined_solution.hpp"
 #include "tests/samples/test_meshes.hpp"
+#include "tests/samples/touched_block.hpp"
 
 namespace livermark {
 namespace {
@@ -265,6 +269,65 @@ TEST(LimitsOfAHistory, BoundWhatAFinerMeshMakesOfIt) {
     ASSERT_TRUE(bar.stiffness);
     for (std::size_t record = 2; record < expected.path.size(); ++record)
         EXPECT_LT(std::abs(force_at(solution, record) / force_at(expected, record) - 1.0), *bar.stiffness) << record;
+}
+
+/// A rod that is held at one end, along a path of large loads.
+core::Problem held_rod() {
+    core::Problem rod{tests::make_body(tests::box_mesh({0.06, 0.03, 0.03}, {2, 1, 1}), {1060.0, 5000.0, 0.45}), {}};
+    rod.load_case = tests::empty_load_case(rod.body->mesh);
+    rod.load_case.regime = core::Regime::large;
+    rod.load_case.path = {0.5, 1.0};
+    tests::prescribe(rod.load_case, rod.body->mesh, "x_min", Vector3::Zero());
+    return rod;
+}
+
+/// One of each kind of load that there is.
+std::vector<std::pair<std::string, core::Problem>> kinds_of_large_loads() {
+    std::vector<std::pair<std::string, core::Problem>> kinds;
+    const auto add = [&](const std::string &name, const auto &load) {
+        auto rod = held_rod();
+        load(rod.load_case, rod.body->mesh);
+        kinds.emplace_back(name, rod);
+    };
+    using core::LoadCase, core::TetraMesh;
+    add("force", [](LoadCase &on, const TetraMesh &mesh) { tests::pull(on, mesh, "x_max", {0.0, 0.0, 60.0}); });
+    add("way", [](LoadCase &on, const TetraMesh &mesh) { tests::prescribe(on, mesh, "x_max", {5e-3, 0.0, 5e-3}); });
+    add("depth", [](LoadCase &on, const TetraMesh &mesh) { tests::press(on, mesh, "x_max", {0.0, 0.0, -1.0}, 5e-3); });
+    add("gas", [](LoadCase &on, const TetraMesh &mesh) {
+        std::vector<int> top;
+        for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+            if (mesh.patch_names[static_cast<std::size_t>(mesh.boundary_patch[f])] == "z_max")
+                top.push_back(f);
+        on.put({"gas", core::ConditionKind::pressure}, top, {0.0, 0.0, -100.0});
+    });
+    add("gravity", [](LoadCase &on, const TetraMesh & /*mesh*/) { on.acceleration = {0.0, 0.0, -2.0}; });
+    tests::TouchedBlock block;
+    block.path = {0.5, 1.0};
+    kinds.emplace_back("ball", tests::touched_block(block));
+    return kinds;
+}
+
+/// Every number that models are compared in has a bar, and the stiffness at the tool wherever there is a tool.
+TEST(BarsOfLargeLoads, AreThereForEachKindOfLoad) {
+    std::set<std::string> without_tool;
+    for (const auto &[kind, problem] : kinds_of_large_loads()) {
+        SCOPED_TRACE(kind);
+        const auto solution = solve_with("fem_p2p1_neo_hookean_refined", problem);
+        ASSERT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
+        ASSERT_TRUE(solution.observed_error) << solution.solver;
+        const auto &bar = *solution.observed_error;
+        EXPECT_EQ(bar.load_fraction, 1.0);
+        EXPECT_GT(bar.relative_l2, 0.0);
+        EXPECT_GT(bar.energy, 0.0);
+        EXPECT_GE(bar.reaction, 0.0); // rounding where equilibrium gives the reaction
+        const bool has_tool = !core::tool_places(problem.body->mesh, problem.load_case).empty();
+        EXPECT_EQ(bar.stiffness.has_value(), has_tool);
+        if (!has_tool)
+            without_tool.insert(kind);
+        else
+            EXPECT_GT(bar.stiffness.value_or(0.0), 0.0);
+    }
+    EXPECT_EQ(without_tool, std::set<std::string>{"gravity"});
 }
 
 } // namespace
