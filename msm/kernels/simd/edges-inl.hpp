@@ -33,7 +33,8 @@ template <class D> inline constexpr bool has_pairs_of_rows = std::is_same_v<hn::
 template <class D> inline constexpr bool has_pairs_of_rows = false;
 #endif
 
-/// Where the widest vectors hold two rows, those of lanes four apart: half as many loads as of blocks.
+/// Eight numbers of each lane from scattered places. The widest vectors take two rows at once, those of lanes four
+/// apart.
 template <class D, class T> HWY_INLINE EightBlocks<D> fetch_eight(D d, const T *rows, const std::int32_t *index) {
     if constexpr (has_pairs_of_rows<D>) {
         const hn::Half<D> half;
@@ -130,7 +131,7 @@ template <class D> struct EdgeMeansOfC {
         return {kept_blocks(d, at), kept_blocks(d, at + 4 * hn::MaxLanes(D()))};
     }
 
-    HWY_INLINE static Value of_gradient(D d, const Columns<D> &f) { return twice_strain(d, f); }
+    HWY_INLINE static Value gradient_value(D d, const Columns<D> &f) { return twice_strain(d, f); }
     HWY_INLINE static Value rate_of_gradient(const Columns<D> &f, const Columns<D> &f_rate) {
         return twice_strain_rate<D>(f, f_rate);
     }
@@ -195,7 +196,7 @@ template <class D> struct EdgeMeansOfF {
         return {EdgeMeansOfC<D>::kept(d, at), EdgeMeansOfC<D>::kept_blocks(d, at + 8 * hn::MaxLanes(D()))};
     }
 
-    HWY_INLINE static Value of_gradient(D d, Columns<D> f) {
+    HWY_INLINE static Value gradient_value(D d, Columns<D> f) {
         const auto one = hn::Set(d, T(1));
         f.x.x = hn::Sub(f.x.x, one);
         f.y.y = hn::Sub(f.y.y, one);
@@ -219,7 +220,7 @@ template <bool is_damped, template <class> class Means, class T> class FanStrain
   public:
     HWY_INLINE void add(StepWorkspace<T> &at, const TetrahedronInFan &place, const Columns<D> &f,
                         hn::Vec<D> rest_volume, hn::Vec<D> gained) {
-        put(at.tetrahedron_strain, place, scaled<D>(rest_volume, OfEdges::of_gradient(D(), f)));
+        put(at.tetrahedron_strain, place, scaled<D>(rest_volume, OfEdges::gradient_value(D(), f)));
         gains_.add(D(), gained, at.gain.data() + place.rim);
     }
     /// @param factor  beta times the volume at rest
@@ -291,7 +292,7 @@ template <template <class> class Means, class T> class EdgeSums {
     const T *rows_;
     const std::int32_t *edge_;
     typename OfEdges::Value axis_;
-    /// Of the edges to the node before. A variable would be copied in halves, which waits for the memory.
+    /// Sum of the edges to the node before. A variable would be copied in halves, which waits for the memory.
     alignas(64) std::array<T, OfEdges::row_size * slice_size> before_;
 };
 
