@@ -13,12 +13,10 @@ template <class T> struct StepWorkspace;
 /// Parts of a step that belong to the energy of coupled springs (simd/coupled_steps-inl.hpp). All empty for a body
 /// without such springs.
 template <class T> struct StepFunctions {
-    /// Sums of a slice of fans at their corners, for the means around nodes
+    /// Strains of a slice of fans for the means around nodes or edges
     void (*put_means)(StepWorkspace<T> &at, int now, int slice) = nullptr;
-    /// Stresses of means around nodes, and pressures, behind put_means(); all threads call it, and it waits for them
+    /// Stresses of means, and pressures, behind put_means(); all threads call it, and it waits for them
     void (*stresses)(StepWorkspace<T> &at, int now, int thread, Barrier &barrier) = nullptr;
-    /// Forces of a slice of stars; empty for springs around nodes
-    void (*star_forces)(StepWorkspace<T> &at, int now, int thread, int slice) = nullptr;
     /// Forces on the nodes of a slice of fans
     void (*fan_forces)(StepWorkspace<T> &at, int now, int slice) = nullptr;
     /// Turn of the branches of coupled springs, see relax_stresses(); all threads call it

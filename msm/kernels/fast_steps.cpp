@@ -425,8 +425,6 @@ void FastSteps::set_mass(int node, double mass) {
 bool FastSteps::cut(const StepParts &parts, const std::vector<double> &node_mass, const CutChanges &changes) {
     return implementation_->visit([&](auto &own) {
         update_sliced_body(parts, changes, own.plan, own.at.body);
-        if (own.at.body.is_around_edges())
-            make_room_for_stars(own.at, own.pool.size());
         return own.change_masses(changes.nodes, node_mass);
     });
 }

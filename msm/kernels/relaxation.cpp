@@ -104,8 +104,7 @@ template <class T> void set_to_zero(RelaxingStresses<T> &stresses) {
 /// Stiffness of a pair of nodes that tetrahedra pull, where it stands.
 template <class T> T &stiffness_of(SlicedBody<T> &body, std::size_t pair) {
     const std::size_t lane = pair % slice_size;
-    return body.is_around_edges() ? body.star_stiffness[pair]
-                                  : body.mean_gradient[4 * (pair - lane) + 3 * slice_size + lane];
+    return body.mean_gradient[4 * (pair - lane) + 3 * slice_size + lane];
 }
 
 /// Place of half the tension at no length of a spring.
@@ -148,7 +147,7 @@ template <class T> std::size_t place_of_neighbour(const SlicedBody<T> &body, int
 template <class T>
 std::vector<std::vector<int>> pulls_of_pairs(const StepParts &parts, const SlicedPlan &plan,
                                              const SlicedBody<T> &body) {
-    std::vector<std::vector<int>> pulls(body.is_around_edges() ? body.star_modulus.size() : body.mean_node.size());
+    std::vector<std::vector<int>> pulls(body.mean_node.size());
     for (std::size_t t = 0; t < parts.tetrahedra.size(); ++t) {
         const auto [place, corner] = place_in_fan(body, plan.tetrahedron_place[t]);
         std::array<int, 4> volume{};
@@ -160,10 +159,6 @@ std::vector<std::vector<int>> pulls_of_pairs(const StepParts &parts, const Slice
         for (std::size_t e = 0; e < 6; ++e) {
             const auto [i, j] = core::tetrahedron_edges[e];
             const int pull = place_of_pull(place, in_fan[i], in_fan[j]);
-            if (body.is_around_edges()) {
-                pulls[plan.star_of_part[parts.edge_part[t][e]]].push_back(pull);
-                continue;
-            }
             pulls[place_of_neighbour(body, volume[i], parts.tetrahedra[t][j])].push_back(pull);
             pulls[place_of_neighbour(body, volume[j], parts.tetrahedra[t][i])].push_back(pull);
         }
@@ -182,9 +177,9 @@ RelaxationArrays<T> relaxation_arrays(const StepParts &parts, const SlicedPlan &
         arrays.rest_tension.push_back(body.spring[place_of_rest(at)]);
     if (parts.inner_modulus.empty())
         return arrays;
-    const std::size_t num_means = body.is_around_edges() ? body.star_modulus.size() : body.volume_row.size();
+    const std::size_t num_means = body.is_around_edges() ? body.edge_modulus.size() : body.volume_row.size();
     arrays.means = relaxing_stresses<T>(6 * num_means, num_branches, true);
-    const bool has_pairs = body.is_around_edges() || parts.measure == StrainMeasure::deformation_gradient;
+    const bool has_pairs = !body.mean_gradient.empty();
     arrays.tetrahedra = relaxing_stresses<T>(6 * body.rest_volume.size(), num_branches, !has_pairs);
     if (!has_pairs)
         return arrays;

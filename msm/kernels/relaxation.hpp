@@ -94,26 +94,26 @@ template <class T> struct RelaxingStresses {
 /// - Of a mean, six numbers are taken off its stress.
 /// - Inside a tetrahedron the second Piola-Kirchhoff stress R pulls its corners by -V F R g, which is linear in
 ///   positions: corners i and j pull each other with V g_i . R g_j times what is between them. These add up, over the
-///   tetrahedra of an edge, to the pulls that mu F inside tetrahedra has there too (slicing.hpp). Beside means
-///   of C around nodes there are no such pulls, and it is taken off the stress inside; Hooke's springs there pull along
-///   edges, and have the same.
+///   tetrahedra of an edge, to the pulls that mu F inside tetrahedra has there too, of means of F around nodes
+///   (slicing.hpp). Beside other means there are no such pulls, and it is taken off the stress inside; Hooke's springs
+///   there pull along edges, and have the same.
 template <class T> struct RelaxationArrays {
     RelaxationShares shares; ///< of the branches' turn now
 
     RelaxingStresses<T> springs; ///< (lines, 16) tensions at both ends [N]; without faded
     Aligned<T> rest_tension;     ///< (lines, 16) k l0 / 2 [N]
 
-    /// (slices of control volumes, 6, 16) in the units of coupled_modulus, or (slices of stars, 6, 16) of star_modulus
+    /// (slices of control volumes, 6, 16) in the units of coupled_modulus, or (edge slices, 6, 16) of edge_modulus
     RelaxingStresses<T> means;
 
-    /// (lines of fans, 6, 16) times their volumes [J]; faded beside means of C around nodes alone, the following beside
-    /// others
+    /// (lines of fans, 6, 16) times their volumes [J]; not faded beside means of F around nodes, which have the
+    /// following
     RelaxingStresses<T> tetrahedra;
     /// (lines of fans, 6, 16) of each tetrahedron, V g_i . R g_j of its edges: from the start of the axis to its end
     /// and to both nodes of the rim, and around these three [N/m]
     Aligned<T> pull;
-    /// (lines, 16) of SlicedBody::mean_node, or (stars): the elastic part of what stands in mean_gradient or
-    /// star_stiffness [N/m], and the places of the pulls to add, those of each from pull_start on
+    /// (lines, 16) of SlicedBody::mean_node: the elastic part of what stands in mean_gradient [N/m], and the places of
+    /// the pulls to add, those of each from pull_start on
     Aligned<T> rest_stiffness;
     std::vector<int> pull_start, pull_place;
 

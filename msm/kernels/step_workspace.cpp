@@ -92,6 +92,7 @@ template <class T> void partition_work(StepWorkspace<T> &workspace, int num_thre
         workspace.pairs.push_back(partition_of_pairs(body, part));
     workspace.fan_slices = partitions(body.fan_start, num_threads);
     workspace.chunks = partitions(running_count(static_cast<int>(body.chunk_start.size()) - 1), num_threads);
+    workspace.edge_slices = partitions(body.edge_start, num_threads);
     workspace.volume_slices = partitions(body.mean_start.empty() ? body.volume_start : body.mean_start, num_threads);
 }
 
@@ -103,7 +104,7 @@ template <class V> std::size_t bytes(const V &values) {
 }
 
 template <class T> std::size_t num_deficits(const SlicedBody<T> &body) {
-    return body.fan_start.size() - 1 + body.volume_row.size() / slice_size + body.star_modulus.size() / slice_size;
+    return body.fan_start.size() - 1 + body.volume_row.size() / slice_size + body.edge_modulus.size() / slice_size;
 }
 
 template <class T> Aligned<T> moved_rows(const RowMap &map, const Aligned<T> &rows) {
@@ -118,10 +119,10 @@ template <class T> Aligned<T> moved_rows(const RowMap &map, const Aligned<T> &ro
 
 /// For what volumes and strains are around nodes, and for the forces of tetrahedra; or more where the body has become
 /// larger. What is new is zero, and so is what stands behind the last.
-template <class T> void make_room_for_means(StepWorkspace<T> &at, int num_threads) {
+template <class T> void make_room_for_means(StepWorkspace<T> &at) {
     const auto &body = at.body;
     const bool is_damped = at.beta != 0.0;
-    const bool has_gradients = !body.mean_gradient.empty(), has_volumes_in_fans = body.has_volumes_in_fans();
+    const bool has_gradients = body.has_volumes_in_fans(), has_gains = has_gradients || body.is_around_edges();
     if (body.coupled_modulus.empty() || has_gradients)
         at.gain.resize(body.corner.size() + slice_size, T(0));
     else if (body.inverse_volume.empty())
@@ -130,19 +131,22 @@ template <class T> void make_room_for_means(StepWorkspace<T> &at, int num_thread
         for (auto &values : at.corner_strain)
             values.resize(4 * (body.corner.size() + slice_size), T(0));
     // Dashpots inside tetrahedra alone would read these, and branches there.
-    if (has_volumes_in_fans && !is_damped && at.relaxation.empty()) {
+    if (has_gradients && !is_damped && at.relaxation.empty()) {
         at.body.rest_gradient = {};
         at.body.inner_modulus = {};
     }
     if (!body.inverse_volume.empty())
         at.push.resize(body.rest_volume.size(), T(0));
-    if (is_damped && has_volumes_in_fans)
+    if (is_damped && has_gains)
         at.gain_rate.resize(at.gain.size(), T(0));
     if (body.is_around_edges()) {
         at.change.resize(body.volume_row.size(), T(0));
         at.change_rate.resize(is_damped ? body.volume_row.size() : 0, T(0));
         at.mean_push.resize(at.change.size(), T(0));
-        make_room_for_stars(at, num_threads);
+        const auto row = static_cast<std::size_t>(long_row(body.measure));
+        at.tetrahedron_strain.resize(row * (body.rest_volume.size() + 1), T(0));
+        at.tetrahedron_rate.resize(is_damped ? at.tetrahedron_strain.size() : 0, T(0));
+        at.edge_stress.resize(row * body.edge_modulus.size(), T(0));
     }
     if (is_damped && !body.inverse_volume.empty())
         for (std::size_t i = 0; i < at.corner_rate.size(); ++i)
@@ -174,10 +178,8 @@ template <class T> void leave_room(StepWorkspace<T> &at) {
                          &body.coupled_modulus,
                          &body.inverse_volume,
                          &body.mean_gradient,
-                         &body.star_tetrahedron,
-                         &body.star_modulus,
-                         &body.star_inverse_volume,
-                         &body.star_stiffness,
+                         &body.edge_modulus,
+                         &body.inverse_edge_volume,
                          &body.mean_weight,
                          &body.volume_stiffness,
                          &at.gain,
@@ -188,10 +190,13 @@ template <class T> void leave_room(StepWorkspace<T> &at) {
                          &at.corner_rate[0],
                          &at.corner_rate[1],
                          &at.push,
+                         &at.tetrahedron_strain,
+                         &at.tetrahedron_rate,
+                         &at.edge_stress,
                          &at.corner_force})
         values->reserve(with_room(values->size()));
-    for (auto *indices : {&body.neighbour, &body.corner, &body.force_slot, &body.mean_node, &body.star_corner,
-                          &body.star_slot, &body.mean_volume, &body.member})
+    for (auto *indices : {&body.neighbour, &body.corner, &body.force_slot, &body.mean_node, &body.edge_member,
+                          &body.fan_edge, &body.mean_volume, &body.member})
         indices->reserve(with_room(indices->size()));
 }
 
@@ -234,7 +239,7 @@ StepWorkspace<T> make_workspace(const StepParts &parts, const std::vector<core::
         at.velocity_rows = at.rows;
     for (auto &rows : at.rows)
         std::fill(rows.end() - 4, rows.end(), static_cast<T>(far_away));
-    make_room_for_means(at, num_threads);
+    make_room_for_means(at);
     if (options.may_be_cut)
         leave_room(at);
     partition_work(at, num_threads);
@@ -259,15 +264,9 @@ template <class T> void make_room_after_parting(const RowMap &map, int num_threa
         at.deficit.assign(num_deficits(at.body), T(0));
         at.deficit.front() = is_pressed ? T(1) : T(0);
     }
-    make_room_for_means(at, num_threads);
+    make_room_for_means(at);
     at.pairs.clear();
     partition_work(at, num_threads);
-}
-
-template <class T> void make_room_for_stars(StepWorkspace<T> &at, int num_threads) {
-    at.star_scratch.resize(static_cast<std::size_t>(num_threads));
-    for (auto &scratch : at.star_scratch)
-        scratch.resize(numbers_of_star_corner * slice_size * (at.body.longest_star + 2), T(0));
 }
 
 template <class T> std::size_t working_set(const StepWorkspace<T> &at) {
@@ -280,18 +279,15 @@ template <class T> std::size_t working_set(const StepWorkspace<T> &at) {
            bytes(at.corner_force) + bytes(body.rest_gradient) + bytes(body.rest_length) + bytes(body.inner_modulus) +
            bytes(body.coupled_modulus) + bytes(at.strain) + 2 * bytes(at.stress[0]) + bytes(body.inverse_volume) +
            2 * bytes(at.corner_strain[0]) + 2 * bytes(at.corner_rate[0]) + bytes(at.gain_rate) + bytes(at.push) +
-           bytes(body.volume_modulus) + bytes(body.mean_node) + bytes(body.mean_gradient) + bytes(body.star_corner) +
-           bytes(body.star_slot) +
-           (body.measure == StrainMeasure::deformation_gradient ? 0 : bytes(body.star_tetrahedron)) +
-           3 * bytes(body.star_modulus) + bytes(body.rest_rows) + bytes(body.mean_volume) + bytes(body.mean_weight) +
+           bytes(body.volume_modulus) + bytes(body.mean_node) + bytes(body.mean_gradient) + bytes(body.edge_member) +
+           bytes(body.fan_edge) + 2 * bytes(body.edge_modulus) + bytes(at.tetrahedron_strain) +
+           bytes(at.tetrahedron_rate) + bytes(at.edge_stress) + bytes(body.mean_volume) + bytes(body.mean_weight) +
            bytes(at.change) + bytes(at.change_rate) + bytes(at.mean_push) + bytes(at.relaxation.means.faded) +
            bytes(at.relaxation.tetrahedra.faded);
 }
 
 template void make_room_after_parting(const RowMap &, int, StepWorkspace<float> &);
 template void make_room_after_parting(const RowMap &, int, StepWorkspace<double> &);
-template void make_room_for_stars(StepWorkspace<float> &, int);
-template void make_room_for_stars(StepWorkspace<double> &, int);
 template std::size_t working_set(const StepWorkspace<float> &);
 template std::size_t working_set(const StepWorkspace<double> &);
 template StepWorkspace<float> make_workspace(const StepParts &, const std::vector<core::Vector3> &, const StepScheme &,

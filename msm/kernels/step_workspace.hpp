@@ -173,9 +173,6 @@ struct PairPartition {
     CacheLines shared; ///< its own rows that others read
 };
 
-/// Size of what is kept of a node of a star: seven vectors, see stars-inl.hpp.
-inline constexpr std::size_t numbers_of_star_corner = 21;
-
 /// Everything that the steps of a body read and write.
 template <class T> struct StepWorkspace {
     SlicedBody<T> body;
@@ -217,17 +214,20 @@ template <class T> struct StepWorkspace {
     /// (volumes) beside springs around edges, relative changes of control volumes, beta times how fast they grow, and a
     /// quarter of the pressure that the means of both make [Pa], before it is averaged in turn
     Aligned<T> change, change_rate, mean_push;
-    /// Memory of each thread for a slice of stars between its stress and its forces
-    std::vector<Aligned<T>> star_scratch;
+    /// (lines * 16 + 1, long_row()) beside springs around edges: volume times what the mean is taken of, of each
+    /// tetrahedron [m^3], and the same of its rate times beta, where stiffness damps; zeros for nobody's
+    Aligned<T> tetrahedron_strain, tetrahedron_rate;
+    /// (edge slices * 16, long_row()) a sixth of the stress of each edge [Pa]
+    Aligned<T> edge_stress;
     /// (places of all chunks and one that stays zero, 4) [N]; with means of F also (places, 4) from first_pull on
     Aligned<T> corner_force;
-    /// (fan slices, slices of control volumes, and of stars) the most that a tetrahedron lacked of the volume that is
+    /// (fan slices, slices of control volumes, and of edges) the most that a tetrahedron lacked of the volume that is
     /// watched [m^3], and that det C around a node lacked, see LargestDeficit; 0 where nothing did, empty if
     /// nothing is watched
     std::vector<T> deficit;
 
-    std::vector<PairPartition> pairs;                         ///< of each thread
-    std::vector<Partition> fan_slices, volume_slices, chunks; ///< of each thread
+    std::vector<PairPartition> pairs;                                      ///< of each thread
+    std::vector<Partition> fan_slices, volume_slices, edge_slices, chunks; ///< of each thread
 };
 
 /// Selective mass scaling of steps of symplectic Euler on vector units. The kernels take a step with the
@@ -276,9 +276,6 @@ StepWorkspace<T> make_workspace(const StepParts &parts, const std::vector<core::
 /// For what part_sliced_body() has added to the body. Nodes keep their places, and new ones stand at zero as yet, with
 /// no mass.
 template <class T> void make_room_after_parting(const RowMap &map, int num_threads, StepWorkspace<T> &at);
-
-/// For each thread, for the longest star of a body that is there now.
-template <class T> void make_room_for_stars(StepWorkspace<T> &at, int num_threads);
 
 /// Memory that every step reads or writes [bytes].
 template <class T> std::size_t working_set(const StepWorkspace<T> &at);

@@ -294,7 +294,6 @@ template <class T> void hooke_stresses(StepWorkspace<T> &at, int now, int thread
 template <class T> StepFunctions<T> hooke_steps(const SlicedBody<T> & /*body*/, bool is_damped) {
     return {.put_means = is_damped ? nodal_strains<true, T> : nodal_strains<false, T>,
             .stresses = hooke_stresses<T>,
-            .star_forces = nullptr,
             .fan_forces = nodal_spring_forces<T>,
             .relax = relax_hooke<T>};
 }

@@ -149,72 +149,6 @@ class ChangedFans {
     int first_new_;
 };
 
-/// The stars of parts that have changed, from those that they had before; removed tetrahedra are left out.
-std::vector<Star> changed_stars(const StepParts &parts, const PartingChanges &changes, const SlicedPlan &plan) {
-    const auto first_new = static_cast<int>(plan.star_of_part.size());
-    struct Links {
-        std::array<int, 2> axis{};
-        std::vector<Link> links;
-    };
-    std::map<int, Links> part_links;
-    for (const int before : changes.edge_parts) {
-        if (before >= first_new || plan.star_of_part[before] == padding)
-            continue;
-        for (const auto &corner : plan.stars[plan.star_of_part[before]].rim) {
-            const int t = corner.tetrahedron;
-            if (t < 0 || !parts.is_there(t))
-                continue;
-            for (std::size_t edge = 0; edge < 6; ++edge) {
-                const int part = parts.edge_part[t][edge];
-                if ((part < first_new ? part : changes.parent_edge_part[part - first_new]) != before)
-                    continue;
-                const auto [axis, link] = edge_link(parts.tetrahedra[t], t, edge);
-                auto &of = part_links[part];
-                of.axis = axis;
-                of.links.push_back(link);
-            }
-        }
-    }
-    std::vector<Star> stars;
-    for (auto &[part, of] : part_links)
-        stars.push_back(star_of(part, of.axis, std::move(of.links)));
-    return stars;
-}
-
-/// In place of a star one without volume, all of whose nodes are the start of its axis.
-template <class T> void take_star_out(int lane, SlicedPlan &plan, SlicedBody<T> &body) {
-    const int slice = lane / slice_size;
-    const std::size_t first = first_star_corner(body, slice) + lane % slice_size;
-    const auto length = static_cast<std::size_t>(body.star_start[slice + 1] - body.star_start[slice]);
-    for (std::size_t k = 1; k < length + 2; ++k) {
-        body.star_corner[first + k * slice_size] = body.star_corner[first];
-        body.star_slot[first + k * slice_size] = body.star_slot[first];
-    }
-    for (std::size_t k = 0; k < length; ++k)
-        body.star_tetrahedron[(static_cast<std::size_t>(body.star_start[slice]) + k) * slice_size + lane % slice_size] =
-            T(0);
-    for (auto *values : {&body.star_modulus, &body.star_inverse_volume, &body.star_stiffness})
-        (*values)[lane] = T(0);
-    plan.rim_size[lane] = 1;
-    plan.star_of_part[plan.stars[lane].part] = padding;
-}
-
-/// Stars side by side, as star_lines() puts them, all in the first of some chunks.
-/// @param piece  told where stars begin
-template <class T> StarLines lines_of_stars(std::vector<Star> stars, SlicedBody<T> &piece) {
-    StarLines lines;
-    lines.stars = in_lanes(std::move(stars), piece);
-    lines.stars.resize(static_cast<std::size_t>(padded(static_cast<int>(lines.stars.size()))));
-    for (const auto &star : lines.stars)
-        lines.rims.push_back(star.rim);
-    piece.star_start.assign(1, 0);
-    put_side_by_side(lines, piece);
-    piece.chunk_stars.assign(piece.chunk_fans.size(), static_cast<int>(lines.stars.size()) / slice_size);
-    piece.chunk_stars.front() = 0;
-    lines.chunk_before.assign(piece.chunk_fans.size(), 0);
-    return lines;
-}
-
 /// Appends running numbers, behind the last one that is there.
 void append_running(const std::vector<int> &more, std::vector<int> &start) {
     const int last = start.back();
@@ -261,15 +195,7 @@ void add_chunk(const StepParts &parts, const PartingChanges &changes, std::span<
     auto fans = fan_order(changed.find(), piece);
     const auto lines = lines_of(fans, piece);
     std::ranges::move(fans, std::back_inserter(plan.fans));
-    StarLines stars;
-    if (body.is_around_edges()) {
-        stars = lines_of_stars(changed_stars(parts, changes, plan), piece);
-        const auto num_before = static_cast<int>(plan.star_of_part.size());
-        for (const int part : changes.edge_parts)
-            if (part < num_before && plan.star_of_part[part] != padding)
-                take_star_out(plan.star_of_part[part], plan, body);
-    }
-    const auto places = force_places(lines, stars, piece);
+    const auto places = force_places(lines, piece);
     const int places_before = body.chunk_start.back();
     for (std::size_t row = 0; row < places.size(); ++row)
         for (const int place : places[row])
@@ -299,13 +225,6 @@ void add_chunk(const StepParts &parts, const PartingChanges &changes, std::span<
     append_running(piece.fan_start, body.fan_start);
     append_running(piece.chunk_fans, body.chunk_fans);
     append_running(piece.chunk_start, body.chunk_start);
-    if (!body.is_around_edges())
-        return;
-    append_moved(piece.star_slot, 4 * places_before, body.star_slot);
-    append_running(piece.star_start, body.star_start);
-    append_running(piece.chunk_stars, body.chunk_stars);
-    body.longest_star = std::max(body.longest_star, piece.longest_star);
-    append_stars(parts, std::move(stars), body, plan);
 }
 
 template void add_chunk(const StepParts &, const PartingChanges &, std::span<const int>, SlicedPlan &,

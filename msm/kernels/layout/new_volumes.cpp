@@ -99,7 +99,6 @@ std::vector<int> rows_of_new_volumes(const StepParts &parts, const SlicedPlan &p
 template <class T> void move_rows(const RowMap &map, SlicedBody<T> &body) {
     if (map.is_identity())
         return;
-    // Stars have no copies.
     for (auto *indices : {&body.neighbour, &body.corner, &body.mean_node})
         for (auto &index : *indices)
             if (index >= 4 * map.first_copy_before)
@@ -142,8 +141,6 @@ NewRows add_rows(const StepParts &parts, const PartingChanges &changes, SlicedPl
         if (map.copy[c] != static_cast<int>(c))
             map.are_copies_moved = true;
     move_rows(map, body);
-    if (!body.rest_rows.empty())
-        body.rest_rows.resize(4 * static_cast<std::size_t>(body.num_rows), T(0));
     return result;
 }
 

@@ -45,31 +45,6 @@ std::vector<EdgeLink> edge_links(const std::vector<std::array<int, 4>> &tetrahed
 std::vector<Fan> cut_into_fans(const std::vector<std::array<int, 4>> &tetrahedra,
                                const std::vector<std::array<int, 4>> &corner_volume);
 
-/// All tetrahedra of one material around an edge, as a closed polygon of nodes around it: (axis, node k, node k + 1) is
-/// one of them, with the sign of its volume kept, or nothing. Where tetrahedra end, at the surface or at another
-/// material, the polygon goes over the start of the axis, with which there is no volume.
-struct Star {
-    struct Corner {
-        int node = 0;
-        int tetrahedron = -1; ///< between this and the next node, -1 if there is none
-    };
-    std::array<int, 2> axis{};
-    int part = -1; ///< see StepParts::edge_part
-    std::vector<Corner> rim;
-};
-
-/// @param links  of the tetrahedra of one part around an edge, at least one
-Star star_of(int part, const std::array<int, 2> &axis, std::vector<Link> links);
-
-/// The polygon without tetrahedra that are removed. As one of those that make it, it goes over the start of the axis
-/// where some are missing. Otherwise all of its nodes stay, with no volume between.
-/// @param is_removed  shape (M), or empty for none
-std::vector<Star::Corner> rim_without(const Star &star, const std::vector<char> &is_removed, bool is_polygon);
-
-/// @param parts  with edge_part
-/// @return shape (E)
-std::vector<Star> stars_around_edges(const StepParts &parts);
-
 /// An order of nodes in which neighbours stand close to each other: reverse Cuthill and McKee (Boost.Graph).
 /// (Cuthill, McKee 1969, Proc. 24th ACM National Conference; George 1971)
 /// @param edges  shape (S), node numbers below num_nodes
@@ -158,6 +133,17 @@ inline constexpr int slice_size = 16;
 /// of the same length.
 inline constexpr int chunk_size = 512;
 
+/// Numbers of a row of a tetrahedron or an edge: of means of C six and two that are nought, of F nine and three.
+constexpr int long_row(StrainMeasure measure) {
+    return measure == StrainMeasure::deformation_gradient ? 12 : 8;
+}
+
+/// Row of a lane among those of a slice. Vectors of 16 lanes are transposed in blocks of four: this is the order in
+/// which the lanes come out of it.
+constexpr int row_of_lane(int lane) {
+    return lane / 4 + 4 * (lane % 4);
+}
+
 /// Starts at a cache line.
 template <class T> using Aligned = std::vector<T, boost::alignment::aligned_allocator<T, 64>>;
 
@@ -242,28 +228,26 @@ template <class T> struct SlicedBody {
     /// one for each volume, for the node in the middle. 0 if there are none
     int first_pull = 0;
 
-    /// Springs around edges alone have these, see stars_around_edges(): where the polygons of 16 edges begin, in units
-    /// of 16 (slices of stars + 1), first slice of each chunk of fans (chunks + 1), indices of the nodes (lines + 2 for
-    /// each slice, 16), which are both ends of the axis and the rim, where the force on each is added, the same shape,
-    /// and 1 over six times the volume at rest between one node of the rim and the next (lines, 16) [1/m^3], 0 where
-    /// there is none
-    std::vector<int> star_start, chunk_stars;
-    Aligned<std::int32_t> star_corner, star_slot;
-    Aligned<T> star_tetrahedron;
-    /// (slices of stars, 16) 1/36 of the shear modulus [Pa], 1 over 36 times the volume at rest [1/m^3], and what the
-    /// ends of the axis pull each other with because of springs inside tetrahedra [N/m]
-    Aligned<T> star_modulus, star_inverse_volume, star_stiffness;
-    Aligned<T> rest_rows; ///< (rows, 4) of the nodes at rest [m]
-    std::size_t longest_star = 0;
+    /// Springs around edges alone have these. An edge has a lane in each material there: where the tetrahedra around 16
+    /// of them begin, in units of 16 (edge slices + 1), the index of the row of each (lines, 16), one behind the last
+    /// where there is none, and (edge slices, 16) 1/6 of the shear modulus [Pa] and 1 over the volume at rest of these
+    /// tetrahedra [1/m^3]
+    std::vector<int> edge_start;
+    Aligned<std::int32_t> edge_member;
+    Aligned<T> edge_modulus, inverse_edge_volume;
+    /// (lines + 1 for each fan slice, 3, 16) indices of the rows of the edges of fans: the axis and the edges from its
+    /// ends to the first node of the rim; then, for each tetrahedron, the edge between its nodes of the rim and those
+    /// from the ends of the axis to the second one
+    Aligned<std::int32_t> fan_edge;
 
     /// Neighbours where changes of volume are averaged: which control volumes are the neighbours of each, from
     /// mean_start on, and their part in the mean (lines, 16); a quarter is its own
     Aligned<std::int32_t> mean_volume;
     Aligned<T> mean_weight;
 
-    bool is_around_edges() const { return !star_start.empty(); }
+    bool is_around_edges() const { return !edge_start.empty(); }
     /// Whether tetrahedra bear volumes alone, as stresses have gone to the nodes before.
-    bool has_volumes_in_fans() const { return is_around_edges() || !mean_gradient.empty(); }
+    bool has_volumes_in_fans() const { return !mean_gradient.empty(); }
 
     /// (volumes) the row of each control volume, near each other in order, and of about as many tetrahedra; filled up
     /// with the far row
@@ -282,7 +266,7 @@ inline constexpr std::size_t no_place = static_cast<std::size_t>(-1);
 
 /// Facts of a sliced body that are needed to change it where tetrahedra are taken away or parted.
 struct SlicedPlan {
-    Eigen::VectorXd rest, rounded_rest; ///< (3N) [m], and in the precision of the kernels
+    Eigen::VectorXd rest;               ///< (3N) [m]
     std::vector<double> rest_volume;    ///< (M) of tetrahedra, from rest [m^3]
     std::vector<int> tetrahedron_place; ///< (M) on the lines
     std::vector<Fan> fans;              ///< side by side as they stand, removed tetrahedra included
@@ -293,9 +277,8 @@ struct SlicedPlan {
     NumberLists springs_of_node;       ///< (N) that are not gone
     std::vector<int> number_of_volume; ///< (C) which control volume of the sliced body it is
     NumberLists members;               ///< of the control volumes
-    std::vector<Star> stars;           ///< of each lane, as before anything was removed
-    std::vector<int> rim_size;         ///< of each lane, as it is now
-    std::vector<int> star_of_part;     ///< (E) lane
+    NumberLists edge_members;          ///< (E) tetrahedra around edges, removed ones included
+    std::vector<int> edge_lane;        ///< (E)
 };
 
 /// @param positions  shape (N) [m], at rest
@@ -305,8 +288,7 @@ SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector
                           SlicedPlan *plan = nullptr);
 
 /// Changes a sliced body where tetrahedra are removed: to the bit what sliced_body() makes of the parts now. Lines and
-/// lanes stay; in place of a tetrahedron that is gone is one without volume. The polygons around edges, of means of F,
-/// may need more lines.
+/// lanes stay; in place of a tetrahedron that is gone is one without volume.
 /// @param changes  what differs between the parts as they were and as they are
 template <class T>
 void update_sliced_body(const StepParts &parts, const CutChanges &changes, SlicedPlan &plan, SlicedBody<T> &body);

@@ -260,11 +260,9 @@ template <class T> Lines lines_of(const std::vector<Fan> &fans, SlicedBody<T> &b
     return lines;
 }
 
-template <class T>
-std::vector<std::vector<int>> force_places(const Lines &lines, const StarLines &stars, SlicedBody<T> &body) {
+template <class T> std::vector<std::vector<int>> force_places(const Lines &lines, SlicedBody<T> &body) {
     std::vector<std::vector<int>> places(body.first_copy);
     body.force_slot.assign(lines.node.size(), 0);
-    body.star_slot.assign(stars.node.size(), 0);
     body.chunk_start.assign(1, 0);
     int num_places = 0;
     const auto place_of = [&](int node) {
@@ -280,13 +278,6 @@ std::vector<std::vector<int>> force_places(const Lines &lines, const StarLines &
         const std::size_t end = first_corner(body, body.chunk_fans[chunk + 1]);
         for (auto at = first_corner(body, body.chunk_fans[chunk]); at < end; ++at)
             body.force_slot[at] = place_of(lines.node[at]);
-        if (body.is_around_edges()) {
-            for (int at = stars.chunk_before[chunk]; at < stars.chunk_before[chunk + 1]; ++at)
-                place_of(stars.node_before[at]);
-            const std::size_t last = first_star_corner(body, body.chunk_stars[chunk + 1]);
-            for (auto at = first_star_corner(body, body.chunk_stars[chunk]); at < last; ++at)
-                body.star_slot[at] = place_of(stars.node[at]);
-        }
         body.chunk_start.push_back(num_places);
     }
     return places;
@@ -327,9 +318,7 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
         }
         body.corner[at] = 4 * row;
     }
-    auto stars = star_lines(parts, lines, body);
-    auto places = force_places(lines, stars, body);
-    slice_stars(parts, positions, std::move(stars), body, plan);
+    auto places = force_places(lines, body);
     slice_shapes(parts, plan.rest, lines, body);
     if (!parts.centre.empty()) {
         const auto gradients = mean_gradients(parts, positions);
@@ -350,16 +339,17 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
             if (!parts.is_there(t))
                 take_out(at, body);
         }
+    slice_edges(parts, plan, body);
     body.sum_start.assign(1, 0);
     append_lists(std::move(places), 4 * body.chunk_start.back(), body.sum_start, body.sum);
 }
 
 template std::vector<Fan> fan_order(std::vector<Fan>, SlicedBody<float> &);
 template Lines lines_of(const std::vector<Fan> &, SlicedBody<float> &);
-template std::vector<std::vector<int>> force_places(const Lines &, const StarLines &, SlicedBody<float> &);
+template std::vector<std::vector<int>> force_places(const Lines &, SlicedBody<float> &);
 template std::vector<Fan> fan_order(std::vector<Fan>, SlicedBody<double> &);
 template Lines lines_of(const std::vector<Fan> &, SlicedBody<double> &);
-template std::vector<std::vector<int>> force_places(const Lines &, const StarLines &, SlicedBody<double> &);
+template std::vector<std::vector<int>> force_places(const Lines &, SlicedBody<double> &);
 template void take_out(std::size_t, SlicedBody<float> &);
 template void take_out(std::size_t, SlicedBody<double> &);
 template void slice_tetrahedra(const StepParts &, const std::vector<core::Vector3> &, SlicedBody<float> &,

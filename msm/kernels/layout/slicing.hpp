@@ -93,7 +93,7 @@ template <class T> void put_spring(const StepParts &parts, int spring, std::size
 
 /// The part of sliced_body() that tetrahedra have: fans, corner forces and volumes.
 /// @param body  with its nodes
-/// @param plan  told where tetrahedra, control volumes and stars are
+/// @param plan  told where tetrahedra, control volumes and edges are
 template <class T>
 void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &positions, SlicedBody<T> &body,
                       SlicedPlan &plan);
@@ -106,12 +106,9 @@ template <class T> std::vector<Fan> fan_order(std::vector<Fan> fans, SlicedBody<
 /// @param body  told where fans begin
 template <class T> Lines lines_of(const std::vector<Fan> &fans, SlicedBody<T> &body);
 
-/// First of the corners of a slice of fans, and of a slice of stars.
+/// First of the corners of a slice of fans.
 template <class T> std::size_t first_corner(const SlicedBody<T> &body, std::size_t fan_slice) {
     return (static_cast<std::size_t>(body.fan_start[fan_slice]) + 3 * fan_slice) * slice_size;
-}
-template <class T> std::size_t first_star_corner(const SlicedBody<T> &body, std::size_t star_slice) {
-    return (static_cast<std::size_t>(body.star_start[star_slice]) + 2 * star_slice) * slice_size;
 }
 
 /// Makes of a tetrahedron on the lines one without volume.
@@ -123,64 +120,25 @@ template <class T> void take_out(std::size_t place, SlicedBody<T> &body);
 template <class T>
 void slice_shapes(const StepParts &parts, const Eigen::VectorXd &x, const Lines &lines, SlicedBody<T> &body);
 
-/// The stars of springs around edges, in slices, and those of each chunk of fans behind each other.
-struct StarLines {
-    /// 16 of each slice, the longest first, as before anything was removed; without a rim where a slice is filled up
-    std::vector<Star> stars;
-    std::vector<std::vector<Star::Corner>> rims; ///< of these, as they are now
-    std::vector<int> node;                       ///< as SlicedBody::star_corner; padding where a slice is filled up
-    /// The nodes before anything was removed, and where those of each chunk of fans begin: the order in which nodes get
-    /// places for forces
-    std::vector<int> node_before, chunk_before;
-};
-
 /// Gives each node that a chunk touches a place to add forces to.
-/// @param body  with fans and stars; told where places are
+/// @param body  with fans; told where places are
 /// @return shape (nodes and what fills up their slices), four times the places of each row
-template <class T>
-std::vector<std::vector<int>> force_places(const Lines &lines, const StarLines &stars, SlicedBody<T> &body);
+template <class T> std::vector<std::vector<int>> force_places(const Lines &lines, SlicedBody<T> &body);
 
-/// Corner of a polygon that is made longer by its first node again and again, with no volume between.
-inline Star::Corner corner_of(const std::vector<Star::Corner> &rim, std::size_t length, std::size_t k) {
-    const std::size_t more = length - rim.size();
-    return k < more ? Star::Corner{rim.front().node, -1} : rim[k - more];
+/// Index of the row of no tetrahedron, in SlicedBody::edge_member.
+template <class T> int filler_of_edges(const SlicedBody<T> &body) {
+    return long_row(body.measure) * static_cast<int>(body.rest_volume.size());
 }
 
-using Rim = std::vector<Star::Corner>;
+/// Modulus and volume of an edge as they are now.
+/// @param edge  of StepParts::edge_modulus
+/// @param plan  with its lane and its tetrahedra
+template <class T> void put_edge(const StepParts &parts, int edge, const SlicedPlan &plan, SlicedBody<T> &body);
 
-/// Stars with as many nodes behind each other, long ones first, and in each such group those that are next to each
-/// other in the same lane: sixteen side by side would all add forces to one node, and each has to wait for the one
-/// before.
-template <class T> std::vector<Star> in_lanes(std::vector<Star> stars, const SlicedBody<T> &body);
-
-/// Gives the stars of each slice as many lines as the longest of them has.
-/// @param lines  with stars and rims; told the nodes
-/// @param body   told where slices begin
-template <class T> void put_side_by_side(StarLines &lines, SlicedBody<T> &body);
-
-/// Tetrahedra of a star at rest, on lines that are there.
-/// @param x     shape (3N) [m], at rest, in the precision of the kernels
-/// @param rim   as it is now, or where all of its nodes stay as it was: what is removed has no volume
-/// @param lane  of all stars
-template <class T>
-void put_star(const StepParts &parts, const Eigen::VectorXd &x, const Star &star, const std::vector<Star::Corner> &rim,
-              std::size_t lane, SlicedBody<T> &body);
-
-/// Gives each star to the chunk of fans that has most of its tetrahedra.
-/// @param body  with its fans; told where stars begin
-template <class T> StarLines star_lines(const StepParts &parts, const Lines &lines, SlicedBody<T> &body);
-
-/// Puts stars behind those that are there.
-/// @param lines  whose slices and places for forces the body has
-/// @param plan   told where stars are
-template <class T> void append_stars(const StepParts &parts, StarLines lines, SlicedBody<T> &body, SlicedPlan &plan);
-
-/// Stars at rest.
-/// @param positions  shape (N) [m], at rest
-/// @param plan  told where stars are
-template <class T>
-void slice_stars(const StepParts &parts, const std::vector<core::Vector3> &positions, StarLines lines,
-                 SlicedBody<T> &body, SlicedPlan &plan);
+/// The means of springs around edges, near each other those whose tetrahedra are.
+/// @param plan  with places of tetrahedra; told those of edges
+/// @param body  with its fans
+template <class T> void slice_edges(const StepParts &parts, SlicedPlan &plan, SlicedBody<T> &body);
 
 /// The control volumes around the neighbours of each one, and what part of their changes of volume it has in its own
 /// mean, see mean_volumes_around_nodes().
@@ -215,7 +173,7 @@ void put_volume(const StepParts &parts, int volume, double rest_volume, int numb
 /// Weights of the neighbours of a control volume, on lines that are there.
 template <class T> void put_mean_gradient(const MeanGradient &gradient, int number, SlicedBody<T> &body);
 
-/// The parts that springs coupled around nodes have, and what those around edges have besides their stars.
+/// The parts that springs coupled around nodes have, and what those around edges have besides their means.
 /// @param positions         shape (N) [m], at rest
 /// @param number_of_volume  shape (C) which control volume of the sliced body it is
 /// @param gradients         shape (C), empty if no means of F are taken
@@ -226,8 +184,8 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
                          const Lines &lines, std::vector<std::vector<int>> &places, SlicedBody<T> &body);
 
 // How a sliced body is parted. Tetrahedra whose nodes change go from their places to a new chunk of fans; so do the
-// stars around their edges and the control volumes around their nodes. Lanes that they leave do nothing. Nodes keep
-// their rows, and new ones have rows behind them.
+// control volumes around their nodes. Lanes that they leave do nothing. Nodes keep their rows and edges their lanes,
+// and new ones have rows and lanes behind them.
 
 /// Places of rows when some were put in before the copies.
 struct RowMap {
@@ -284,12 +242,19 @@ template <class T> class ForceSums {
     std::vector<int> left_out_, looked_at_;
 };
 
-/// Takes tetrahedra and stars from their places to a new chunk of fans.
+/// Takes tetrahedra from their places to a new chunk of fans.
 /// @param row_of_volume  shape (C)
-/// @param plan           with positions of all nodes; told where tetrahedra and stars are
+/// @param plan           with positions of all nodes; told where tetrahedra are
 template <class T>
 void add_chunk(const StepParts &parts, const PartingChanges &changes, std::span<const int> row_of_volume,
                SlicedPlan &plan, SlicedBody<T> &body, ForceSums<T> &sums);
+
+/// Puts the tetrahedra around edges on their lines again, where they are parted.
+/// @param filler_before  filler_of_edges() before there was a new chunk
+/// @param plan           with places of tetrahedra now; told where new edges are
+template <class T>
+void part_edges(const StepParts &parts, const PartingChanges &changes, int filler_before, SlicedPlan &plan,
+                SlicedBody<T> &body);
 
 /// Number in SlicedBody::member where there is nothing.
 template <class T> int filler_of_members(const StepParts &parts, const SlicedBody<T> &body);

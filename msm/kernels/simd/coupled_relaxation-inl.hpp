@@ -6,8 +6,8 @@
 #define LIVERMARK_COUPLED_RELAXATION_INL_HPP
 #endif
 
+#include "msm/kernels/simd/edges-inl.hpp"
 #include "msm/kernels/simd/means-inl.hpp"
-#include "msm/kernels/simd/stars-inl.hpp"
 #include "msm/kernels/thread_pool.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -57,7 +57,7 @@ HWY_INLINE Symmetric<D> relax(D d, const RelaxationShares &shares, RelaxingStres
 }
 
 /// The stress of a mean.
-/// @param mean  number of the control volume or star
+/// @param mean  number of the control volume or edge
 template <class D, class T>
 HWY_INLINE void relax_mean(D d, StepWorkspace<T> &at, std::size_t mean, const Symmetric<D> &stress) {
     auto &means = at.relaxation.means;
@@ -77,19 +77,15 @@ HWY_NOINLINE void relax_means_around_nodes(StepWorkspace<T> &at, int now, int sl
     }
 }
 
-template <template <class> class Energy, template <bool, class> class Stars, class T>
-HWY_NOINLINE void relax_stars(StepWorkspace<T> &at, int now, int thread, int slice) {
+template <template <class> class Energy, template <class> class Means, class T>
+HWY_NOINLINE void relax_means_around_edges(StepWorkspace<T> &at, int slice) {
     using D = Lanes<T>;
-    const auto &body = at.body;
-    T *kept = at.star_scratch[static_cast<std::size_t>(thread)].data();
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(D())) {
-        const StarPlaces places(body, slice, lane);
-        const std::size_t star = static_cast<std::size_t>(slice) * slice_size + lane;
-        const StarFetch<false, T> fetch(at, now, places);
-        const Stars<false, T> means(at, fetch, places, hn::Load(D(), body.star_inverse_volume.data() + star), kept);
-        const auto modulus = hn::Load(D(), body.star_modulus.data() + star);
-        const Energy<D> energy(D(), modulus, means.mean(), at.least_stretch);
-        relax_mean(D(), at, star, energy.isochoric_stress(D()));
+        const std::size_t edge = static_cast<std::size_t>(slice) * slice_size + lane;
+        const auto mean = mean_around_edges<Means>(D(), at.body, at.tetrahedron_strain, slice, lane);
+        const Energy<D> energy(D(), hn::Load(D(), at.body.edge_modulus.data() + edge),
+                               Means<D>::OfTensor::twice_strain(mean), at.least_stretch);
+        relax_mean(D(), at, edge, energy.isochoric_stress(D()));
     }
 }
 
@@ -155,14 +151,6 @@ template <class T> T stiffness_of_pair(const RelaxationArrays<T> &relaxation, st
 /// Puts these sums where steps find them.
 template <class T> void add_pulls(StepWorkspace<T> &at, int thread) {
     auto &body = at.body;
-    if (body.is_around_edges()) {
-        const auto [first, last] = at.chunks[thread];
-        const auto begin = static_cast<std::size_t>(body.chunk_stars[first]) * slice_size,
-                   end = static_cast<std::size_t>(body.chunk_stars[last]) * slice_size;
-        for (std::size_t star = begin; star < end; ++star)
-            body.star_stiffness[star] = stiffness_of_pair(at.relaxation, star);
-        return;
-    }
     const auto [first, last] = at.volume_slices[thread];
     const auto begin = static_cast<std::size_t>(body.mean_start[first]) * slice_size,
                end = static_cast<std::size_t>(body.mean_start[last]) * slice_size;
@@ -177,17 +165,22 @@ void relax_coupled(StepWorkspace<T> &at, int now, int thread, Barrier &barrier) 
     const auto &body = at.body;
     const auto &fans = at.fan_slices[thread], &volumes = at.volume_slices[thread];
     if (body.is_around_edges()) {
-        const auto [first, last] = at.chunks[thread];
-        const auto relax_slice = body.measure == StrainMeasure::deformation_gradient ? relax_stars<Energy, StarsOfF, T>
-                                                                                     : relax_stars<Energy, StarsOfC, T>;
-        for (int slice = body.chunk_stars[first]; slice < body.chunk_stars[last]; ++slice)
-            relax_slice(at, now, thread, slice);
+        const bool is_of_f = body.measure == StrainMeasure::deformation_gradient;
+        const auto put_strains =
+            is_of_f ? fan_strains<false, Energy, FanStrainsOfF, T> : fan_strains<false, Energy, FanStrainsOfC, T>;
+        const auto relax_slice = is_of_f ? relax_means_around_edges<Energy, EdgeMeansOfF, T>
+                                         : relax_means_around_edges<Energy, EdgeMeansOfC, T>;
+        for (int slice = fans.first; slice < fans.last; ++slice)
+            put_strains(at, now, slice);
+        barrier.wait();
+        for (int slice = at.edge_slices[thread].first; slice < at.edge_slices[thread].last; ++slice)
+            relax_slice(at, slice);
     } else if (!body.mean_gradient.empty()) {
         for (int slice = volumes.first; slice < volumes.last; ++slice)
             relax_means_around_nodes<Energy, MeansOfF>(at, now, slice);
     } else {
         for (int slice = fans.first; slice < fans.last; ++slice)
-            corner_strains<false, Energy>(at, now, slice);
+            fan_strains<false, Energy, CornerStrains>(at, now, slice);
         barrier.wait();
         for (int slice = volumes.first; slice < volumes.last; ++slice)
             relax_means_around_nodes<Energy, MeansOfC>(at, now, slice);

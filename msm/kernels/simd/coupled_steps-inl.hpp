@@ -60,47 +60,83 @@ HWY_NOINLINE void stresses_around_nodes(StepWorkspace<T> &at, int now, int volum
     largest.keep(D(), at, static_cast<int>(body.fan_start.size()) - 1 + volume_slice);
 }
 
-/// The stresses at the corners of a fan, where fans have to fetch them.
-template <class Means, class D, bool act = Means::act_in_fans> struct FanStresses {
-    template <class T> HWY_INLINE FanStresses(const StepWorkspace<T> & /*at*/, const std::int32_t * /*corner*/) {}
+/// Stresses that act in fans: none.
+template <class T> class NoStresses {
+    using D = Lanes<T>;
 
-    template <class T>
-    HWY_INLINE Columns<D> first_stress(D d, const StepWorkspace<T> & /*at*/, const std::int32_t * /*corner*/,
-                                       const Columns<D> & /*f*/, std::size_t /*t*/, hn::Vec<D> /*modulus*/) {
-        const auto zero = hn::Zero(d);
+  public:
+    static constexpr bool act = false;
+    HWY_INLINE NoStresses(const StepWorkspace<T> & /*at*/, int /*slice*/, std::size_t /*lane*/,
+                          const std::int32_t * /*corner*/) {}
+    HWY_INLINE Columns<D> next(const std::int32_t * /*corner*/, const Columns<D> & /*f*/, std::size_t /*t*/,
+                               hn::Vec<D> /*modulus*/) {
+        const auto zero = hn::Zero(D());
         return {{zero, zero, zero}, {zero, zero, zero}, {zero, zero, zero}};
     }
 };
-template <class Means, class D> struct FanStresses<Means, D, true> {
-    typename Means::Stress axis, from;
 
+/// What has relaxed of the stress inside tetrahedra; null if nothing does.
+template <class T> HWY_INLINE const T *faded_inside(const StepWorkspace<T> &at, std::size_t t) {
+    const auto &faded = at.relaxation.tetrahedra.faded;
+    return faded.empty() ? nullptr : faded.data() + first_of_six(t);
+}
+
+/// Stresses at the corners of a fan, with means of C around nodes.
+template <class T> class NodalStresses {
+    using D = Lanes<T>;
+    using Means = MeansOfC<false, T>;
+
+  public:
+    static constexpr bool act = true;
     /// @param corner  of the start of the axis
-    template <class T>
-    HWY_INLINE FanStresses(const StepWorkspace<T> &at, const std::int32_t *corner)
-        : axis(plus<D>(Means::fetch_at(at, corner), Means::fetch_at(at, corner + slice_size))),
-          from(Means::fetch_at(at, corner + 2 * slice_size)) {}
+    HWY_INLINE NodalStresses(const StepWorkspace<T> &at, int /*slice*/, std::size_t /*lane*/,
+                             const std::int32_t *corner)
+        : at_(at), axis_(plus<D>(Means::fetch_at(at, corner), Means::fetch_at(at, corner + slice_size))),
+          from_(Means::fetch_at(at, corner + 2 * slice_size)) {}
 
     /// Stress of the tetrahedron between the last node of the rim and the one at `corner`; see MeansOfC.
-    template <class T>
-    HWY_INLINE Columns<D> first_stress(D d, const StepWorkspace<T> &at, const std::int32_t *corner, const Columns<D> &f,
-                                       std::size_t t, hn::Vec<D> modulus) {
-        const auto to = Means::fetch_at(at, corner);
-        const auto sum = plus<D>(axis, plus<D>(from, to));
-        from = to;
-        const auto &faded = at.relaxation.tetrahedra.faded;
-        return Means::first_stress(f, hn::Load(d, at.body.rest_volume.data() + t), sum, modulus,
-                                   faded.empty() ? nullptr : faded.data() + first_of_six(t));
+    HWY_INLINE Columns<D> next(const std::int32_t *corner, const Columns<D> &f, std::size_t t, hn::Vec<D> modulus) {
+        const auto to = Means::fetch_at(at_, corner);
+        const auto sum = plus<D>(axis_, plus<D>(from_, to));
+        from_ = to;
+        return Means::first_stress(f, hn::Load(D(), at_.body.rest_volume.data() + t), sum, modulus,
+                                   faded_inside(at_, t));
     }
+
+  private:
+    const StepWorkspace<T> &at_;
+    typename Means::Stress axis_, from_;
 };
 
-/// The forces of stresses around nodes, of springs inside tetrahedra, and of pressures on the nodes of the fans of a
-/// slice; see fan_forces(). What depends on the volume of a tetrahedron alone is there already, see put_push_inside();
-/// so are the forces of means of F and of mu F inside, see MeansOfF::store().
-/// @tparam Means  MeansOfC or MeansOfF, of which the stresses are
-template <bool is_damped, template <bool, class> class Means, class T>
+/// Stresses at the edges of a fan.
+template <template <class> class Means, class T> class EdgeStresses {
+    using D = Lanes<T>;
+
+  public:
+    static constexpr bool act = true;
+    HWY_INLINE EdgeStresses(const StepWorkspace<T> &at, int slice, std::size_t lane, const std::int32_t * /*corner*/)
+        : at_(at), sums_(at, slice, lane) {}
+    HWY_INLINE Columns<D> next(const std::int32_t * /*corner*/, const Columns<D> &f, std::size_t t,
+                               hn::Vec<D> modulus) {
+        return Means<D>::first_stress(f, hn::Load(D(), at_.body.rest_volume.data() + t), sums_.next(), modulus,
+                                      faded_inside(at_, t));
+    }
+
+  private:
+    const StepWorkspace<T> &at_;
+    EdgeSums<Means, T> sums_;
+};
+template <class T> using EdgeStressesOfC = EdgeStresses<EdgeMeansOfC, T>;
+template <class T> using EdgeStressesOfF = EdgeStresses<EdgeMeansOfF, T>;
+
+/// The forces of stresses around nodes or edges, of springs inside tetrahedra, and of pressures on the nodes of the
+/// fans of a slice; see fan_forces(). What depends on the volume of a tetrahedron alone is there already, see
+/// put_push_inside(); so are the forces of means of F around nodes and of mu F inside beside them, see
+/// MeansOfF::store().
+/// @tparam Stresses  NoStresses, NodalStresses or EdgeStresses
+template <bool is_damped, template <class> class Stresses, class T>
 HWY_NOINLINE void coupled_fan_forces(StepWorkspace<T> &at, int now, int slice) {
     using D = Lanes<T>;
-    using OfMeans = Means<is_damped, T>;
     constexpr D d;
     const auto &body = at.body;
     const auto sixth = hn::Set(d, T(1.0 / 6.0));
@@ -110,17 +146,17 @@ HWY_NOINLINE void coupled_fan_forces(StepWorkspace<T> &at, int now, int slice) {
         const auto *slot = body.force_slot.data() + lines.corner;
         const auto *rim_slot = slot + 2 * slice_size;
         FanWalk<is_damped, T> fan(at, now, corner);
-        FanStresses<OfMeans, D> stresses(at, corner);
+        Stresses<T> stresses(at, slice, lane, corner);
         FanPulls<D> sums{D()};
         for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim_slot += slice_size) {
             fan.next();
             const auto zero = hn::Zero(d);
             OfCorners<D> pull{{zero, zero, zero}, {zero, zero, zero}, {zero, zero, zero}};
-            if constexpr (OfMeans::act_in_fans || is_damped) {
+            if constexpr (Stresses<T>::act || is_damped) {
                 const auto rest = rest_gradients(D(), body, t, lane);
                 const auto f = gradient<D>({fan.axis.direction, fan.from.arm, fan.to.arm}, rest);
                 const auto modulus = hn::Load(d, body.inner_modulus.data() + t);
-                auto stressed = stresses.first_stress(D(), at, fan.corner, f, t, modulus);
+                auto stressed = stresses.next(fan.corner, f, t, modulus);
                 if constexpr (is_damped) {
                     const auto before = fan.rates;
                     fan.rates.arm = difference(fetch(d, at.velocity_rows[now].data(), fan.corner), fan.rates.start);
@@ -189,14 +225,12 @@ HWY_INLINE hn::Vec<D> mean_around(D d, const SlicedBody<T> &body, const Aligned<
 }
 
 /// A quarter of the pressures of control volumes that resist the means of what they and their neighbours gain: the same
-/// means are taken of g g' of these. See StepFunctions::stresses.
+/// means are taken of g g' of these.
 template <bool is_damped, template <class> class Energy, class T>
 HWY_NOINLINE void mean_pressures(StepWorkspace<T> &at, int now, int thread, Barrier &barrier) {
     using D = Lanes<T>;
     constexpr D d;
     const auto &body = at.body;
-    if (body.volume_stiffness.empty())
-        return;
     const auto slices = at.volume_slices[thread];
     for (int slice = slices.first; slice < slices.last; ++slice) {
         put_changes(at, at.gain, slice, at.change);
@@ -222,45 +256,47 @@ HWY_NOINLINE void mean_pressures(StepWorkspace<T> &at, int now, int thread, Barr
     barrier.wait();
 }
 
-// Forces of springs that are coupled around edges, for slices of stars.
+// Stresses around edges.
 
-/// The forces of the means around 16 edges on the nodes of their stars, and of mu F of springs inside tetrahedra on the
-/// ends of these edges (slicing.hpp). What else tetrahedra do is left to their fans. The forces of a star have
-/// no resultant, so the start of the axis gets what is left.
-/// @tparam Stars  StarsOfF or StarsOfC
-template <bool is_damped, template <class> class Energy, template <bool, class> class Stars, class T>
-HWY_NOINLINE void edge_spring_forces(StepWorkspace<T> &at, int now, int thread, int slice) {
+/// The stresses of 16 edges, where the tetrahedra around these find them.
+/// @tparam Means  EdgeMeansOfC or EdgeMeansOfF
+template <bool is_damped, template <class> class Energy, template <class> class Means, class T>
+HWY_NOINLINE void stresses_around_edges(StepWorkspace<T> &at, int slice) {
     using D = Lanes<T>;
+    using OfTensor = typename Means<D>::OfTensor;
     constexpr D d;
     const auto &body = at.body;
-    T *kept = at.star_scratch[static_cast<std::size_t>(thread)].data();
     LargestDeficit<D> largest{D()};
+    const std::size_t first = static_cast<std::size_t>(slice) * slice_size;
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-        const StarPlaces places(body, slice, lane);
-        const std::size_t star = static_cast<std::size_t>(slice) * slice_size + lane;
-        const StarFetch<is_damped, T> fetch(at, now, places);
-        const Stars<is_damped, T> means(at, fetch, places, hn::Load(d, body.star_inverse_volume.data() + star), kept);
-        const auto modulus = hn::Load(d, body.star_modulus.data() + star);
-        const Energy<D> energy(D(), modulus, means.mean(), at.least_stretch);
+        const auto mean = mean_around_edges<Means>(D(), body, at.tetrahedron_strain, slice, lane);
+        const auto modulus = hn::Load(d, body.edge_modulus.data() + first + lane);
+        const Energy<D> energy(D(), modulus, OfTensor::twice_strain(mean), at.least_stretch);
         largest.see(D(), energy.strain());
         auto total = energy.stress(D());
-        if constexpr (is_damped)
-            total = plus<D>(total, stress<D>(hn::Mul(hn::Set(d, T(0.5)), modulus), modulus, means.rate()));
-        total = without_faded(D(), at, total, star);
-        const auto *slot = body.star_slot.data() + places.corner;
-        auto sum = no_vector(D());
-        const auto on_end = means.forces(total, [&](std::size_t k, const Vec3<D> &force) HWY_ATTR {
-            add_force(D(), force, at.corner_force, slot + (2 + k) * slice_size);
-            sum = plus(sum, force);
-        });
-        const auto pull = scaled<D>(hn::Load(d, body.star_stiffness.data() + star), fetch.axis().position);
-        const auto end = minus(on_end, pull);
-        add_force(D(), end, at.corner_force, slot + slice_size);
-        add_force(D(), minus(no_vector(D()), plus(sum, end)), at.corner_force, slot);
+        if constexpr (is_damped) {
+            const auto rate = OfTensor::twice_strain_rate_of(
+                D(), mean, mean_around_edges<Means>(D(), body, at.tetrahedron_rate, slice, lane));
+            total = plus<D>(total, stress<D>(hn::Mul(hn::Set(d, T(0.5)), modulus), modulus, rate));
+        }
+        total = without_faded(D(), at, total, first + lane);
+        Means<D>::put(D(), OfTensor::stress(D(), mean, total), at.edge_stress.data() + Means<D>::row_size * first,
+                      lane);
     }
     largest.keep(D(), at,
                  static_cast<int>(body.fan_start.size()) - 1 + static_cast<int>(body.volume_row.size()) / slice_size +
                      slice);
+}
+
+/// See StepFunctions::stresses.
+template <bool is_damped, template <class> class Energy, template <class> class Means, class T>
+void stresses_with_mean_pressures(StepWorkspace<T> &at, int now, int thread, Barrier &barrier) {
+    for (int slice = at.edge_slices[thread].first; slice < at.edge_slices[thread].last; ++slice)
+        stresses_around_edges<is_damped, Energy, Means>(at, slice);
+    if (at.body.volume_stiffness.empty())
+        barrier.wait();
+    else
+        mean_pressures<is_damped, Energy>(at, now, thread, barrier);
 }
 
 /// See StepFunctions::stresses.
@@ -274,24 +310,24 @@ void stresses_of_thread(StepWorkspace<T> &at, int now, int thread, Barrier &barr
 
 template <bool is_damped, template <class> class Energy, class T>
 StepFunctions<T> coupled_steps_of(const SlicedBody<T> &body) {
+    const auto with = [](auto put_means, auto stresses, auto fan_forces) {
+        return StepFunctions<T>{
+            .put_means = put_means, .stresses = stresses, .fan_forces = fan_forces, .relax = relax_coupled<Energy, T>};
+    };
     const bool is_of_f = body.measure == StrainMeasure::deformation_gradient;
-    StepFunctions<T> steps{.relax = relax_coupled<Energy, T>};
-    if (body.has_volumes_in_fans()) {
-        steps.put_means = volume_gains<is_damped, Energy, T>;
-        steps.fan_forces = coupled_fan_forces<is_damped, MeansOfF, T>;
-    } else {
-        steps.put_means = corner_strains<is_damped, Energy, T>;
-        steps.fan_forces = coupled_fan_forces<is_damped, MeansOfC, T>;
-    }
-    if (body.is_around_edges()) {
-        steps.stresses = mean_pressures<is_damped, Energy, T>;
-        steps.star_forces = is_of_f ? edge_spring_forces<is_damped, Energy, StarsOfF, T>
-                                    : edge_spring_forces<is_damped, Energy, StarsOfC, T>;
-    } else {
-        steps.stresses = is_of_f ? stresses_of_thread<is_damped, Energy, MeansOfF, T>
-                                 : stresses_of_thread<is_damped, Energy, MeansOfC, T>;
-    }
-    return steps;
+    if (body.is_around_edges() && is_of_f)
+        return with(fan_strains<is_damped, Energy, FanStrainsOfF, T>,
+                    stresses_with_mean_pressures<is_damped, Energy, EdgeMeansOfF, T>,
+                    coupled_fan_forces<is_damped, EdgeStressesOfF, T>);
+    if (body.is_around_edges())
+        return with(fan_strains<is_damped, Energy, FanStrainsOfC, T>,
+                    stresses_with_mean_pressures<is_damped, Energy, EdgeMeansOfC, T>,
+                    coupled_fan_forces<is_damped, EdgeStressesOfC, T>);
+    if (is_of_f)
+        return with(volume_gains<is_damped, Energy, T>, stresses_of_thread<is_damped, Energy, MeansOfF, T>,
+                    coupled_fan_forces<is_damped, NoStresses, T>);
+    return with(fan_strains<is_damped, Energy, CornerStrains, T>, stresses_of_thread<is_damped, Energy, MeansOfC, T>,
+                coupled_fan_forces<is_damped, NodalStresses, T>);
 }
 
 template <template <class> class Energy, class T>

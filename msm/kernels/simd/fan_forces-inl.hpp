@@ -256,7 +256,7 @@ HWY_INLINE void put_push_inside(D d, StepWorkspace<T> &at, hn::Vec<D> volume, st
 template <class D> struct NoEnergy {};
 
 /// Volume that the tetrahedra at each corner of the fans of a slice have gained, and beta times how fast they do.
-/// @tparam Energy  of springs around edges or with means of F: then rates stay apart, and the push of springs inside is
+/// @tparam Energy  of springs with means of F around nodes: then rates stay apart, and the push of springs inside is
 ///                 put down; NoEnergy without such springs
 template <bool is_damped, template <class> class Energy, class T>
 HWY_NOINLINE void volume_gains(StepWorkspace<T> &at, int now, int slice) {
@@ -348,7 +348,7 @@ HWY_INLINE Vec3<D> plus_corner_forces(D d, const StepWorkspace<T> &at, int slice
 // What stresses do to fans of tetrahedra.
 
 /// The stress of a mean without what has relaxed of it.
-/// @param mean  number of the control volume or star
+/// @param mean  number of the control volume or edge
 template <class D, class T>
 HWY_INLINE Symmetric<D> without_faded(D d, const StepWorkspace<T> &at, const Symmetric<D> &stress, std::size_t mean) {
     const auto &faded = at.relaxation.means.faded;

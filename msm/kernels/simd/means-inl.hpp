@@ -75,9 +75,39 @@ template <class D> struct CornerSums {
     }
 };
 
-/// Strains of the fans of a slice, for the means around nodes, and the push of springs inside.
-template <bool is_damped, template <class> class Energy, class T>
-HWY_NOINLINE void corner_strains(StepWorkspace<T> &at, int now, int slice) {
+/// Place of a tetrahedron on the lines, and of the node of the rim between it and the one before.
+struct TetrahedronInFan {
+    std::size_t tetrahedron, rim;
+};
+
+/// Strains of the tetrahedra of a fan at its corners, for the means around nodes, with the volumes that they gain.
+template <bool is_damped, class T> class CornerStrains {
+    using D = Lanes<T>;
+
+  public:
+    HWY_INLINE void add(StepWorkspace<T> &at, const TetrahedronInFan &place, const Columns<D> &f,
+                        hn::Vec<D> rest_volume, hn::Vec<D> gained) {
+        strains_.add(D(), {scaled<D>(rest_volume, twice_strain(D(), f)), gained}, at.corner_strain, place.rim);
+    }
+    /// @param factor  beta times the volume at rest
+    HWY_INLINE void add_rates(StepWorkspace<T> &at, const TetrahedronInFan &place, const Columns<D> &f,
+                              const Columns<D> &f_rate, hn::Vec<D> factor, hn::Vec<D> gained) {
+        growth_.add(D(), {scaled<D>(factor, twice_strain_rate<D>(f, f_rate)), gained}, at.corner_rate, place.rim);
+    }
+    HWY_INLINE void finish(StepWorkspace<T> &at, std::size_t corner, std::size_t rim) const {
+        strains_.finish(D(), at.corner_strain, corner, rim);
+        if constexpr (is_damped)
+            growth_.finish(D(), at.corner_rate, corner, rim);
+    }
+
+  private:
+    CornerSums<D> strains_{D()}, growth_{D()};
+};
+
+/// Strains of the fans of a slice, for the means, and the push of springs inside.
+/// @tparam Strains  of a fan, CornerStrains or FanStrains: where they go
+template <bool is_damped, template <class> class Energy, template <bool, class> class Strains, class T>
+HWY_NOINLINE void fan_strains(StepWorkspace<T> &at, int now, int slice) {
     using D = Lanes<T>;
     constexpr D d;
     const auto &body = at.body;
@@ -87,8 +117,7 @@ HWY_NOINLINE void corner_strains(StepWorkspace<T> &at, int now, int slice) {
         const FanLines lines(body, slice, lane);
         FanWalk<is_damped, T> fan(at, now, body.corner.data() + lines.corner);
         std::size_t rim = lines.corner + 2 * slice_size;
-        CornerSums<D> strains{D()};
-        [[maybe_unused]] CornerSums<D> growth{D()};
+        Strains<is_damped, T> strains;
         for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim += slice_size) {
             fan.next();
             const auto rest = rest_gradients(D(), body, t, lane);
@@ -97,21 +126,16 @@ HWY_NOINLINE void corner_strains(StepWorkspace<T> &at, int now, int slice) {
             const auto share = hn::Load(d, body.volume_share.data() + t);
             const auto volume = hn::Mul(share, dot(fan.from.lever, fan.to.arm));
             put_push_inside<Energy>(D(), at, volume, t, largest);
-            strains.add(D(), {scaled<D>(rest_volume, twice_strain(D(), f)), hn::MulSub(volume, sixth, rest_volume)},
-                        at.corner_strain, rim);
+            strains.add(at, {t, rim}, f, rest_volume, hn::MulSub(volume, sixth, rest_volume));
             if constexpr (is_damped) {
                 const auto before = fan.rates;
                 const auto damped = hn::Mul(share, fan.volume(at, now));
                 const auto rate = gradient<D>({fan.rates.axis, before.arm, fan.rates.arm}, rest);
                 const auto factor = hn::Mul(hn::Set(d, static_cast<T>(at.beta)), rest_volume);
-                growth.add(D(),
-                           {scaled<D>(factor, twice_strain_rate<D>(f, rate)), hn::Mul(hn::Sub(damped, volume), sixth)},
-                           at.corner_rate, rim);
+                strains.add_rates(at, {t, rim}, f, rate, factor, hn::Mul(hn::Sub(damped, volume), sixth));
             }
         }
-        strains.finish(D(), at.corner_strain, lines.corner, rim);
-        if constexpr (is_damped)
-            growth.finish(D(), at.corner_rate, lines.corner, rim);
+        strains.finish(at, lines.corner, rim);
     }
     largest.keep(D(), at, slice);
 }
@@ -182,8 +206,6 @@ template <bool is_damped, class T> class MeansOfC {
         store_stress(D(), stress, first_volume, at);
     }
 
-    /// Whether fans have to fetch the stresses.
-    static constexpr bool act_in_fans = true;
     using Stress = Symmetric<D>;
     HWY_INLINE static Stress fetch_at(const StepWorkspace<T> &at, const std::int32_t *corner) {
         return fetch_stress(D(), at, corner);
@@ -262,8 +284,6 @@ template <bool is_damped, class T> class MeansOfF {
         const std::size_t volume = first_volume - lane + body.mean_node.size();
         hn::StoreInterleaved4(in_middle.x, in_middle.y, in_middle.z, zero, D(), places + 4 * volume);
     }
-
-    static constexpr bool act_in_fans = false;
 
   private:
     HWY_INLINE std::size_t first() const {

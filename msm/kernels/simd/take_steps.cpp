@@ -204,17 +204,13 @@ void relax_with_double(StepWorkspace<double> & /*at*/, int /*thread*/, Barrier &
 
 // Steps.
 
-/// The forces of all stars and fans of a chunk on their corners. Not inlined, nor is nodal_states(): they are the same
+/// The forces of all fans of a chunk on their corners. Not inlined, nor is nodal_states(): they are the same
 /// for all schemes, and four copies of the longest code here would take most of the time that this file compiles.
-template <bool is_damped, class T>
-HWY_NOINLINE void chunk_forces(StepWorkspace<T> &at, int now, int thread, int chunk) {
+template <bool is_damped, class T> HWY_NOINLINE void chunk_forces(StepWorkspace<T> &at, int now, int chunk) {
     const auto &body = at.body;
     std::fill(at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk]),
               at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk + 1]), T(0));
     const int end = body.chunk_fans[chunk + 1];
-    if (at.coupled.star_forces)
-        for (int slice = body.chunk_stars[chunk]; slice < body.chunk_stars[chunk + 1]; ++slice)
-            at.coupled.star_forces(at, now, thread, slice);
     if (at.coupled.fan_forces)
         for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
             at.coupled.fan_forces(at, now, slice);
@@ -223,7 +219,7 @@ HWY_NOINLINE void chunk_forces(StepWorkspace<T> &at, int now, int thread, int ch
             fan_forces<is_damped>(at, now, slice);
 }
 
-/// Stresses and pressures around nodes, which the fans need. All threads call it.
+/// Stresses and pressures around nodes or edges, which the fans need. All threads call it.
 template <bool is_damped, class T>
 HWY_NOINLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrier &barrier) {
     const auto [first_fan, last_fan] = at.fan_slices[thread];
@@ -309,7 +305,7 @@ void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
                 nodal_states<is_damped>(at, now, thread, barrier);
             if (has_tetrahedra) {
                 for (int chunk = first_chunk; chunk < last_chunk; ++chunk)
-                    chunk_forces<is_damped>(at, now, thread, chunk);
+                    chunk_forces<is_damped>(at, now, chunk);
                 barrier.wait();
             }
             move_nodes<is_damped>(Scheme(at.scheme, stage, at.time_step), at, now, pairs, barrier, before);

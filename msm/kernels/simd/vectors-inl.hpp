@@ -379,6 +379,9 @@ template <class D> HWY_INLINE OfCorners<D> pulls(const Columns<D> &p, const OfCo
 template <class D> HWY_INLINE Columns<D> plus(const Columns<D> &a, const Columns<D> &b) {
     return {plus(a.x, b.x), plus(a.y, b.y), plus(a.z, b.z)};
 }
+template <class D> HWY_INLINE Columns<D> minus(const Columns<D> &a, const Columns<D> &b) {
+    return {minus(a.x, b.x), minus(a.y, b.y), minus(a.z, b.z)};
+}
 template <class D> HWY_INLINE Columns<D> scaled(hn::Vec<D> factor, const Columns<D> &a) {
     return {scaled<D>(factor, a.x), scaled<D>(factor, a.y), scaled<D>(factor, a.z)};
 }

@@ -37,9 +37,8 @@ template <class T> auto all_of(const msm::SlicedBody<T> &b) {
     return std::tie(b.spring, b.neighbour, b.corner, b.force_slot, b.rest_volume, b.volume_share,
                     b.tetrahedron_stiffness, b.least_volume, b.guard_stiffness, b.rest_gradient, b.inner_modulus,
                     b.volume_modulus, b.coupled_modulus, b.inverse_volume, b.volume_stiffness, b.mean_start,
-                    b.mean_node, b.mean_gradient, b.mean_volume, b.mean_weight, b.star_start, b.star_corner,
-                    b.star_slot, b.star_tetrahedron, b.star_modulus, b.star_inverse_volume, b.star_stiffness, b.sum,
-                    b.member, b.longest_star);
+                    b.mean_node, b.mean_gradient, b.mean_volume, b.mean_weight, b.edge_start, b.edge_member,
+                    b.edge_modulus, b.inverse_edge_volume, b.fan_edge, b.sum, b.member);
 }
 
 TEST_P(CutParts, AreSlicedAsBySlicingAllAgain) {
