@@ -218,6 +218,8 @@ template <bool is_damped, template <class> class Means, class T> class FanStrain
     using OfEdges = Means<D>;
 
   public:
+    HWY_INLINE explicit FanStrains(D d) : gains_(d), growth_(d) {}
+
     HWY_INLINE void add(StepWorkspace<T> &at, const TetrahedronInFan &place, const Columns<D> &f,
                         hn::Vec<D> rest_volume, hn::Vec<D> gained) {
         put(at.tetrahedron_strain, place, scaled<D>(rest_volume, OfEdges::gradient_value(D(), f)));
@@ -241,7 +243,7 @@ template <bool is_damped, template <class> class Means, class T> class FanStrain
         OfEdges::put(D(), value, rows.data() + OfEdges::row_size * (place.tetrahedron - lane), lane);
     }
 
-    CornerSum<D> gains_{D()}, growth_{D()};
+    CornerSum<D> gains_, growth_;
 };
 template <bool is_damped, class T> using FanStrainsOfC = FanStrains<is_damped, EdgeMeansOfC, T>;
 template <bool is_damped, class T> using FanStrainsOfF = FanStrains<is_damped, EdgeMeansOfF, T>;

@@ -85,6 +85,8 @@ template <bool is_damped, class T> class CornerStrains {
     using D = Lanes<T>;
 
   public:
+    HWY_INLINE explicit CornerStrains(D d) : strains_(d), growth_(d) {}
+
     HWY_INLINE void add(StepWorkspace<T> &at, const TetrahedronInFan &place, const Columns<D> &f,
                         hn::Vec<D> rest_volume, hn::Vec<D> gained) {
         strains_.add(D(), {scaled<D>(rest_volume, twice_strain(D(), f)), gained}, at.corner_strain, place.rim);
@@ -101,7 +103,7 @@ template <bool is_damped, class T> class CornerStrains {
     }
 
   private:
-    CornerSums<D> strains_{D()}, growth_{D()};
+    CornerSums<D> strains_, growth_;
 };
 
 /// Strains of the fans of a slice, for the means, and the push of springs inside.
@@ -117,7 +119,7 @@ HWY_NOINLINE void fan_strains(StepWorkspace<T> &at, int now, int slice) {
         const FanLines lines(body, slice, lane);
         FanWalk<is_damped, T> fan(at, now, body.corner.data() + lines.corner);
         std::size_t rim = lines.corner + 2 * slice_size;
-        Strains<is_damped, T> strains;
+        Strains<is_damped, T> strains(d);
         for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim += slice_size) {
             fan.next();
             const auto rest = rest_gradients(D(), body, t, lane);
