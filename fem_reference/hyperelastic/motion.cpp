@@ -494,7 +494,7 @@ std::vector<bool> free_dofs(const core::LoadCase &load_case, const ElasticSystem
 double order_of_force(const core::Body &body, const core::LoadCase &load_case) {
     double area = 0.0, modulus = 0.0;
     if (const auto &ball = load_case.touching)
-        area = std::numbers::pi * std::pow(ball->contact().radius, 2);
+        area = std::numbers::pi * std::pow(ball->contacts().front().radius, 2);
     for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
         if (load_case.constraint_on(f) == load_case.tool->constraint)
             area += core::area_vector(body.mesh, f).norm();

@@ -153,7 +153,7 @@ TouchingBall::TouchingBall(const fem_reference::ElasticSystem &system, const cor
     : system_(&system), tool_(load_case.touching.value()), settings_(settings),
       largest_pressure_(largest_pressure_over_modulus * largest_modulus(body)),
       reference_(reference_triangle(system.nodes_per_facet == 3 ? 1 : 2)) {
-    law_.penalty = settings.stiffness * largest_modulus(body) / tool_.contact().radius;
+    law_.penalty = settings.stiffness * largest_modulus(body) / tool_.contacts().front().radius;
     law_.tangential_penalty = law_.penalty;
     law_.friction = tool_.friction;
     for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
