@@ -52,8 +52,8 @@ void refuse_company_of_touch(const Reading &reading) {
 Vector3 start_of_other_jaw(const toml::table &touch, const core::LoadCase &load_case, const core::TetraMesh &mesh,
                            const Vector3 &onto, const core::TouchingTool &tool) {
     if (tool.shape.is_plate() || !tool.slide.isZero(0.0))
-        support::refuse(*touch.get("jaws"), "jaws are two balls that close; leave out {}",
-                        tool.shape.is_plate() ? "'plate'" : "'slide'");
+        support::refuse(*touch.get("jaws"), "jaws are two balls that close; {}",
+                        tool.shape.is_plate() ? "give a 'radius' in place of the plate" : "leave out 'slide'");
     const Vector3 direction = tool.press.normalized();
     const auto other = first_touch(mesh, onto, -direction, tool.shape);
     if (load_case.is_constrained(other.facet))

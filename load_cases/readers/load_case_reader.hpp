@@ -129,7 +129,7 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 /// It starts where its face or its edge first touches the body at rest. Two sides of a square are as near to an axis of
 /// coordinates of the mesh as they can be.
 ///
-/// What it exerts is the reaction "touch".
+/// What it exerts is the reaction "touch", and what the other jaw exerts "other jaw".
 ///
 /// A place may stand on elastic springs beside what else acts, in the large regime, as ligaments and the diaphragm bear
 /// a liver. Something else still constrains the body:

@@ -76,12 +76,6 @@ template <class At> void describe_event(At at, Of<At, core::SlowHistory> &histor
 
 template <class At> void describe_event(At at, Of<At, core::TouchingTool> &ball, const EventBounds &bounds) {
     at.integer("constraint", ball.constraint, 0, static_cast<std::int64_t>(bounds.num_constraints) - 1);
-    at.optional("between", ball.between, [&](auto &middle) {
-        at.rows("between", middle, "m");
-        at.finite("between", {&middle, 1});
-        at.check(!ball.shape.is_plate() && ball.constraint + 1 < static_cast<int>(bounds.num_constraints), "between",
-                 "needs a ball, and a constraint after its own");
-    });
     at.number("radius", ball.shape.radius);
     if (at.has("face", ball.shape.is_plate())) {
         at.word("face", ball.shape.face);
@@ -94,6 +88,13 @@ template <class At> void describe_event(At at, Of<At, core::TouchingTool> &ball,
     at.rows_of("way", "m", ball.start, ball.press, ball.slide);
     at.finite("way", std::array{ball.start, ball.press, ball.slide});
     at.check(!ball.press.isZero(0.0), "way", "does not press");
+    at.optional("between", ball.between, [&](auto &middle) {
+        at.rows("between", middle, "m");
+        at.finite("between", {&middle, 1});
+        at.check(!ball.shape.is_plate() && ball.slide.isZero(0.0) &&
+                     ball.constraint + 1 < static_cast<int>(bounds.num_constraints),
+                 "between", "needs a ball that does not slide, and a constraint after its own");
+    });
     if constexpr (At::reads)
         if (ball.shape.is_plate())
             ball.shape = {ball.shape.face, ball.shape.size, ball.shape.radius, ball.press};

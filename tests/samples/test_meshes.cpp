@@ -45,15 +45,20 @@ core::TetraMesh box_mesh(const core::Vector3 &size, const std::array<int, 3> &br
                 }
     mesh.region.assign(mesh.tetrahedra.size(), 0);
     mesh.region_names = {"solid"};
-    mesh.patch_names = {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};
-    mesh.boundary_triangles = core::outer_faces(mesh.tetrahedra);
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        const core::Vector3 normal = core::area_vector(mesh, f).normalized();
+    put_patches_on_sides(mesh);
+    return mesh;
+}
+
+void put_patches_on_sides(core::TetraMesh &box) {
+    box.patch_names = {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};
+    box.boundary_triangles = core::outer_faces(box.tetrahedra);
+    box.boundary_patch.clear();
+    for (int f = 0; f < box.num_boundary_triangles(); ++f) {
+        const core::Vector3 normal = core::area_vector(box, f).normalized();
         int axis = 0;
         normal.cwiseAbs().maxCoeff(&axis);
-        mesh.boundary_patch.push_back(2 * axis + (normal[axis] > 0.0 ? 1 : 0));
+        box.boundary_patch.push_back(2 * axis + (normal[axis] > 0.0 ? 1 : 0));
     }
-    return mesh;
 }
 
 core::TetraMesh regular_tetrahedron(double edge) {

@@ -10,6 +10,9 @@ namespace livermark::tests {
 /// and a patch for each side: "x_min", "x_max", "y_min", "y_max", "z_min", "z_max".
 core::TetraMesh box_mesh(const core::Vector3 &size, const std::array<int, 3> &bricks);
 
+/// Finds the boundary triangles of the tetrahedra of a box, with the patches of box_mesh().
+void put_patches_on_sides(core::TetraMesh &box);
+
 /// One regular tetrahedron of the given edge [m], one region "solid", one patch "surface".
 core::TetraMesh regular_tetrahedron(double edge);
 

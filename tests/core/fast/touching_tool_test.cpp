@@ -223,5 +223,42 @@ TEST(TouchingTool, IsPartOfWhatALoadCaseDoes) {
     EXPECT_TRUE(core::are_statically_equal(half, pressed));
 }
 
+/// Points that reflection takes into each other have the same gap, each to its jaw, and opposite normals.
+TEST(TouchingTool, SecondJawIsThePointReflectionOfTheFirst) {
+    core::TouchingTool ball{.shape = ball_radius,
+                            .start = {0.01, 0.02, 0.062},
+                            .press = {0.001, 0.002, -0.009},
+                            .friction = 0.3,
+                            .constraint = 2};
+    EXPECT_FALSE(ball.is_for_other_jaw(ball.press));
+    ASSERT_EQ(ball.contacts().size(), 1U);
+    const auto alone = ball;
+    const Vector3 between(0.012, 0.021, 0.03);
+    ball.between = between;
+    EXPECT_NE(ball, alone);
+    for (const double part : {0.0, 0.3, 1.0}) {
+        const Vector3 centre = ball.centre_at(part), other = ball.other_centre(centre);
+        EXPECT_LT((0.5 * (centre + other) - between).norm(), 1e-15);
+        EXPECT_LT((other - ball.other_centre(ball.start) + part * ball.press).norm(), 1e-15) << "it closes";
+        for (const Vector3 &point : {Vector3(0.01, 0.02, 0.055), Vector3(0.014, 0.015, 0.045)}) {
+            const auto gap = core::gap_to(ball.shape, point - centre),
+                       reflected = core::gap_to(ball.shape, 2.0 * between - point - other);
+            EXPECT_NEAR(reflected.size, gap.size, 1e-15);
+            EXPECT_LT((reflected.normal + gap.normal).norm(), 1e-12);
+        }
+    }
+    const Vector3 across = ball.press.unitOrthogonal();
+    EXPECT_TRUE(ball.is_for_other_jaw(ball.press + across)) << "it looks the way that the first jaw presses";
+    EXPECT_FALSE(ball.is_for_other_jaw(across - ball.press));
+    const auto contacts = ball.contacts();
+    ASSERT_EQ(contacts.size(), 2U);
+    EXPECT_EQ(contacts[0].constraint, 2);
+    EXPECT_EQ(contacts[1].constraint, 3);
+    EXPECT_EQ(contacts[0].middle, ball.first_point());
+    EXPECT_LT((0.5 * (contacts[0].middle + contacts[1].middle) - between).norm(), 1e-15);
+    EXPECT_EQ(contacts[1].press, -ball.press);
+    EXPECT_EQ(contacts[1].radius, contacts[0].radius);
+}
+
 } // namespace
 } // namespace livermark

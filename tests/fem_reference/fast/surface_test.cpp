@@ -13,6 +13,7 @@
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/surface.hpp"
 #include "tests/fem_reference/hyperelastic_bodies.hpp"
+#include "tests/samples/touch/jaws.hpp"
 
 namespace livermark {
 namespace {
@@ -210,6 +211,35 @@ TEST(TouchingBall, PressesWithWhatTheOtherSideHolds) {
                     (problem.body->mesh.points[node] + found.solution.displacement[node] - ball.centre_at(1.0)).norm());
             EXPECT_GT(nearest, ball.shape.radius - 1e-4);
         }
+}
+
+/// Each jaw has the force of one ball on half of the block, and the other one is its mirror image. Both problems have
+/// the same equilibria, which are found to residuals of 1e-9: the bound leaves what soft modes make of these.
+TEST(TouchingBall, HasASecondJawThatIsItsMirrorImage) {
+    constexpr double same_force = 1e-5, radius = 0.04;
+    for (const auto &kind : tests::hyperelastic_kinds) {
+        const tests::JawsAndHalf problems(tests::shaken_box_mesh(tests::touched_size, {3, 3, 2}), tests::soft_material,
+                                          {.shape = radius,
+                                           .start = {0.047, 0.052, tests::touched_size.z() + radius},
+                                           .press = {0.0, 0.0, -0.004},
+                                           .friction = kind.degree == 1 ? 0.3 : 0.0},
+                                          {});
+        const auto whole = tests::touch(problems.whole, kind, {0.5, 1.0});
+        const auto half = tests::touch(problems.half, kind, {0.5, 1.0});
+        ASSERT_EQ(whole.solution.status, core::SolutionStatus::ok) << whole.solution.message;
+        ASSERT_EQ(half.solution.status, core::SolutionStatus::ok) << half.solution.message;
+        ASSERT_EQ(whole.points.size(), half.points.size());
+        for (std::size_t k = 0; k < whole.points.size(); ++k) {
+            const auto &reaction = whole.points[k].reaction;
+            ASSERT_EQ(reaction.size(), 3U);
+            const Vector3 held = reaction[0], touch = reaction[1], other_jaw = reaction[2];
+            const Vector3 alone = half.points[k].reaction.back();
+            EXPECT_LT(touch.z(), 0.0);
+            EXPECT_LT((other_jaw - tests::JawsAndHalf::mirrored(touch)).norm(), same_force * touch.norm());
+            EXPECT_LT((held + touch + other_jaw).norm(), same_force * touch.norm());
+            EXPECT_LT((touch - alone).norm(), same_force * alone.norm());
+        }
+    }
 }
 
 } // namespace livermark

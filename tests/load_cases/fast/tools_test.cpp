@@ -184,6 +184,45 @@ push = 0.01
                      .touching);
 }
 
+/// A block that is held at a side which neither of two jaws touches.
+std::string block_between_jaws() {
+    return tests::replaced(held_block, "z_min", "x_min");
+}
+
+TEST(Touch, JawsComeFromBothSidesOfTheBody) {
+    const auto load_case = parse_touch(block_between_jaws() + touching_ball + "jaws = true\n");
+    const auto &ball = load_case.touching.value();
+    ASSERT_TRUE(ball.between);
+    EXPECT_LT((*ball.between - Vector3(0.05, 0.05, 0.05)).norm(), 1e-9);
+    EXPECT_LT((ball.start - Vector3(0.05, 0.05, 0.12)).norm(), 1e-9);
+    EXPECT_LT((ball.other_centre(ball.start) - Vector3(0.05, 0.05, -0.02)).norm(), 1e-9);
+    const auto names = load_case.constraint_names();
+    ASSERT_EQ(names.size(), 3U);
+    EXPECT_EQ(names[ball.constraint], "touch");
+    EXPECT_EQ(names[ball.constraint + 1], "other jaw");
+    const auto places = core::tool_places(block_to_touch(), load_case);
+    ASSERT_EQ(places.size(), 2U);
+    EXPECT_EQ(places[1].name, "other jaw");
+    EXPECT_EQ(places[1].drive, core::ToolDrive::depth);
+    EXPECT_EQ(places[1].constraint, ball.constraint + 1);
+    EXPECT_LT((places[1].middle - Vector3(0.05, 0.05, 0.0)).norm(), 1e-9);
+    EXPECT_EQ(places[1].radius, places[0].radius);
+    EXPECT_FALSE(parse_touch(held_block + touching_ball + "jaws = false\n").touching->between);
+}
+
+/// A lower side that is steep is touched beside the line along which both balls close.
+TEST(Touch, SecondJawJustTouchesWhatIsThere) {
+    auto mesh = block_to_touch();
+    for (auto &point : mesh.points)
+        point.z() -= point.z() < 1e-9 ? 0.5 * point.x() : 0.0;
+    const auto load_case =
+        load_cases::parse_load_case(block_between_jaws() + touching_ball + "jaws = true\n", "touch.toml", mesh);
+    const auto &ball = load_case.touching.value();
+    // The centre is below the plane z = -x / 2 by the radius over the cosine of its slope.
+    const double below = 0.025 + 0.02 * std::sqrt(1.0 + 0.5 * 0.5);
+    EXPECT_LT((ball.other_centre(ball.start) - Vector3(0.05, 0.05, -below)).norm(), 1e-9);
+}
+
 TEST(Touch, IsRefusedWhereItIsNone) {
     auto refusals = tests::refusals_after(
         {"regime = \"large\" -> regime = \"small\"", "displacement = [0.0 -> displacement = [0.001",
@@ -197,6 +236,12 @@ TEST(Touch, IsRefusedWhereItIsNone) {
          "radius = 0.02 -> plate = \"round\"\nsize = 0.02\nedge_radius = -0.001",
          "radius = 0.02\ndepth = 0.01 -> plate = \"round\"\nsize = 0.02\ndepth = 0.05"},
         held_block + touching_ball, parse_touch);
+    refusals += tests::refusals_after({"friction = 0.3 -> jaws = true"}, held_block + touching_ball, parse_touch);
+    refusals +=
+        tests::refusals_after({"friction = 0.3 -> jaws = 2", "friction = 0.3 -> jaws = true\nslide = [0.01, 0.0, 0.0]",
+                               "radius = 0.02 -> jaws = true\nplate = \"round\"\nsize = 0.02",
+                               "radius = 0.02\ndepth = 0.01 -> jaws = true\nradius = 0.03\ndepth = 0.051"},
+                              block_between_jaws() + touching_ball, parse_touch);
     refusals +=
         tests::refusal("no radius and no depth", [] { parse_touch(held_block + "[touch]\npatch = \"z_max\"\n"); });
     tests::expect_golden("refusals_of_touching_balls", refusals);

@@ -4,11 +4,13 @@
 #include <numbers>
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "msm/springs/springs.hpp"
 #include "msm/statics/load_path.hpp"
 #include "msm/statics/surface_contact.hpp"
+#include "tests/samples/touch/jaws.hpp"
 #include "tests/samples/touched_block.hpp"
 
 namespace livermark {
@@ -29,7 +31,11 @@ Field bumpy(const core::Problem &problem) {
 struct Touched {
     explicit Touched(const tests::TouchedBlock &block, const char *springs = nullptr,
                      double stiffness = core::usual_contact_stiffness)
-        : problem(tests::touched_block(block)),
+        : Touched(tests::touched_block(block), springs, stiffness) {}
+
+    explicit Touched(core::Problem touched, const char *springs = nullptr,
+                     double stiffness = core::usual_contact_stiffness)
+        : problem(std::move(touched)),
           body(springs ? msm::coupled_springs_with_volume(*problem.body, msm::find_coupled_springs(springs))
                        : msm::ElasticBody(msm::spring_network(*problem.body, msm::all_spring_laws().front()))) {
         const auto conditions = msm::nodal_conditions(problem, body.node_mass);
@@ -122,7 +128,7 @@ TEST(SurfaceContact, IsBorneByWhatHoldsTheBody) {
         block.shape = shape;
         expect_balance(Touched(block));
     }
-    const Touched coupled({}, "nodal_neo_hookean");
+    const Touched coupled(tests::TouchedBlock{}, "nodal_neo_hookean");
     expect_balance(coupled);
     expect_power_of_depth(coupled);
 }
@@ -214,7 +220,7 @@ TEST(SurfaceContact, DoesNotDependOnTheNumbersOfNodes) {
 TEST(SurfaceContact, SinksInByLessWhereItIsStiffer) {
     double before = 5e-3;
     for (const double stiffness : {10.0, 1000.0}) {
-        const Touched touched({}, nullptr, stiffness);
+        const Touched touched(tests::TouchedBlock{}, nullptr, stiffness);
         msm::SurfaceContact contact(touched.problem);
         contact.move_ball(1.0);
         const double depth =
@@ -239,6 +245,55 @@ TEST(SurfaceContact, KeepsFrictionWithinItsCone) {
     EXPECT_GT(some, none + 0.1);
     EXPECT_LT(some, none + 0.25);
     EXPECT_GT(much, 2.0 * some); // it sticks
+}
+
+/// Jaws on a block of two halves, or the first of them on one half.
+tests::JawsAndHalf jaws_on_blocks(double friction) {
+    const tests::TouchedBlock block;
+    auto ball = tests::touched_block(block).load_case.touching.value();
+    ball.friction = friction;
+    const auto upper = tests::box_mesh(block.size, block.bricks);
+    return {upper, {1060.0, 5e3, block.poisson_ratio}, ball, {0.5, 1.0}};
+}
+
+/// Forces are equal but for rounding and the tolerances of searches: 1e-9 of residuals, and 1e-6 of tractions from one
+/// bound of friction to the next. The bound leaves a hundred times the larger one.
+constexpr double same_force = 1e-4;
+
+void expect_mirror_image(const core::PathPoint &point) {
+    const auto &touch = point.reaction[1], &other_jaw = point.reaction[2];
+    EXPECT_LT(touch.z(), 0.0);
+    EXPECT_LT((other_jaw - tests::JawsAndHalf::mirrored(touch)).norm(), same_force * touch.norm());
+    EXPECT_LT((point.reaction[0] + touch + other_jaw).norm(), same_force * touch.norm());
+}
+
+/// Two-node springs have an energy that is a sum over tetrahedra.
+TEST(Jaws, OfSpringsPressEachHalfOfABlockAsOneBallPressesItAlone) {
+    for (const double friction : {0.0, 0.3}) {
+        const auto problems = jaws_on_blocks(friction);
+        const Touched whole(problems.whole), half(problems.half);
+        ASSERT_EQ(whole.path.points.size(), 2U);
+        ASSERT_EQ(half.path.points.size(), 2U);
+        for (std::size_t k = 0; k < whole.path.points.size(); ++k) {
+            const auto &reaction = whole.path.points[k].reaction;
+            ASSERT_EQ(reaction.size(), 3U);
+            expect_mirror_image(whole.path.points[k]);
+            const auto &alone = half.path.points[k].reaction.back();
+            EXPECT_LT((reaction[1] - alone).norm(), same_force * alone.norm());
+        }
+        const double depth = -problems.half.load_case.touching->press.z();
+        for (int i = 0; i < problems.half.body->mesh.num_nodes(); ++i)
+            EXPECT_LT((whole.path.end.displacement[i] - half.path.end.displacement[i]).norm(), same_force * depth);
+    }
+}
+
+/// Means around nodes take tetrahedra of both halves.
+TEST(Jaws, OnCoupledSpringsPressWithMirrorImages) {
+    const Touched whole(jaws_on_blocks(0.0).whole, "nodal_neo_hookean");
+    ASSERT_EQ(whole.path.points.size(), 2U);
+    for (const auto &point : whole.path.points)
+        expect_mirror_image(point);
+    EXPECT_LT(whole.path.points[1].reaction[1].z(), whole.path.points[0].reaction[1].z());
 }
 
 } // namespace

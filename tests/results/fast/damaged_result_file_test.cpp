@@ -159,6 +159,25 @@ TEST_F(DamagedResultFile, RefusesAnotherSchema) {
     EXPECT_NE(refusal_of_file(path_).find("schema_version is 2"), std::string::npos);
 }
 
+/// Jaws are two balls that close, and each exerts something.
+TEST_F(DamagedResultFile, RefusesJawsThatAreNone) {
+    auto plates = tests::with_jaws(tests::sample_result());
+    auto &plate = plates.problem.load_case.touching.value();
+    plate.shape = {core::ToolFace::round, 0.3, 0.03, plate.press};
+    write_result(path_, plates);
+    EXPECT_NE(refusal_of_file(path_).find("/load_case/touch/between"), std::string::npos);
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    const std::vector<std::function<void(hid_t)>> changes{
+        [](hid_t file) { poke(file, "/load_case/touch/way", H5T_NATIVE_DOUBLE, 6, 0.1); },
+        [](hid_t file) { poke(file, "/load_case/touch/between", H5T_NATIVE_DOUBLE, 1, nan); },
+        [](hid_t file) { set_attribute(file, "/load_case/touch", "constraint", H5T_NATIVE_INT, 1); }};
+    for (const auto &change : changes) {
+        write_result(path_, tests::with_jaws(tests::sample_result()));
+        tamper(path_, change);
+        EXPECT_NE(refusal_of_file(path_).find("/load_case/touch/between"), std::string::npos);
+    }
+}
+
 /// A change of a file that a reader has to find.
 struct Fault {
     std::string place; ///< that the message names

@@ -81,6 +81,8 @@ TEST_F(ResultFile, GivesBackWhatWasWritten) {
         auto &touching = result.problem.load_case.touching.value();
         touching.shape = {core::ToolFace::square, 0.3, 0.03, touching.press};
     });
+    expect_back(tests::with_jaws(sample));
+    EXPECT_EQ(read_result(path_).problem.load_case.touching, tests::with_jaws(sample).problem.load_case.touching);
     changed(sample, [](Result &result) { result.problem.load_case.foundation.value().normal_only = false; });
     // A reference that was kept has the probes and no frames; there is no error in frames then.
     changed(sample, [](Result &result) {

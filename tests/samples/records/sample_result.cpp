@@ -233,6 +233,14 @@ results::Result without_motion(results::Result result) {
     return result;
 }
 
+results::Result with_jaws(results::Result result) {
+    auto &ball = result.problem.load_case.touching.value();
+    ball.slide = core::Vector3::Zero();
+    ball.constraint = 0;
+    ball.between = core::Vector3(0.5, 1.0 / 3.0, -0.7);
+    return result;
+}
+
 results::Result along_a_path(results::Result result) {
     result.problem.load_case.release.reset();
     result.problem.load_case.slow_history.reset();

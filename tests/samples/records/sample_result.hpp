@@ -13,6 +13,9 @@ results::Result sample_result(int num_bricks = 2);
 /// A model named "stiffer" that differs from one with springs in their stiffness alone.
 results::ModelResult stiffer(results::ModelResult model);
 
+/// The result with two balls that close in place of one that slides.
+results::Result with_jaws(results::Result result);
+
 /// A result under a load case that does not depend on time, but has a path of loads, and no ball.
 results::Result along_a_path(results::Result result);
 

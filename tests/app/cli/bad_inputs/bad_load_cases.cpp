@@ -214,6 +214,10 @@ std::vector<BadInput> bad_touches() {
         touch("a ball without a place", "radius = 0.01\ndepth = 0.001"),
         touch("a misspelt key of a ball", on_top + "raduis = 0.01\ndepth = 0.001"),
         touch("a ball on what is held", "patch = \"x_min\"\nradius = 0.01\ndepth = 0.001"),
+        touch("jaws from what is held", "patch = \"x_max\"\nradius = 0.01\ndepth = 0.001\njaws = true"),
+        touch("plates as jaws", on_top + "plate = \"round\"\nsize = 0.01\ndepth = 0.001\njaws = true"),
+        touch("jaws that slide", on_top + "radius = 0.01\ndepth = 0.001\nslide = [0.001, 0.0, 0.0]\njaws = true"),
+        touch("jaws that would meet", on_top + "radius = 0.01\ndepth = 0.016\njaws = true"),
     };
 }
 
