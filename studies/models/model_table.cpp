@@ -211,7 +211,7 @@ class PreparedMassSprings : public core::PreparedModel {
             start = Clock::now();
             std::string along;
             if (problem.load_case.path.empty()) {
-                found = msm::find_equilibrium(body, points, conditions, rest);
+                found = msm::find_equilibrium(body, points, conditions, rest, {.bears_rounding = true});
             } else {
                 auto followed = msm::follow_path(body, problem, body.node_mass, rest);
                 found = std::move(followed.end);
