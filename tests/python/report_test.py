@@ -95,10 +95,10 @@ def test_the_smallest_error_of_springs_is_strong(beam):
     rows = {row[0]: row[1:] for row in tables(beam, "errors")[0][:-1]}
     springs = [name for name in rows if not name.startswith("fem_")]
     for column in range(3):
-        with_error = [name for name in springs if rows[name][column] != "-"]
-        best = min(with_error, key=lambda name: float(rows[name][column].removesuffix(" *")))
-        assert (best, column + 1) in strong
-    assert len(strong) == 3
+        errors = {name: float(rows[name][column].removesuffix(" *")) for name in springs if rows[name][column] != "-"}
+        best = {name for name, error in errors.items() if error == min(errors.values())}
+        assert {name for name, place in strong if place == column + 1} == best
+    assert {place for _, place in strong} == {1, 2, 3}
 
 
 def test_models_that_differ_by_less_than_the_uncertainty_are_not_ranked(tmp_path):

@@ -17,7 +17,7 @@ import h5py
 from livermark.errors import InputError
 from livermark.hdf5_files import damaged, open_hdf5
 from livermark.results import ResultFile, _attributes
-from livermark.studies.tables import Column, Table
+from livermark.studies.tables import Column, Table, percent
 
 _NO_CHARACTER = re.compile("[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
 
@@ -125,9 +125,10 @@ class Result:
 
 
 def not_told_from_best(errors: dict[str, float], uncertainty: float) -> list[str]:
-    """Who has the smallest error, and whose error differs from that by less than the uncertainty of the reference."""
+    """Who has the smallest error as a table prints it, and whose error differs from that by less than the uncertainty of
+    the reference."""
     best = min(errors.values(), default=math.nan)
-    return [name for name, error in errors.items() if error == best or error - best < uncertainty]
+    return [name for name, error in errors.items() if percent(error) == percent(best) or error - best < uncertainty]
 
 
 def _model(file: ResultFile, name: str) -> Model:

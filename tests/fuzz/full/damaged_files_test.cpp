@@ -29,11 +29,11 @@ class DamagedFiles : public testing::TestWithParam<std::string> {
   protected:
     void SetUp() override {
         folder_ =
-            std::filesystem::path(testing::TempDir()) / ("livermark_damaged_" + GetParam()) / std::to_string(getpid());
+            std::filesystem::path(testing::TempDir()) / fmt::format("livermark_damaged_{}_{}", GetParam(), getpid());
         std::filesystem::remove_all(folder_);
         std::filesystem::create_directories(folder_);
     }
-    void TearDown() override { std::filesystem::remove_all(folder_.parent_path()); }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
 
     std::filesystem::path folder_;
 };
