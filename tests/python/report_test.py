@@ -144,9 +144,11 @@ def test_the_first_page_says_which_springs_are_nearest(beam):
     errors, sizes = ({row[0]: float(row[-1].removesuffix(" !")) for row in tables(beam, "errors")[number][:-1]
                       if not row[0].startswith("fem_") and row[-1] != "-"} for number in (0, 1))
     said = next(sentence for sentence in sentences(beam) if sentence.startswith("The most accurate springs"))
-    best = sorted(sizes.keys() & errors.keys(), key=lambda name: max(sizes[name], errors[name]))[:3]
-    places = [said.find(f"{name} ({sizes[name]:.1f} and {errors[name]:.1f} %)") for name in best]
-    assert -1 not in places and places == sorted(places) and "A hand feels 7 %" in said, said
+    larger = {name: max(sizes[name], errors[name]) for name in sizes.keys() & errors.keys()}
+    places = {name: said.find(f"{name} ({sizes[name]:.1f} and {errors[name]:.1f} %)")
+              for name in sorted(larger, key=larger.get)[:3]}
+    in_order = [larger[name] for name in sorted(places, key=places.get)]
+    assert -1 not in places.values() and in_order == sorted(in_order) and "A hand feels 7 %" in said, said
     unfelt = [name for name, size in sizes.items() if size <= 7.0]
     said = next(sentence for sentence in sentences(beam) if "hand could" in sentence)
     assert all(name in said for name in unfelt) and not any(name in said for name in sizes if sizes[name] > 7.5), said
