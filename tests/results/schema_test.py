@@ -1,4 +1,4 @@
-"""schema_test.py <schema.md> <folder>: the tables of schema.md and files that hold everything say the same.
+"""schema_test.py <schema.md> <folder>: the tables of schema.md and files that together hold everything say the same.
 
 A result file is what all sections say but those of other files; one of these is the section named and where it comes from.
 """
@@ -111,9 +111,17 @@ def check_shape_and_type(path, shape, dtype, said_shapes, said_types, sizes):
     check_type(path, dtype, said_types.split(" or ")[shapes.index(shape)] if " or " in said_types else said_types)
 
 
-def check(schema, result, section):
+def check(schema, results, section):
     tables = read_tables(schema, section)
     assert tables, f"{schema} has no tables in section '{section}'"
+    missing = set(tables)
+    for result in results:
+        missing -= lines_of(result, schema, tables, section)
+    assert not missing, f"in {schema} and not in {results}: {sorted(missing)}"
+
+
+def lines_of(result, schema, tables, section):
+    """Lines of the tables that a file has; all that it has is as they say."""
     with h5py.File(result) as file:
         found = [(general(path, file), path, shape, dtype, units) for path, shape, dtype, units in entries(file)]
     for line, path, shape, dtype, units in found:
@@ -125,14 +133,14 @@ def check(schema, result, section):
         said_shape, said_type, said_unit = tables[line]
         check_shape_and_type(path, shape, dtype, said_shape, said_type, sizes)
         assert units == said_unit, f"{path} has units '{units}' and not '{said_unit}'"
-    missing = set(tables) - {line for line, *_ in found}
-    assert not missing, f"in {schema} and not in the file: {sorted(missing)}"
+    return {line for line, *_ in found}
 
 
 def main(schema, folder):
-    check(schema, f"{folder}/sample_result.h5", "")
+    # No tool is a plate and two jaws.
+    check(schema, [f"{folder}/sample_result.h5", f"{folder}/with_jaws_result.h5"], "")
     for section, file in OTHER_FILES.items():
-        check(schema, f"{folder}/{file}", section)
+        check(schema, [f"{folder}/{file}"], section)
 
 
 if __name__ == "__main__":

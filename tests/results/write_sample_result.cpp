@@ -25,6 +25,7 @@ int main(int argc, char **argv) {
         if (model.comparison)
             model.comparison->load_fraction = 0.75;
     results::write_result(folder / "sample_result.h5", part_of_load);
+    results::write_result(folder / "with_jaws_result.h5", tests::with_jaws(result));
     results::write_result(folder / "still_result.h5", tests::without_motion(result));
     results::write_result(folder / "path_result.h5", tests::along_a_path(result));
     results::write_result(folder / "small_result.h5", tests::sample_result());

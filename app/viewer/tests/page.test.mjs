@@ -47,7 +47,7 @@ async function middles() {
 
 test('the list has what the page can show, at any depth', async () => {
   const names = await page.locator('#files option').evaluateAll((options) => options.map((o) => o.value));
-  assert.deepEqual(names, ['path_result.h5', 'sample_experiment.h5', 'sample_result.h5', 'small_result.h5', 'still_result.h5']);
+  assert.deepEqual(names, ['path_result.h5', 'sample_experiment.h5', 'sample_result.h5', 'small_result.h5', 'still_result.h5', 'with_jaws_result.h5']);
 });
 
 test('the table shows the numbers of the file', async () => {

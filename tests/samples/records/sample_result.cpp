@@ -233,11 +233,24 @@ results::Result without_motion(results::Result result) {
     return result;
 }
 
+namespace {
+
+/// As many places as the tools of the load case have.
+void resize_places_of_tools(results::Result &result) {
+    const auto num_places = core::tool_places(result.problem.body->mesh, result.problem.load_case).size();
+    for (auto &model : result.models)
+        if (model.comparison && model.comparison->tool)
+            model.comparison->tool->places.resize(num_places, model.comparison->tool->places.front());
+}
+
+} // namespace
+
 results::Result with_jaws(results::Result result) {
     auto &ball = result.problem.load_case.touching.value();
     ball.slide = core::Vector3::Zero();
     ball.constraint = 0;
     ball.between = core::Vector3(0.5, 1.0 / 3.0, -0.7);
+    resize_places_of_tools(result);
     return result;
 }
 
@@ -246,10 +259,8 @@ results::Result along_a_path(results::Result result) {
     result.problem.load_case.slow_history.reset();
     result.problem.load_case.touching.reset();
     result.motion_uncertainty.reset();
-    const auto num_places = core::tool_places(result.problem.body->mesh, result.problem.load_case).size();
+    resize_places_of_tools(result);
     for (auto &model : result.models) {
-        if (model.comparison && model.comparison->tool)
-            model.comparison->tool->places.resize(num_places);
         model.solution.history.reset();
         for (auto &point : model.solution.path)
             point.work = point.dissipated_energy = nan;
