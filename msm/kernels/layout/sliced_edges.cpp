@@ -39,11 +39,13 @@ std::vector<std::vector<int>> members_of_edges(const SlicedPlan &plan, std::span
 /// Gives edges the next lanes.
 template <class T>
 void append_edges(const StepParts &parts, std::span<const int> edges, SlicedPlan &plan, SlicedBody<T> &body) {
+    const std::size_t num_lanes =
+        body.edge_modulus.size() + static_cast<std::size_t>(padded(static_cast<int>(edges.size())));
     auto lane = static_cast<int>(body.edge_modulus.size());
     plan.edge_lane.resize(parts.edge_modulus.size(), padding);
     append_lists(members_of_edges(plan, edges, body), filler_of_edges(body), body.edge_start, body.edge_member);
     for (auto *values : {&body.edge_modulus, &body.inverse_edge_volume})
-        values->resize(static_cast<std::size_t>(lane + padded(static_cast<int>(edges.size()))), T(0));
+        values->resize(num_lanes, T(0));
     for (const int edge : edges) {
         plan.edge_lane[edge] = lane++;
         put_edge(parts, edge, plan, body);

@@ -75,7 +75,7 @@ template <class T> class NoStresses {
     }
 };
 
-/// What has relaxed of the stress inside tetrahedra; null if nothing does.
+/// Part of the stress inside tetrahedra that has relaxed; null if none does.
 template <class T> HWY_INLINE const T *faded_inside(const StepWorkspace<T> &at, std::size_t t) {
     const auto &faded = at.relaxation.tetrahedra.faded;
     return faded.empty() ? nullptr : faded.data() + first_of_six(t);
