@@ -120,15 +120,16 @@ double observed_error(std::span<const double> levels);
 ObservedError observed_error_on_path(const TetraMesh &mesh, const LoadCase &load_case, std::span<const Solution> levels,
                                      std::size_t chosen);
 
-/// The same of the motion of probes. No order better than the first is believed: at rims there is none, and refinement
-/// there leaves the rest of the mesh as it is.
-/// @param levels  at least three, recorded at the same times and probes
-/// @throws std::invalid_argument if there are fewer, or if they do not fit together
-ObservedMotionError observed_motion_error(std::span<const History> levels);
-
 /// A factor beyond these is not believed: differences that hardly shrink say little, and one that shrinks faster than
-/// elements of second degree let expect is luck.
-inline constexpr double largest_believed_factor = 0.8, smallest_believed_factor = 0.25;
+/// elements of second degree let expect is luck. Where meshes are refined at rims no order better than the first is
+/// believed: there is none, and refinement there leaves the rest of the mesh as it is.
+inline constexpr double largest_believed_factor = 0.8, smallest_believed_factor = 0.25, first_order_factor = 0.5;
+
+/// The same of the motion of probes.
+/// @param levels       at least three, recorded at the same times and probes
+/// @param best_factor  that is believed: first_order_factor of meshes, smallest_believed_factor of steps
+/// @throws std::invalid_argument if there are fewer, or if they do not fit together
+ObservedMotionError observed_motion_error(std::span<const History> levels, double best_factor);
 
 /// Part of what extrapolation adds that may be wrong. On both livers it was a quarter to seven tenths of a half.
 inline constexpr double doubt = 0.5;

@@ -51,7 +51,6 @@ double believed_share(double factor) {
 
 /// The same where no order better than the first is believed.
 double share_at_rims(double factor) {
-    constexpr double first_order_factor = 0.5;
     return believed_share(std::max(factor, first_order_factor));
 }
 
@@ -178,13 +177,15 @@ Solution extrapolated(const TetraMesh &mesh, const LoadCase &load_case, std::spa
     return result;
 }
 
-ObservedMotionError observed_motion_error(std::span<const History> levels) {
+ObservedMotionError observed_motion_error(std::span<const History> levels, double best_factor) {
     require_three(levels.size());
     const auto last = levels.last(3);
     const double first_step = compare(last[0], last[1], "on the middle mesh").relative_l2;
     const double second_step = compare(last[1], last[2], "on the finest mesh").relative_l2;
     const double factor = second_step / first_step;
-    return {.order = -std::log2(factor), .difference = second_step, .relative_l2 = share_at_rims(factor) * second_step};
+    return {.order = -std::log2(factor),
+            .difference = second_step,
+            .relative_l2 = believed_share(std::max(factor, best_factor)) * second_step};
 }
 
 } // namespace livermark::core

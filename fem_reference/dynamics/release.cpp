@@ -3,8 +3,10 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -416,16 +418,12 @@ error_of_longer_steps(const core::LoadCase &load_case, const core::History &moti
     };
     const auto coarse = in_steps(longest), middle = in_steps(longest / 2);
     const auto &times = coarse.time;
-    const auto on_middle = at_common_records(middle, longest / 2, times);
-    const double first = core::compare(coarse, on_middle, "in half the steps").relative_l2;
-    const double second =
-        core::compare(on_middle, at_common_records(motion, longest, times), "in its own steps").relative_l2;
-    const double factor = second / first;
-    if (!std::isfinite(factor))
+    const std::array levels{coarse, at_common_records(middle, longest / 2, times),
+                            at_common_records(motion, longest, times)};
+    const auto error = core::observed_motion_error(levels, core::smallest_believed_factor);
+    if (!(error.order > -std::numeric_limits<double>::infinity())) // the differences have no factor
         return std::nullopt;
-    const double believed = std::clamp(factor, core::smallest_believed_factor, core::largest_believed_factor);
-    return core::ObservedMotionError{
-        .order = -std::log2(factor), .difference = second, .relative_l2 = believed / (1.0 - believed) * second};
+    return error;
 }
 
 core::History release_step_by_step(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,

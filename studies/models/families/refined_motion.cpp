@@ -86,7 +86,7 @@ core::Solution solve_on_levels(const core::Problem &problem, Solve solve, const 
         }
     }
     if (histories.size() >= 3)
-        finest.history->observed_error = core::observed_motion_error(histories);
+        finest.history->observed_error = core::observed_motion_error(histories, core::first_order_factor);
     finest.setup_seconds = setup_seconds;
     finest.solve_seconds = solve_seconds;
     return finest;

@@ -365,7 +365,7 @@ core::ObservedMotionError observed_of_motions_off_by(const std::vector<double> &
         for (const double amplitude : {1.0, 0.5, -0.7})
             history.displacement.emplace_back((1.0 + error) * amplitude, 0.0, 0.0);
     }
-    return core::observed_motion_error(levels);
+    return core::observed_motion_error(levels, core::first_order_factor);
 }
 
 TEST(ObservedError, OfMotionIsExactForErrorsThatHalve) {
