@@ -354,24 +354,29 @@ BisectedProblem refine_at_rims_and(const Problem &problem, const std::vector<boo
                         [&](const auto &nodes) { return has_one_of(nodes, is_rim) || has_one_of(nodes, is_further); });
 }
 
+namespace {
+
+/// Whether a point is nearer to the middle of a place than so many of its radii and a distance.
+bool is_near_one_of(std::span<const InteriorPlace> places, const Vector3 &point, double radii, double distance) {
+    return std::ranges::any_of(places, [&](const InteriorPlace &place) {
+        return (point - place.middle).norm() < radii * place.radius + distance;
+    });
+}
+
+} // namespace
+
 BisectedProblem refine_near_places(const Problem &problem, std::span<const InteriorPlace> places, double radii) {
     const auto &mesh = problem.body->mesh;
-    return refine_where(problem, [&](const auto &nodes) {
-        const Vector3 centroid = centroid_of(mesh, nodes);
-        return std::ranges::any_of(
-            places, [&](const auto &place) { return (centroid - place.middle).norm() < radii * place.radius; });
-    });
+    return refine_where(
+        problem, [&](const auto &nodes) { return is_near_one_of(places, centroid_of(mesh, nodes), radii, 0.0); });
 }
 
 BisectedProblem refine_at_rims_and_near(const Problem &problem, std::span<const InteriorPlace> places, double radii) {
     const auto &mesh = problem.body->mesh;
     const auto is_rim = rim_nodes(mesh, problem.load_case);
     return refine_where(problem, [&](const auto &nodes) {
-        const Vector3 centroid = centroid_of(mesh, nodes);
-        const double reach = 0.5 * longest_edge_of(mesh, nodes);
-        return has_one_of(nodes, is_rim) || std::ranges::any_of(places, [&](const InteriorPlace &place) {
-                   return (centroid - place.middle).norm() < radii * place.radius + reach;
-               });
+        return has_one_of(nodes, is_rim) ||
+               is_near_one_of(places, centroid_of(mesh, nodes), radii, 0.5 * longest_edge_of(mesh, nodes));
     });
 }
 
