@@ -345,7 +345,6 @@ void CutParts::part_edges(const Parting &parting) {
             const auto [number, is_new] = successors.of(part, std::array{low, high});
             if (is_new) {
                 parts_.edge_modulus.push_back(double{parts_.edge_modulus[part]});
-                parted_.parent_edge_part.push_back(part);
                 changed.push_back(number);
             }
             part = number;

@@ -127,8 +127,6 @@ struct PartingChanges {
     int first_new_spring = 0;
     std::vector<int> volumes;    ///< control volumes around a node of these tetrahedra, before or now
     std::vector<int> edge_parts; ///< means around an edge of these tetrahedra, before or now
-    /// The part before whose tetrahedra each new part around an edge has
-    std::vector<int> parent_edge_part;
 };
 
 /// Source of the stiffness of springs: factor times that of a law.

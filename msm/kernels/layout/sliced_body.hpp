@@ -23,22 +23,6 @@ struct Fan {
     std::vector<int> tetrahedra; ///< (m) numbers
 };
 
-/// A tetrahedron as one of those around an edge: (edge, from, to) is an even permutation of its corners.
-struct Link {
-    int tetrahedron, from, to;
-};
-struct EdgeLink {
-    std::array<int, 2> edge; ///< lower node number first
-    Link link;
-};
-
-/// A tetrahedron as one around one of its edges.
-/// @param edge  as in core::tetrahedron_edges
-EdgeLink edge_link(const std::array<int, 4> &nodes, int tetrahedron, std::size_t edge);
-
-/// The tetrahedra around all edges, those of one edge behind each other.
-std::vector<EdgeLink> edge_links(const std::vector<std::array<int, 4>> &tetrahedra);
-
 /// Cuts a mesh into fans, long ones first, each tetrahedron in one of them.
 /// @param tetrahedra     shape (M), node numbers
 /// @param corner_volume  shape (M) or empty; what these say of a node is the same for all tetrahedra of a fan

@@ -18,6 +18,31 @@ constexpr std::array<std::array<int, 4>, 6> even{
 
 using Edge = std::array<int, 2>;
 
+/// A tetrahedron as one of those around an edge: (edge, from, to) is an even permutation of its corners.
+struct Link {
+    int tetrahedron, from, to;
+};
+struct EdgeLink {
+    Edge edge; ///< lower node number first
+    Link link;
+};
+
+/// The tetrahedra around all edges, those of one edge behind each other.
+std::vector<EdgeLink> edge_links(const std::vector<std::array<int, 4>> &tetrahedra) {
+    std::vector<EdgeLink> links;
+    links.reserve(even.size() * tetrahedra.size());
+    for (std::size_t t = 0; t < tetrahedra.size(); ++t)
+        for (const auto &[i, j, a, b] : even) {
+            const auto &nodes = tetrahedra[t];
+            const auto number = static_cast<int>(t);
+            // The other direction of the edge goes around the other way.
+            links.push_back(nodes[i] < nodes[j] ? EdgeLink{{nodes[i], nodes[j]}, {number, nodes[a], nodes[b]}}
+                                                : EdgeLink{{nodes[j], nodes[i]}, {number, nodes[b], nodes[a]}});
+        }
+    std::ranges::stable_sort(links, {}, &EdgeLink::edge);
+    return links;
+}
+
 class Cutter {
   public:
     Cutter(const std::vector<std::array<int, 4>> &tetrahedra, const std::vector<std::array<int, 4>> &corner_volume)
@@ -92,24 +117,6 @@ class Cutter {
 };
 
 } // namespace
-
-EdgeLink edge_link(const std::array<int, 4> &nodes, int tetrahedron, std::size_t edge) {
-    const auto &[i, j, a, b] = even[edge];
-    // The other direction of the edge goes around the other way.
-    if (nodes[i] < nodes[j])
-        return {{nodes[i], nodes[j]}, {tetrahedron, nodes[a], nodes[b]}};
-    return {{nodes[j], nodes[i]}, {tetrahedron, nodes[b], nodes[a]}};
-}
-
-std::vector<EdgeLink> edge_links(const std::vector<std::array<int, 4>> &tetrahedra) {
-    std::vector<EdgeLink> links;
-    links.reserve(6 * tetrahedra.size());
-    for (std::size_t t = 0; t < tetrahedra.size(); ++t)
-        for (std::size_t edge = 0; edge < even.size(); ++edge)
-            links.push_back(edge_link(tetrahedra[t], static_cast<int>(t), edge));
-    std::ranges::stable_sort(links, {}, &EdgeLink::edge);
-    return links;
-}
 
 std::vector<Fan> cut_into_fans(const std::vector<std::array<int, 4>> &tetrahedra,
                                const std::vector<std::array<int, 4>> &corner_volume) {
