@@ -20,8 +20,30 @@ namespace livermark::msm::HWY_NAMESPACE {
 // Rows of eight numbers and more at scattered places: those of tetrahedra, which edges sum, and those of edges, which
 // tetrahedra sum. Rows of a slice stand in the order of row_of_lane().
 
+template <class D, class T> HWY_INLINE void keep(D d, const Blocks<D> &blocks, T *at) {
+    constexpr std::size_t lanes = hn::MaxLanes(D());
+    hn::Store(blocks.r0, d, at);
+    hn::Store(blocks.r1, d, at + lanes);
+    hn::Store(blocks.r2, d, at + 2 * lanes);
+    hn::Store(blocks.r3, d, at + 3 * lanes);
+}
+template <class D, class T> HWY_INLINE Blocks<D> kept_blocks(D d, const T *at) {
+    constexpr std::size_t lanes = hn::MaxLanes(D());
+    return {hn::Load(d, at), hn::Load(d, at + lanes), hn::Load(d, at + 2 * lanes), hn::Load(d, at + 3 * lanes)};
+}
+
 /// Eight numbers of each lane as they are loaded. Sums are made of these, and then numbers_of().
-template <class D> struct EightBlocks { Blocks<D> a, b; };
+template <class D> struct EightBlocks {
+    Blocks<D> a, b;
+
+    template <class T> HWY_INLINE static EightBlocks kept(D d, const T *at) {
+        return {kept_blocks(d, at), kept_blocks(d, at + 4 * hn::MaxLanes(D()))};
+    }
+};
+template <class D, class T> HWY_INLINE void keep(D d, const EightBlocks<D> &rows, T *at) {
+    keep(d, rows.a, at);
+    keep(d, rows.b, at + 4 * hn::MaxLanes(D()));
+}
 
 template <class D> HWY_INLINE EightBlocks<D> plus(const EightBlocks<D> &a, const EightBlocks<D> &b) {
     return {plus<D>(a.a, b.a), plus<D>(a.b, b.b)};
@@ -122,14 +144,6 @@ template <class D> struct EdgeMeansOfC {
     HWY_INLINE static void put(D d, const Value &value, T *rows, std::size_t lane) {
         put_eight(d, rows_of(d, value, hn::Zero(d)), rows, lane);
     }
-    HWY_INLINE static void keep(D d, const Row &row, T *at) {
-        constexpr std::size_t lanes = hn::MaxLanes(D());
-        keep_blocks(d, row.a, at);
-        keep_blocks(d, row.b, at + 4 * lanes);
-    }
-    HWY_INLINE static Row kept(D d, const T *at) {
-        return {kept_blocks(d, at), kept_blocks(d, at + 4 * hn::MaxLanes(D()))};
-    }
 
     HWY_INLINE static Value gradient_value(D d, const Columns<D> &f) { return twice_strain(d, f); }
     HWY_INLINE static Value rate_of_gradient(const Columns<D> &f, const Columns<D> &f_rate) {
@@ -142,27 +156,21 @@ template <class D> struct EdgeMeansOfC {
                                               hn::Vec<D> inside, const T *faded) {
         return MeansOfC<false, T>::first_stress(f, rest_volume, sum, inside, faded);
     }
-
-  private:
-    template <class> friend struct EdgeMeansOfF;
-    HWY_INLINE static void keep_blocks(D d, const Blocks<D> &blocks, T *at) {
-        constexpr std::size_t lanes = hn::MaxLanes(D());
-        hn::Store(blocks.r0, d, at);
-        hn::Store(blocks.r1, d, at + lanes);
-        hn::Store(blocks.r2, d, at + 2 * lanes);
-        hn::Store(blocks.r3, d, at + 3 * lanes);
-    }
-    HWY_INLINE static Blocks<D> kept_blocks(D d, const T *at) {
-        constexpr std::size_t lanes = hn::MaxLanes(D());
-        return {hn::Load(d, at), hn::Load(d, at + lanes), hn::Load(d, at + 2 * lanes), hn::Load(d, at + 3 * lanes)};
-    }
 };
 
 /// Eight numbers of each lane, and four more.
 template <class D> struct TwelveBlocks {
     EightBlocks<D> eight;
     Blocks<D> four;
+
+    template <class T> HWY_INLINE static TwelveBlocks kept(D d, const T *at) {
+        return {EightBlocks<D>::kept(d, at), kept_blocks(d, at + 8 * hn::MaxLanes(D()))};
+    }
 };
+template <class D, class T> HWY_INLINE void keep(D d, const TwelveBlocks<D> &rows, T *at) {
+    keep(d, rows.eight, at);
+    keep(d, rows.four, at + 8 * hn::MaxLanes(D()));
+}
 template <class D> HWY_INLINE TwelveBlocks<D> plus(const TwelveBlocks<D> &a, const TwelveBlocks<D> &b) {
     return {plus<D>(a.eight, b.eight), plus<D>(a.four, b.four)};
 }
@@ -187,13 +195,6 @@ template <class D> struct EdgeMeansOfF {
         const auto numbers = rows_of(d, value, hn::Zero(d));
         for (std::size_t k = 0; k < 3; ++k)
             put_four<row_size>(d, numbers[k], rows + 4 * k, lane);
-    }
-    HWY_INLINE static void keep(D d, const Row &row, T *at) {
-        EdgeMeansOfC<D>::keep(d, row.eight, at);
-        EdgeMeansOfC<D>::keep_blocks(d, row.four, at + 8 * hn::MaxLanes(D()));
-    }
-    HWY_INLINE static Row kept(D d, const T *at) {
-        return {EdgeMeansOfC<D>::kept(d, at), EdgeMeansOfC<D>::kept_blocks(d, at + 8 * hn::MaxLanes(D()))};
     }
 
     HWY_INLINE static Value gradient_value(D d, Columns<D> f) {
@@ -274,14 +275,15 @@ template <template <class> class Means, class T> class EdgeSums {
           edge_(at.body.fan_edge.data() + 3 * static_cast<std::size_t>(at.body.fan_start[slice] + slice) * slice_size +
                 lane),
           axis_(OfEdges::value_of(D(), OfEdges::fetch(D(), rows_, edge_))) {
-        OfEdges::keep(D(), to_rim(), before_.data());
+        keep(D(), to_rim(), before_.data());
     }
 
     HWY_INLINE typename OfEdges::Value next() {
         edge_ += 3 * slice_size;
         const auto after = to_rim();
-        const auto sum = plus<D>(plus<D>(OfEdges::kept(D(), before_.data()), OfEdges::fetch(D(), rows_, edge_)), after);
-        OfEdges::keep(D(), after, before_.data());
+        const auto sum =
+            plus<D>(plus<D>(OfEdges::Row::kept(D(), before_.data()), OfEdges::fetch(D(), rows_, edge_)), after);
+        keep(D(), after, before_.data());
         return plus<D>(axis_, OfEdges::value_of(D(), sum));
     }
 
