@@ -11,6 +11,7 @@
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "core/tool/stepper.hpp"
+#include "core/tool/touching_tool.hpp"
 
 namespace livermark::msm {
 
@@ -72,6 +73,7 @@ struct ElasticBody {
     /// Stiffness at rest that is near that of the terms but has far fewer entries, for factors in place of it, where a
     /// part of the stresses that relax is left: shape (3N, 3N) [N/m]. Null where the terms' own has few.
     std::function<Eigen::SparseMatrix<double>(double part)> preconditioner;
+    core::FacetSoftness softness{}; ///< of its facets below a tool
 };
 
 /// Elastic energy.

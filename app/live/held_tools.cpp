@@ -230,7 +230,7 @@ Load load_of(const Disc &disc, const Vector3 &force) {
 }
 
 TouchableBody touchable_body(const core::TetraMesh &mesh, const std::vector<core::Material> &materials,
-                             const std::vector<bool> &is_constrained) {
+                             const std::vector<bool> &is_constrained, const core::FacetSoftness &softness) {
     TouchableBody touchable{.body = {.name = {}, .mesh = mesh, .materials = materials}, .load_case = {}};
     auto &load_case = touchable.load_case;
     load_case.conditions.push_back({"held", core::ConditionKind::displacement});
@@ -238,7 +238,7 @@ TouchableBody touchable_body(const core::TetraMesh &mesh, const std::vector<core
         load_case.condition_on.push_back(is_held ? 0 : -1);
     load_case.value.assign(is_constrained.size(), Vector3::Zero());
     load_case.touching.emplace();
-    touchable.facets = core::touched_facets(touchable.body, load_case);
+    touchable.facets = core::touched_facets(touchable.body, load_case, softness);
     return touchable;
 }
 
@@ -283,12 +283,16 @@ std::vector<int> triangles_between(const Surface &surface, const std::vector<int
     return found;
 }
 
-/// Looks for the facets that the ball may come to, and on which side of them its centre is.
-void look_around(HeldBall &ball, const Surface &surface, const Vector3 &centre, const PositionOf &position_of) {
+/// Looks for the facets that the ball may come to, how far it has sunk in below where they are at rest, and on which
+/// side of them its centre is.
+void look_around(HeldBall &ball, const Surface &surface, const Vector3 &centre, const PositionOf &position_of,
+                 const PositionOf &at_rest) {
     ball.contact->look_around(position_of);
     const auto near = triangles_between(surface, ball.contact->near());
     if (near.empty())
         return;
+    const double above_rest = nearest_point(surface, near, at_rest, centre, as_near * ball.radius).height;
+    ball.contact->set_circle(core::ToolShape(ball.radius).contact_radius(std::max(0.0, ball.radius - above_rest)));
     const double height = nearest_point(surface, near, position_of, centre, as_near * ball.radius).height;
     ball.is_below =
         ball.is_below ? height < (1.0 - shallow) * ball.radius : height < 0.0 && height > -pushed_through * ball.radius;
@@ -299,11 +303,11 @@ void look_around(HeldBall &ball, const Surface &surface, const Vector3 &centre, 
 } // namespace
 
 void lead(HeldBall &ball, const Surface &surface, const Proxy &proxy, const Vector3 &from, double time_step,
-          const PositionOf &position_of) {
+          const PositionOf &position_of, const PositionOf &at_rest) {
     if (--ball.steps_to_look < 0) {
         ball.steps_to_look = steps_between_looks - 1;
         ball.contact->set_way(from, proxy.position + steps_between_looks * time_step * proxy.velocity);
-        look_around(ball, surface, proxy.position, position_of);
+        look_around(ball, surface, proxy.position, position_of, at_rest);
     }
     ball.contact->set_way(from, proxy.position);
 }

@@ -76,6 +76,7 @@ msm::MassSprings coupled_springs_of(const core::Body &body, const Settings &sett
                                 .stiffness = {},
                                 .rest_length = {}};
     msm::ElasticBody elastic(springs.node_mass, std::move(terms));
+    elastic.softness = msm::softness_below_tools(coupled);
     return {std::move(springs), std::move(elastic)};
 }
 

@@ -114,7 +114,8 @@ void Scene::prepare_steps(bool may_be_scaled) {
     if (steps_)
         state = sound_state();
     steps_ = std::move(next);
-    touchable_ = touchable_body(remains_.mesh, prepared_->body.materials, constrained_remains());
+    touchable_ =
+        touchable_body(remains_.mesh, prepared_->body.materials, constrained_remains(), prepared_->parts.body.softness);
     if (!cuts_.empty())
         cut_anew();
     if (state) {
@@ -214,7 +215,9 @@ void Scene::carry_load(double part) {
 void Scene::lead_ball(double part) {
     const auto from = proxy_.position;
     advance(proxy_, -ball_.force(), part);
-    lead(ball_, surface_, proxy_, from, part, [&](int node) { return steps_->position(node); });
+    lead(
+        ball_, surface_, proxy_, from, part, [&](int node) { return steps_->position(node); },
+        [&](int node) { return remains_.mesh.points[node]; });
     let_touch();
 }
 
@@ -375,8 +378,8 @@ void Scene::restore() {
     tool_ = kept_->tool;
     proxy_ = kept_->proxy;
     disc_ = kept_->disc;
-    const bool is_same = std::ranges::equal(kept_->touched, touchable_->facets, {}, &core::TouchedFacet::penalty,
-                                            &core::TouchedFacet::penalty);
+    const auto at_first = [](const core::TouchedFacet &facet) { return facet.penalty(0.0); };
+    const bool is_same = std::ranges::equal(kept_->touched, touchable_->facets, {}, at_first, at_first);
     ball_ = kept_->ball.copy();
     let_touch();
     if (ball_.contact && !is_same)

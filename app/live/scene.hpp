@@ -108,8 +108,9 @@ struct TouchableBody {
 
 /// @param mesh            of what is left of the body
 /// @param is_constrained  shape (T) of that
+/// @param softness        of the springs
 TouchableBody touchable_body(const core::TetraMesh &mesh, const std::vector<core::Material> &materials,
-                             const std::vector<bool> &is_constrained);
+                             const std::vector<bool> &is_constrained, const core::FacetSoftness &softness = {});
 
 /// A rigid ball that touches the surface with friction, by the law of load cases and of the arena (core::BallContact).
 /// A hand comes from outside: put down in the body it begins on the surface. Where its centre gets below the surface it
@@ -133,9 +134,9 @@ core::Vector3 outside(const Surface &surface, double radius, const core::Vector3
 
 /// Leads the ball with the proxy in the step to come.
 /// @param from         where its centre was [m]
-/// @param position_of  of nodes now [m]
+/// @param position_of, at_rest  of nodes [m]
 void lead(HeldBall &ball, const Surface &surface, const Proxy &proxy, const core::Vector3 &from, double time_step,
-          const PositionOf &position_of);
+          const PositionOf &position_of, const PositionOf &at_rest);
 
 /// Forces of the ball in the last step.
 Load load_of(const HeldBall &ball, const Surface &surface);

@@ -223,7 +223,8 @@ CutReading Scene::cut(const CutRequest &request) {
     reading.seconds_of_springs = lap();
     cuts_.push_back({request.tool, found.tetrahedra, critical});
     show_remains();
-    touchable_ = touchable_body(remains_.mesh, prepared_->body.materials, constrained_remains());
+    touchable_ =
+        touchable_body(remains_.mesh, prepared_->body.materials, constrained_remains(), prepared_->parts.body.softness);
     divide_steps();
     reading.volume = found.volume;
     reading.wound_area = wound_area(remains_);

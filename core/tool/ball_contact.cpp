@@ -71,6 +71,10 @@ Vector3 ball_centre(const TouchingTool &ball, const ToolMotion &motion, double t
     return ball.start + position.pressed * ball.press + position.slid * motion.slide;
 }
 
+double circle_of_contact(const TouchingTool &ball, const ToolMotion &motion, double time) {
+    return ball.shape.contact_radius(tool_position(motion, time).pressed * ball.press.norm());
+}
+
 BallContact::BallContact(const std::vector<TouchedFacet> &facets, int divisions, const ToolShape &shape,
                          double friction)
     : points_(facet_points(divisions)), force_(facets.size() * points_.size(), Vector3::Zero()), shape_(shape),
@@ -81,10 +85,18 @@ BallContact::BallContact(const std::vector<TouchedFacet> &facets, int divisions,
     nodes_.erase(std::unique(nodes_.begin(), nodes_.end()), nodes_.end());
     for (const auto &facet : facets) {
         auto &kept =
-            facets_.emplace_back(Facet{.nodes = facet.nodes, .compliance = 1.0 / (facet.penalty * facet.area)});
+            facets_.emplace_back(Facet{.touched = facet, .compliance = 1.0 / (facet.penalty(0.0) * facet.area)});
         for (std::size_t k = 0; k < 3; ++k)
             kept.places[k] = static_cast<int>(std::ranges::lower_bound(nodes_, facet.nodes[k]) - nodes_.begin());
     }
+}
+
+void BallContact::set_circle(double circle) {
+    if (circle == circle_)
+        return;
+    circle_ = circle;
+    for (auto &facet : facets_)
+        facet.compliance = 1.0 / (facet.touched.penalty(circle) * facet.touched.area);
 }
 
 void BallContact::set_way(const Vector3 &from, const Vector3 &to) {
@@ -135,7 +147,7 @@ void BallContact::choose_near(std::vector<Vector3> now) {
             extent = std::max(extent, (now[place] - middle).norm());
         if (distance_to_way(from_, to_, middle) < reach + extent) {
             near_.push_back(static_cast<int>(f));
-            near_nodes_.insert(near_nodes_.end(), facet.nodes.begin(), facet.nodes.end());
+            near_nodes_.insert(near_nodes_.end(), facet.touched.nodes.begin(), facet.touched.nodes.end());
         } else if (facet.is_pushed) {
             std::fill_n(force_.begin() + static_cast<std::ptrdiff_t>(number(static_cast<int>(f), 0)), points_.size(),
                         Vector3::Zero());

@@ -38,6 +38,9 @@ Vector3 ball_force(const BallStep &ball, const Vector3 &start, const Vector3 &no
 /// the slide of the motion.
 Vector3 ball_centre(const TouchingTool &ball, const ToolMotion &motion, double time);
 
+/// Radius of what it touches then [m]: see ToolShape::contact_radius().
+double circle_of_contact(const TouchingTool &ball, const ToolMotion &motion, double time);
+
 /// A ball on its way, the facets that it may touch, and what it exerts at the points of their quadrature
 /// (core::facet_points), each with the compliance 1 / (eps a) for its area a. Forces stay from step to step, so that a
 /// body at rest feels those of its equilibrium. One for a body; for one thread.
@@ -46,6 +49,10 @@ class BallContact {
     /// @param facets     whose nodes may be constrained
     /// @param divisions  parts of a side of each
     BallContact(const std::vector<TouchedFacet> &facets, int divisions, const ToolShape &shape, double friction);
+
+    /// Sets what the tool touches: compliances are those of core::FacetSoftness there. At first it touches nothing.
+    /// @param circle  radius of it [m]
+    void set_circle(double circle);
 
     /// Sets the way of the centre in the step or frame to come.
     void set_way(const Vector3 &from, const Vector3 &to);
@@ -91,7 +98,7 @@ class BallContact {
         double changed = 0.0, all = 0.0;
         for (const int f : near_) {
             auto &facet = facets_[f];
-            const auto &nodes = facet.nodes;
+            const auto &nodes = facet.touched.nodes;
             std::array<Vector3, 3> x{position(nodes[0]), position(nodes[1]), position(nodes[2])};
             if (!facet.is_pushed && is_beyond(step, x))
                 continue;
@@ -128,7 +135,7 @@ class BallContact {
             facet.is_pushed = false;
             for (std::size_t q = 0; q < points_.size(); ++q) {
                 auto &force = force_[number(f, q)];
-                visit(facet.nodes, points_[q].shape, facet.compliance / points_[q].part, force);
+                visit(facet.touched.nodes, points_[q].shape, facet.compliance / points_[q].part, force);
                 facet.is_pushed = facet.is_pushed || !force.isZero(0.0);
             }
         }
@@ -145,7 +152,7 @@ class BallContact {
 
   private:
     struct Facet {
-        std::array<int, 3> nodes{};
+        TouchedFacet touched;
         std::array<int, 3> places{}; ///< of its nodes in nodes_
         double compliance = 0.0;     ///< 1 / (eps A) [m/N]
         bool is_pushed = false;      ///< whether a point has a force
@@ -165,7 +172,7 @@ class BallContact {
     }
     template <class Give> void give_point(int facet, std::size_t point, const Vector3 &force, const Give &give) const {
         for (std::size_t k = 0; k < 3; ++k)
-            give(facets_[facet].nodes[k], Vector3(points_[point].shape[k] * force));
+            give(facets_[facet].touched.nodes[k], Vector3(points_[point].shape[k] * force));
     }
     std::size_t number(int facet, std::size_t point) const {
         return static_cast<std::size_t>(facet) * points_.size() + point;
@@ -180,7 +187,7 @@ class BallContact {
     std::vector<Vector3> before_; ///< of nodes_, when they were looked at; empty before
     Vector3 from_ = Vector3::Zero(), to_ = Vector3::Zero(), impulse_ = Vector3::Zero();
     ToolShape shape_;
-    double friction_;
+    double friction_, circle_ = 0.0;
 };
 
 } // namespace livermark::core

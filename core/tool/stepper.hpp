@@ -74,7 +74,8 @@ class Stepper : public MovingNodes {
     /// @param parent_tetrahedron  (M') number before the cut of each tetrahedron
     virtual void cut(const NodalProblem &after, const std::vector<int> &parent_tetrahedron) = 0;
 
-    /// Facets that a ball may touch: those of the mesh, or parts of them where the method has nodes in between.
+    /// Facets that a ball may touch, with the softness of the method: those of the mesh, or parts of them where it has
+    /// nodes in between.
     virtual std::vector<TouchedFacet> touched_facets(std::vector<TouchedFacet> facets) const { return facets; }
 
     /// Lets a ball touch the body from the next step on; null for none.

@@ -179,17 +179,26 @@ std::map<std::array<int, 3>, double> moduli_behind_facets(const Body &body) {
 
 } // namespace
 
-std::vector<TouchedFacet> touched_facets(const Body &body, const LoadCase &load_case, double stiffness) {
+double FacetSoftness::at(double circle_over_side) const {
+    const double faded = circle_over_side / fades_at;
+    return std::max(at_first * std::exp(-faded * faded), least);
+}
+
+std::vector<TouchedFacet> touched_facets(const Body &body, const LoadCase &load_case, const FacetSoftness &softness) {
     const auto moduli = moduli_behind_facets(body);
     std::vector<TouchedFacet> facets;
     for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
         if (load_case.may_touch(f)) {
             const auto &nodes = body.mesh.boundary_triangles[f];
             const Vector3 area = area_vector(body.mesh, f);
-            facets.push_back({nodes, area.norm(), area.normalized(),
-                              stiffness * moduli.at(sorted(nodes)) / mean_side(corners_of(body.mesh, f))});
+            facets.push_back({nodes, area.norm(), area.normalized(), mean_side(corners_of(body.mesh, f)),
+                              moduli.at(sorted(nodes)), softness});
         }
     return facets;
+}
+
+double circle_of_contact(const TouchingTool &tool, double part) {
+    return tool.shape.contact_radius(std::min(part / tool.pressed_at(), 1.0) * tool.press.norm());
 }
 
 int contact_divisions(const Body &body, const LoadCase &load_case) {

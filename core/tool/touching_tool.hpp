@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
@@ -83,27 +84,53 @@ ContactStiffness contact_stiffness(const ContactLaw &law, const ToolShape &shape
 ContactMemory after_step(const ContactLaw &law, const Vector3 &from_centre, const ContactMemory &memory,
                          const Contact &contact);
 
-/// A flat facet that a tool may touch.
-struct TouchedFacet {
-    std::array<int, 3> nodes{};
-    double area = 0.0;                ///< at rest [m^2]
-    Vector3 normal = Vector3::Zero(); ///< at rest, out of the body
-    double penalty =
-        0.0; ///< eps = gamma E / ((1 - nu^2) h) [Pa/m], h the mean of its sides and E, nu of what is behind it
+/// What linear functions on facets cannot give way by below a ball: the compliance c h (1 - nu^2) / E of the area, with
+/// the side h of a facet and
+///     c(xi) = max(c_0 exp(-(xi / x_0)^2), least),   xi = a / h.
+/// A body that gives way by Hertz's displacements on a half-space does so within a facet as well, and one of linear
+/// functions does not. It is too stiff where the circle of contact, of radius a, is small beside the facets, and less
+/// so the more facets there are in it. How much depends on how a body takes strains from its tetrahedra: docs/studies/
+/// contact.md has the constants and the half-space on which they were chosen.
+struct FacetSoftness {
+    double at_first = 0.1;                                     ///< c_0 > 0
+    double fades_at = std::numeric_limits<double>::infinity(); ///< x_0 > 0; infinity where it stays
+    static constexpr double least = 0.01;                      ///< beyond it nothing changes but condition numbers
+
+    /// @param circle_over_side  xi
+    double at(double circle_over_side) const;
+    bool operator==(const FacetSoftness &) const = default;
 };
 
-/// gamma, for linear functions on facets: that with the least error against a closed form on coarse meshes, see
-/// docs/studies/contact.md.
-inline constexpr double usual_contact_stiffness = 10.0;
+/// Softness of bodies whose strains are those of tetrahedra alone, as of linear elements.
+inline constexpr FacetSoftness softness_of_tetrahedra{.at_first = 0.42};
 
-/// The facets of LoadCase::may_touch(), in the order of the mesh.
+/// A flat facet that a tool may touch.
 ///
 /// Facets are flat, and a body of linear functions cannot follow a ball within them. A penalty in 1 / h stands for
 /// that: it goes with the mesh as the error of the functions does, so that the whole converges to contact without
 /// penetration (F. Chouly, P. Hild 2013, On convergence of the penalty method for unilateral contact problems, Appl.
 /// Numer. Math. 65), where facets without penetration are too stiff on coarse meshes.
+struct TouchedFacet {
+    std::array<int, 3> nodes{};
+    double area = 0.0;                ///< at rest [m^2]
+    Vector3 normal = Vector3::Zero(); ///< at rest, out of the body
+    double side = 0.0;                ///< h, the mean of its sides [m]
+    double modulus = 0.0;             ///< E / (1 - nu^2) of what is behind it [Pa]
+    FacetSoftness softness{};
+
+    /// eps = E / ((1 - nu^2) h c) [Pa/m]
+    /// @param circle  radius of what the tool touches [m]
+    double penalty(double circle) const { return modulus / (side * softness.at(circle / side)); }
+    /// The same of friction, which stays: a point that sticks keeps its force as the tool sinks in.
+    double tangential_penalty() const { return penalty(0.0); }
+};
+
+/// The facets of LoadCase::may_touch(), in the order of the mesh.
 std::vector<TouchedFacet> touched_facets(const Body &body, const LoadCase &load_case,
-                                         double stiffness = usual_contact_stiffness);
+                                         const FacetSoftness &softness = {});
+
+/// Radius of what a tool touches at a part of its way [m]: see ToolShape::contact_radius().
+double circle_of_contact(const TouchingTool &tool, double part);
 
 /// Parts of a side that facet_points() divides these facets into: their sides are at most ToolShape::contact_radius().
 int contact_divisions(const Body &body, const LoadCase &load_case);

@@ -31,7 +31,7 @@ bool settle(EquilibriumSearch &search, TouchingBall &ball, LoadedState &at, doub
     const auto &settings = ball.settings();
     const auto centre = ball.tool().centre_at(fraction);
     const double most = settings.sunk_in * ball.tool().press.norm();
-    for (int time = 0; time < settings.max_augmentations; ++time) {
+    for (int time = 0; time < settings.max_augmentations && !settings.softness; ++time) {
         if (ball.sums(centre, at.state.displacement).sunk_in <= most)
             return true;
         ball.augment(centre, at.state.displacement);
@@ -167,7 +167,7 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
     const auto conditions = fem_reference::dof_conditions(problem.load_case, elements.system());
     std::optional<TouchingBall> ball;
     if (problem.load_case.touching)
-        ball.emplace(elements.system(), *problem.body, problem.load_case);
+        ball.emplace(elements.system(), *problem.body, problem.load_case, contact_settings(discretisation.degree));
     const double assembly_seconds = seconds_since(start);
     const auto num_constraints = problem.load_case.num_constraints();
     const auto followed =

@@ -148,19 +148,29 @@ double largest_modulus(const core::Body &body) {
 
 } // namespace
 
+ContactSettings contact_settings(int degree) {
+    ContactSettings settings;
+    if (degree == 1)
+        settings.softness = core::softness_of_tetrahedra;
+    return settings;
+}
+
 TouchingBall::TouchingBall(const fem_reference::ElasticSystem &system, const core::Body &body,
                            const core::LoadCase &load_case, const ContactSettings &settings)
     : system_(&system), tool_(load_case.touching.value()), settings_(settings),
       largest_pressure_(largest_pressure_over_modulus * largest_modulus(body)),
       reference_(reference_triangle(system.nodes_per_facet == 3 ? 1 : 2)) {
-    law_.penalty = settings.stiffness * largest_modulus(body) / tool_.contacts().front().radius;
-    law_.tangential_penalty = law_.penalty;
-    law_.friction = tool_.friction;
+    const double stiff = settings.stiffness * largest_modulus(body) / tool_.contacts().front().radius;
+    const auto all_touched = core::touched_facets(body, load_case, settings.softness.value_or(core::FacetSoftness{}));
+    auto touched = all_touched.begin();
     for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
         if (load_case.may_touch(f)) {
-            const Vector3 area = core::area_vector(body.mesh, f);
-            facets_.push_back({nodes_of_facet(system, body.mesh, static_cast<std::size_t>(f)), area.norm(),
-                               tool_.is_for_other_jaw(area)});
+            const double penalty = settings.softness ? touched->penalty(0.0) : stiff;
+            facets_.push_back({nodes_of_facet(system, body.mesh, static_cast<std::size_t>(f)),
+                               touched->area,
+                               tool_.is_for_other_jaw(touched->normal),
+                               {penalty, penalty, tool_.friction}});
+            ++touched;
         }
     memory_.resize(facets_.size() * reference_.weight.size());
     const std::vector<double> at_rest(3 * system.points.size(), 0.0);
@@ -191,7 +201,7 @@ void TouchingBall::add_forces(const Vector3 &centre, std::span<const double> dis
                               std::vector<double> &force) const {
     visit(centre, displacement,
           [&](std::size_t f, std::size_t q, double area, std::size_t point, const Vector3 &from_centre) {
-              const auto contact = core::touch(law_, tool_.shape, from_centre, memory_[point]);
+              const auto contact = core::touch(facets_[f].law, tool_.shape, from_centre, memory_[point]);
               if (!contact.touches())
                   return;
               const Vector3 on_body = area * contact.traction();
@@ -211,11 +221,12 @@ void TouchingBall::add_stiffness(const Vector3 &centre, std::span<const double> 
     };
     visit(centre, displacement,
           [&](std::size_t f, std::size_t q, double area, std::size_t point, const Vector3 &from_centre) {
-              auto contact = core::touch(law_, tool_.shape, from_centre, memory_[point]);
+              auto contact = core::touch(facets_[f].law, tool_.shape, from_centre, memory_[point]);
               if (!contact.touches())
                   return;
               contact.pressure = std::min(contact.pressure, largest_pressure_);
-              auto at_point = core::contact_stiffness(law_, tool_.shape, from_centre, memory_[point], contact);
+              auto at_point =
+                  core::contact_stiffness(facets_[f].law, tool_.shape, from_centre, memory_[point], contact);
               if (!expected.empty() && expected[point] < contact.pressure) {
                   at_point.rest += (contact.pressure - expected[point]) / contact.gap.distance *
                                    core::bend(tool_.shape, from_centre, contact.gap);
@@ -241,17 +252,17 @@ void TouchingBall::add_stiffness(const Vector3 &centre, std::span<const double> 
 std::vector<double> TouchingBall::expected_pressure(const Vector3 &centre, std::span<const double> displacement,
                                                     std::span<const double> change) const {
     std::vector<double> expected(num_points(), 0.0);
-    visit(centre, displacement,
-          [&](std::size_t f, std::size_t q, double, std::size_t point, const Vector3 &from_centre) {
-              const auto contact = core::touch(law_, tool_.shape, from_centre, memory_[point]);
-              if (!contact.touches())
-                  return;
-              Vector3 moved = Vector3::Zero();
-              for (std::size_t a = 0; a < facets_[f].nodes.size() && !change.empty(); ++a)
-                  moved += reference_.shape[q][static_cast<Eigen::Index>(a)] *
-                           Vector3::Map(&change[3 * static_cast<std::size_t>(facets_[f].nodes[a])]);
-              expected[point] = std::max(0.0, contact.pressure - law_.penalty * contact.gap.normal.dot(moved));
-          });
+    visit(
+        centre, displacement, [&](std::size_t f, std::size_t q, double, std::size_t point, const Vector3 &from_centre) {
+            const auto contact = core::touch(facets_[f].law, tool_.shape, from_centre, memory_[point]);
+            if (!contact.touches())
+                return;
+            Vector3 moved = Vector3::Zero();
+            for (std::size_t a = 0; a < facets_[f].nodes.size() && !change.empty(); ++a)
+                moved += reference_.shape[q][static_cast<Eigen::Index>(a)] *
+                         Vector3::Map(&change[3 * static_cast<std::size_t>(facets_[f].nodes[a])]);
+            expected[point] = std::max(0.0, contact.pressure - facets_[f].law.penalty * contact.gap.normal.dot(moved));
+        });
     return expected;
 }
 
@@ -261,7 +272,7 @@ TouchSums TouchingBall::sums(const Vector3 &centre, std::span<const double> disp
     const Vector3 axis = tool_.press.normalized();
     visit(centre, displacement,
           [&](std::size_t f, std::size_t, double area, std::size_t point, const Vector3 &from_centre) {
-              const auto contact = core::touch(law_, tool_.shape, from_centre, memory_[point]);
+              const auto contact = core::touch(facets_[f].law, tool_.shape, from_centre, memory_[point]);
               if (!contact.touches())
                   return;
               const double force = area * contact.pressure;
@@ -281,15 +292,15 @@ TouchSums TouchingBall::sums(const Vector3 &centre, std::span<const double> disp
 }
 
 void TouchingBall::augment(const Vector3 &centre, std::span<const double> displacement) {
-    visit(centre, displacement, [&](std::size_t, std::size_t, double, std::size_t point, const Vector3 &from_centre) {
-        memory_[point].multiplier = core::touch(law_, tool_.shape, from_centre, memory_[point]).pressure;
+    visit(centre, displacement, [&](std::size_t f, std::size_t, double, std::size_t point, const Vector3 &from_centre) {
+        memory_[point].multiplier = core::touch(facets_[f].law, tool_.shape, from_centre, memory_[point]).pressure;
     });
 }
 
 void TouchingBall::end_step(const Vector3 &centre, std::span<const double> displacement) {
-    visit(centre, displacement, [&](std::size_t, std::size_t, double, std::size_t point, const Vector3 &from_centre) {
-        const auto contact = core::touch(law_, tool_.shape, from_centre, memory_[point]);
-        memory_[point] = core::after_step(law_, from_centre, memory_[point], contact);
+    visit(centre, displacement, [&](std::size_t f, std::size_t, double, std::size_t point, const Vector3 &from_centre) {
+        const auto contact = core::touch(facets_[f].law, tool_.shape, from_centre, memory_[point]);
+        memory_[point] = core::after_step(facets_[f].law, from_centre, memory_[point], contact);
     });
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -80,7 +81,12 @@ struct ContactSettings {
     double stiffness = 100.0;
     double sunk_in = 1e-3;     ///< of the depth, weighted with pressure, where augmentation ends
     int max_augmentations = 4; ///< at each point of the path
+    /// Of facets of linear functions, in place of the stiffness and of augmentation. It does not fade.
+    std::optional<core::FacetSoftness> softness{};
 };
+
+/// Those of elements of a degree: linear ones have the softness of tetrahedra.
+ContactSettings contact_settings(int degree);
 
 /// Points that touch at a state.
 struct TouchSums {
@@ -107,7 +113,6 @@ class TouchingBall {
                  const ContactSettings &settings = {});
 
     const core::TouchingTool &tool() const { return tool_; }
-    const core::ContactLaw &law() const { return law_; }
     const ContactSettings &settings() const { return settings_; }
 
     /// @param centre        where the ball is [m]
@@ -146,6 +151,7 @@ class TouchingBall {
         std::vector<int> nodes;
         double area; ///< [m^2]
         bool is_for_other_jaw;
+        core::ContactLaw law;
     };
     template <class Visit>
     void visit(const core::Vector3 &centre, std::span<const double> displacement, const Visit &visit) const;
@@ -153,7 +159,6 @@ class TouchingBall {
     const fem_reference::ElasticSystem *system_;
     core::TouchingTool tool_;
     ContactSettings settings_;
-    core::ContactLaw law_;
     double largest_pressure_ = 0.0; ///< below a ball that has not gone through the body [Pa]
     std::vector<Facet> facets_;
     ReferenceTriangle reference_;

@@ -141,6 +141,12 @@ void SpringStepper::add_masses(std::span<const int> nodes, std::span<const doubl
         steps_->set_mass(nodes[i], node_mass()[nodes[i]] + more[i]);
 }
 
+std::vector<core::TouchedFacet> SpringStepper::touched_facets(std::vector<core::TouchedFacet> facets) const {
+    for (auto &facet : facets)
+        facet.softness = moving_.springs.softness;
+    return facets;
+}
+
 void SpringStepper::touch(std::shared_ptr<core::BallContact> ball) {
     ball_ = std::move(ball);
     if (!ball_ && moving_.bears_ball_as_loads)

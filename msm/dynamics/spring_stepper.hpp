@@ -42,6 +42,7 @@ class SpringStepper : public core::Stepper {
     void lead(std::span<const int> nodes, std::span<const core::Vector3> displacement) override;
     void hold(const NodalConditions &conditions) override;
     void cut(const core::NodalProblem &after, const std::vector<int> &parent_tetrahedron) override;
+    std::vector<core::TouchedFacet> touched_facets(std::vector<core::TouchedFacet> facets) const override;
     void touch(std::shared_ptr<core::BallContact> ball) override;
     void act_after_steps(core::AfterStep action) override { after_ = std::move(action); }
     core::Vector3 position(int node) const override { return body_->mesh.points[node] + steps_->displacement(node); }

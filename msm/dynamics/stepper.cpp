@@ -298,9 +298,10 @@ RelaxingBody::RelaxingBody(ElasticBody body, core::PronySeries relaxation)
 ElasticBody RelaxingBody::after(double step) const {
     const auto steps = core::branch_steps(relaxation_, step);
     const double instant = core::instant_part(relaxation_, steps);
-    auto result = relaxation_.is_elastic() ? body_ : ElasticBody(body_.node_mass, body_.terms);
+    auto result = body_;
     if (relaxation_.is_elastic())
         return result;
+    result.preconditioner = nullptr; // that is of one part for all
     for (const auto &part : parts_) {
         Eigen::VectorXd added = Eigen::VectorXd::Zero(part.stress.size());
         for (std::size_t k = 0; k < steps.size(); ++k)

@@ -233,8 +233,8 @@ ElasticBody in_vectors(const ElasticBody &body, const std::vector<core::Vector3>
     if (!arrays)
         return body;
     auto kernel = std::make_shared<const VectorKernel>(std::move(*arrays), to_unknowns(positions));
-    ElasticBody result(body.node_mass, {std::make_shared<VectorTerm>(body.terms, std::move(kernel))});
-    result.preconditioner = body.preconditioner;
+    auto result = body;
+    result.terms = {std::make_shared<VectorTerm>(body.terms, std::move(kernel))};
     return result;
 }
 

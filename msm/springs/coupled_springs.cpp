@@ -453,6 +453,21 @@ std::shared_ptr<const ElasticTerm> volume_beside_coupled_springs(const core::Bod
     return volume_penalty(body.mesh, volumes);
 }
 
+namespace {
+
+/// How facets give way below a tool beside what the springs do. Means around nodes are too soft themselves where a
+/// circle of contact has one edge in its radius, so that theirs fades earlier.
+constexpr core::FacetSoftness softness_beside_nodes{.at_first = 0.25, .fades_at = 0.7},
+    softness_beside_edges{.at_first = 0.28, .fades_at = 1.0};
+
+} // namespace
+
+core::FacetSoftness softness_below_tools(const CoupledSprings &springs) {
+    if (springs.domains.edges > 0.0)
+        return softness_beside_edges;
+    return springs.domains.nodes > 0.0 ? softness_beside_nodes : core::softness_of_tetrahedra;
+}
+
 ElasticBody coupled_springs_with_volume(const core::Body &body, const CoupledSprings &springs) {
     std::vector<std::shared_ptr<const ElasticTerm>> terms{coupled_springs(body, springs)};
     if (auto volume = volume_beside_coupled_springs(body, springs))
@@ -461,6 +476,7 @@ ElasticBody coupled_springs_with_volume(const core::Body &body, const CoupledSpr
         terms.push_back(inversion_guard(body));
     ElasticBody elastic(lumped_masses(body), std::move(terms));
     elastic.preconditioner = [body](double part) { return stiffness_of_softer_volume(body, part); };
+    elastic.softness = softness_below_tools(springs);
     return elastic;
 }
 

@@ -176,8 +176,8 @@ class Follower {
   public:
     /// @param tissue  the body without what it stands on
     Follower(const ElasticBody &tissue, const ElasticBody &body, const core::Problem &problem,
-             const std::vector<double> &node_mass, const RestStiffness &rest, double contact_stiffness)
-        : tissue_(tissue), body_(body), rest_(rest), search_(problem, node_mass), contact_(problem, contact_stiffness),
+             const std::vector<double> &node_mass, const RestStiffness &rest)
+        : tissue_(tissue), body_(body), rest_(rest), search_(problem, node_mass), contact_(problem, body.softness),
           linear_(linear_solution(rest, nodal_conditions(problem, node_mass), &search_.memory())) {
         last_.displacement.assign(linear_.size(), core::Vector3::Zero());
     }
@@ -290,7 +290,7 @@ ElasticBody on_foundation(ElasticBody body, const core::Problem &problem) {
 }
 
 FollowedPath follow_path(const ElasticBody &body, const core::Problem &problem, const std::vector<double> &node_mass,
-                         const RestStiffness &rest, double contact_stiffness) {
+                         const RestStiffness &rest) {
     std::optional<ElasticBody> supported;
     std::optional<RestStiffness> supported_rest;
     if (problem.load_case.foundation) {
@@ -298,8 +298,7 @@ FollowedPath follow_path(const ElasticBody &body, const core::Problem &problem, 
         supported_rest.emplace(*supported, problem.body->mesh.points,
                                nodal_conditions(problem, node_mass).displacement);
     }
-    Follower follower(body, supported ? *supported : body, problem, node_mass, supported_rest ? *supported_rest : rest,
-                      contact_stiffness);
+    Follower follower(body, supported ? *supported : body, problem, node_mass, supported_rest ? *supported_rest : rest);
     FollowedPath result;
     for (const double fraction : problem.load_case.path) {
         if (!follower.go_to(fraction))

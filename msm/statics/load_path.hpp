@@ -81,9 +81,8 @@ struct FollowedPath {
 /// @param problem            with a path
 /// @param node_mass          shape (N) [kg]
 /// @param rest               as for find_equilibrium(); not looked at where the body stands on a foundation
-/// @param contact_stiffness  gamma of core::touched_facets()
 /// @return status not_converged with the points as far as it came
 FollowedPath follow_path(const ElasticBody &body, const core::Problem &problem, const std::vector<double> &node_mass,
-                         const RestStiffness &rest, double contact_stiffness = core::usual_contact_stiffness);
+                         const RestStiffness &rest);
 
 } // namespace livermark::msm

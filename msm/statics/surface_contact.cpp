@@ -58,18 +58,19 @@ Field SurfacePressure::force(const Field &positions) const {
     return result;
 }
 
-SurfaceContact::SurfaceContact(const core::Problem &problem, double stiffness)
+SurfaceContact::SurfaceContact(const core::Problem &problem, const core::FacetSoftness &softness)
     : num_nodes_(problem.body->mesh.points.size()) {
     if (!problem.load_case.touching)
         return;
     ball_ = *problem.load_case.touching;
     centre_ = ball_.start;
     shapes_ = core::facet_points(core::contact_divisions(*problem.body, problem.load_case));
-    for (const auto &touched : core::touched_facets(*problem.body, problem.load_case, stiffness)) {
-        const auto &facet = facets_.emplace_back(Facet{.nodes = touched.nodes,
-                                                       .law = {touched.penalty, touched.penalty, ball_.friction},
-                                                       .first = points_.size(),
-                                                       .is_for_other_jaw = ball_.is_for_other_jaw(touched.normal)});
+    for (const auto &touched : core::touched_facets(*problem.body, problem.load_case, softness)) {
+        const auto &facet =
+            facets_.emplace_back(Facet{.touched = touched,
+                                       .law = {touched.penalty(0.0), touched.tangential_penalty(), ball_.friction},
+                                       .first = points_.size(),
+                                       .is_for_other_jaw = ball_.is_for_other_jaw(touched.normal)});
         for (const auto &point : shapes_)
             points_.push_back(
                 {.area = point.part * touched.area,
@@ -79,6 +80,9 @@ SurfaceContact::SurfaceContact(const core::Problem &problem, double stiffness)
 
 void SurfaceContact::move_ball(double part) {
     centre_ = ball_.centre_at(part);
+    const double circle = core::circle_of_contact(ball_, part);
+    for (auto &facet : facets_)
+        facet.law.penalty = facet.touched.penalty(circle);
 }
 
 core::Vector3 SurfaceContact::centre_for(const Facet &facet) const {
@@ -88,8 +92,8 @@ core::Vector3 SurfaceContact::centre_for(const Facet &facet) const {
 core::Vector3 SurfaceContact::from_centre(const Facet &facet, const std::array<double, 3> &shape,
                                           const Field &positions) const {
     core::Vector3 point = -centre_for(facet);
-    for (std::size_t k = 0; k < facet.nodes.size(); ++k)
-        point += shape[k] * positions[facet.nodes[k]];
+    for (std::size_t k = 0; k < facet.touched.nodes.size(); ++k)
+        point += shape[k] * positions[facet.touched.nodes[k]];
     return point;
 }
 
@@ -98,10 +102,10 @@ bool SurfaceContact::may_matter(const Facet &facet, const Field &positions) cons
     if (facet.remembers)
         return true;
     core::Vector3 middle = core::Vector3::Zero();
-    for (const int node : facet.nodes)
-        middle += positions[node] / static_cast<double>(facet.nodes.size());
+    for (const int node : facet.touched.nodes)
+        middle += positions[node] / static_cast<double>(facet.touched.nodes.size());
     double extent = 0.0;
-    for (const int node : facet.nodes)
+    for (const int node : facet.touched.nodes)
         extent = std::max(extent, (positions[node] - middle).norm());
     return !core::is_outside(ball_.shape, middle - centre_for(facet), extent);
 }
@@ -170,8 +174,8 @@ double SurfaceContact::energy(const Field &positions) const {
 void SurfaceContact::add_gradient(const Field &positions, Field &gradient) const {
     visit(positions, [&](const Facet &facet, const auto &shape, std::size_t number, const core::Vector3 &d) {
         const core::Vector3 force = points_[number].area * traction(facet, points_[number], d);
-        for (std::size_t k = 0; k < facet.nodes.size(); ++k)
-            gradient[facet.nodes[k]] -= shape[k] * force;
+        for (std::size_t k = 0; k < facet.touched.nodes.size(); ++k)
+            gradient[facet.touched.nodes[k]] -= shape[k] * force;
     });
 }
 
@@ -210,8 +214,9 @@ Eigen::SparseMatrix<double> SurfaceContact::hessian(const Field &positions, Tang
         const auto entries_of_facet = block(facet, positions, tangent);
         for (Eigen::Index r = 0; r < entries_of_facet.rows(); ++r)
             for (Eigen::Index c = 0; c < entries_of_facet.cols(); ++c)
-                entries.emplace_back(3 * facet.nodes[static_cast<std::size_t>(r / 3)] + r % 3,
-                                     3 * facet.nodes[static_cast<std::size_t>(c / 3)] + c % 3, entries_of_facet(r, c));
+                entries.emplace_back(3 * facet.touched.nodes[static_cast<std::size_t>(r / 3)] + r % 3,
+                                     3 * facet.touched.nodes[static_cast<std::size_t>(c / 3)] + c % 3,
+                                     entries_of_facet(r, c));
     }
     return square_matrix(entries, static_cast<Eigen::Index>(3 * num_nodes_));
 }
@@ -220,11 +225,11 @@ void SurfaceContact::add_hessian_product(const Field &positions, const Eigen::Ve
                                          Eigen::VectorXd &product) const {
     visit(positions, [&](const Facet &facet, const auto &shape, std::size_t number, const core::Vector3 &d) {
         core::Vector3 moved = core::Vector3::Zero();
-        for (std::size_t k = 0; k < facet.nodes.size(); ++k)
-            moved += shape[k] * node_part(u, facet.nodes[k]);
+        for (std::size_t k = 0; k < facet.touched.nodes.size(); ++k)
+            moved += shape[k] * node_part(u, facet.touched.nodes[k]);
         const core::Vector3 force = stiffness(facet, points_[number], d, Tangent::exact) * moved;
-        for (std::size_t k = 0; k < facet.nodes.size(); ++k)
-            node_part(product, facet.nodes[k]) += shape[k] * force;
+        for (std::size_t k = 0; k < facet.touched.nodes.size(); ++k)
+            node_part(product, facet.touched.nodes[k]) += shape[k] * force;
     });
 }
 

@@ -59,13 +59,12 @@ class SurfacePressure {
 class SurfaceContact {
   public:
     /// Nothing touches yet.
-    /// @param stiffness  gamma of core::touched_facets()
-    explicit SurfaceContact(const core::Problem &problem, double stiffness = core::usual_contact_stiffness);
+    explicit SurfaceContact(const core::Problem &problem, const core::FacetSoftness &softness = {});
 
     /// Whether the load case has no ball.
     bool is_empty() const { return facets_.empty(); }
 
-    /// Puts the ball where it is at a part of its way.
+    /// Puts the ball where it is at a part of its way, with the penalties that facets have there.
     void move_ball(double part);
 
     /// @param positions  shape (N) [m], here and below
@@ -111,7 +110,7 @@ class SurfaceContact {
     };
     /// Points that the same nodes carry.
     struct Facet {
-        std::array<int, 3> nodes{};
+        core::TouchedFacet touched;
         core::ContactLaw law;
         std::size_t first = 0; ///< in points_; as many as shapes_ has
         bool is_for_other_jaw = false;

@@ -127,6 +127,7 @@ void FrameBody::advance(const Lead &lead, const Effort &effort) {
     const auto centre = [&](double time) { return core::ball_centre(ball_shape_, place_->motion, time); };
     stepper_->prepare(h);
     if (touches) {
+        ball_->set_circle(core::circle_of_contact(ball_shape_, place_->motion, lead.start + frame_));
         ball_->set_way(centre(lead.start), centre(lead.start + frame_));
         ball_->look_around([&](int node) { return stepper_->position(node); });
     }

@@ -245,7 +245,7 @@ class MethodStepper : public Stepper {
             const auto [a, b, c] = facet.nodes;
             const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
             for (const auto &nodes : {std::array{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}})
-                parts.push_back({nodes, 0.25 * facet.area, facet.normal, 2.0 * facet.penalty});
+                parts.push_back({nodes, 0.25 * facet.area, facet.normal, 0.5 * facet.side, facet.modulus});
         }
         return parts;
     }

@@ -210,7 +210,7 @@ TEST(BallContact, SweepsEndInThePenaltyAndStayThere) {
             for (std::size_t k = 0; k < 3; ++k)
                 d += point.shape[k] * x[facet.nodes[k]];
             if (const double depth = ball.shape.radius - d.norm(); depth > 0.0)
-                by_penalty += point.part * facet.area * facet.penalty * depth * d.normalized();
+                by_penalty += point.part * facet.area * facet.penalty(0.0) * depth * d.normalized();
         }
     EXPECT_NEAR(force.z(), by_penalty.z(), 1e-6 * force.norm());
     x = mesh.points;

@@ -1,6 +1,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <numbers>
 #include <vector>
 
 #include "core/load_case.hpp"
@@ -258,6 +259,18 @@ TEST(TouchingTool, SecondJawIsThePointReflectionOfTheFirst) {
     EXPECT_LT((0.5 * (contacts[0].middle + contacts[1].middle) - between).norm(), 1e-15);
     EXPECT_EQ(contacts[1].press, -ball.press);
     EXPECT_EQ(contacts[1].radius, contacts[0].radius);
+}
+
+TEST(FacetSoftness, FadesAsTheCircleOfContactGrowsOverTheFacet) {
+    const core::FacetSoftness stays{.at_first = 0.42}, fades{.at_first = 0.25, .fades_at = 0.6};
+    EXPECT_EQ(stays.at(0.0), 0.42);
+    EXPECT_EQ(stays.at(3.0), 0.42);
+    EXPECT_EQ(fades.at(0.0), 0.25);
+    EXPECT_NEAR(fades.at(0.6), 0.25 / std::numbers::e, 1e-15);
+    EXPECT_EQ(fades.at(5.0), core::FacetSoftness::least);
+    const core::TouchedFacet facet{.side = 0.01, .modulus = 6000.0, .softness = fades};
+    EXPECT_NEAR(facet.penalty(0.006), 6000.0 / (0.01 * fades.at(0.6)), 1e-6);
+    EXPECT_EQ(facet.tangential_penalty(), facet.penalty(0.0));
 }
 
 } // namespace

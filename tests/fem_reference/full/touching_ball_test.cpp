@@ -14,6 +14,7 @@
 #include "fem_reference/linear/conditions.hpp"
 #include "tests/fem_reference/hyperelastic_bodies.hpp"
 #include "tests/samples/touch/sheared_column.hpp"
+#include "tests/samples/touch/touched_layer.hpp"
 
 namespace livermark {
 
@@ -230,7 +231,7 @@ ShearedColumn shear_column(double part_of_slip, double beyond) {
     constexpr double penalties = 100.0;
     const tests::SimpleShear shear(part_of_slip);
     const double penalty = penalties * shear.modulus() / tests::SimpleShear::height;
-    auto problem = shear.problem({3, 3, 2}, penalty, beyond);
+    auto problem = shear.problem({3, 3, 2}, {penalty, penalty}, beyond);
     const auto elements = with_four_points(problem.body);
     const auto &ball = *problem.load_case.touching;
     const hyperelastic::ContactSettings settings{
@@ -488,6 +489,39 @@ TEST(TouchingBall, ForceConvergesWithThePenaltyAndAugmentationReplacesIt) {
     EXPECT_NEAR(force({.stiffness = 20.0, .sunk_in = 1e-4, .max_augmentations = 8}), limit, 0.01 * limit);
     EXPECT_LT(std::abs(force({.stiffness = 20.0, .sunk_in = 1e-4, .max_augmentations = 8}) - limit),
               0.2 * std::abs(b - limit));
+}
+
+/// The penalty lets the ball in, so that the force is that of a lesser depth: Hertz's grows with the depth to the power
+/// of 1.5. Augmentation adds what is missing, and leaves a thousandth of the depth. Where elements are larger than the
+/// circle of contact few points bear the ball, and more is let in.
+TEST(TouchingBall, AugmentationAddsTheForceOfWhatThePenaltyLetIn) {
+    double coarsest = 0.0;
+    for (const int bricks_down : {2, 3, 4}) {
+        constexpr double depth = 1e-3;
+        const auto problem = tests::TouchedLayer{.poisson_ratio = 0.45, .bricks_down = bricks_down}.problem(depth);
+        const auto elements = tests::neo_hookean_elements(problem.body);
+        const auto conditions = fem_reference::dof_conditions(problem.load_case, elements.system());
+        const auto touch = [&](int max_augmentations) {
+            TouchingBall ball(elements.system(), *problem.body, problem.load_case,
+                              {.max_augmentations = max_augmentations});
+            const auto found =
+                hyperelastic::follow(elements, conditions, 2, {}, {.fractions = {0.5, 1.0}, .tolerance = 1e-9}, &ball);
+            EXPECT_EQ(found.status, core::SolutionStatus::ok) << found.message;
+            return found.points.back().touch;
+        };
+        const auto penalty = touch(0), augmented = touch(hyperelastic::ContactSettings{}.max_augmentations);
+        const double added = augmented.force.norm() / penalty.force.norm() - 1.0;
+        const double missing = 1.5 * penalty.sunk_in / depth, left = 1.5 * augmented.sunk_in / depth;
+        const auto facet = core::touched_facets(*problem.body, problem.load_case).front();
+        fmt::print(
+            "circle of contact {:.2f} edges: augmentation adds {:.2f} % of force, let in {:.2f} %, left {:.2f} %\n",
+            core::circle_of_contact(*problem.load_case.touching, 1.0) / facet.side, 100.0 * added, 100.0 * missing,
+            100.0 * left);
+        EXPECT_NEAR(added, missing - left, 0.3 * missing);
+        EXPECT_LT(left, 2e-3);
+        coarsest = std::max(coarsest, added);
+    }
+    EXPECT_LT(coarsest, 0.06);
 }
 
 } // namespace livermark

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/problem.hpp"
+#include "core/tool/touching_tool.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {
@@ -41,9 +42,9 @@ class SimpleShear {
     }
 
     /// @param bricks   with one of them along z, sides are held as the closed form has it; else they have to be
-    /// @param penalty  that the contact has, along and across the normal [Pa/m]
+    /// @param law      with the penalties that the contact has
     /// @param beyond   the way of the flat along the top over that which the closed form needs
-    core::Problem problem(const std::array<int, 3> &bricks, double penalty, double beyond) const {
+    core::Problem problem(const std::array<int, 3> &bricks, const core::ContactLaw &law, double beyond) const {
         const auto body = make_body(box_mesh({width, width, height}, bricks), {1060.0, young_modulus, poisson_ratio});
         auto load_case = empty_load_case(body->mesh);
         load_case.name = "sheared_column";
@@ -52,10 +53,10 @@ class SimpleShear {
         prescribe(load_case, body->mesh, "z_min", core::Vector3::Zero()); // first: it has the nodes below the sides
         for (const auto *patch : {"x_min", "x_max", "y_min", "y_max"})
             prescribe(load_case, body->mesh, patch, displacement({0.0, 0.0, height}));
-        const double along = beyond * (shear_ * height + shear_modulus() * shear_ / penalty);
+        const double along = beyond * (shear_ * height + shear_modulus() * shear_ / law.tangential_penalty);
         load_case.touching = core::TouchingTool{.shape = ball_radius,
                                                 .start = {0.5 * width, 0.5 * width, height + ball_radius},
-                                                .press = {along, 0.0, -(strain * height + pressure() / penalty)},
+                                                .press = {along, 0.0, -(strain * height + pressure() / law.penalty)},
                                                 .friction = friction,
                                                 .constraint = load_case.num_constraints()};
         load_case.conditions.push_back({"touch", core::ConditionKind::touch});

@@ -136,7 +136,7 @@ TEST(LiveBall, TouchesNothingWhereItsCentreIsBelowTheSurface) {
     const auto led_to = [&](double height) {
         const Proxy proxy{.position = {0.02, 0.02, 0.01 + height}};
         ball.steps_to_look = 0;
-        lead(ball, box.surface, proxy, proxy.position, 1e-3, at_rest);
+        lead(ball, box.surface, proxy, proxy.position, 1e-3, at_rest, at_rest);
         return !ball.is_below;
     };
     EXPECT_TRUE(led_to(0.9 * radius));

@@ -198,7 +198,7 @@ TEST_P(LiveCutOfSprings, MoveAsTheCutBodyAlone) {
     alone.choose(short_steps(GetParam()));
     const auto is = scene.move(box.poke(0.003), 300);
     const auto should = alone.move(box.poke(0.003), 300);
-    EXPECT_GT(should.force.norm(), 0.02);
+    EXPECT_GT(should.force.norm(), 0.015);
     EXPECT_NEAR(is.force.norm(), should.force.norm(), 1e-3 * should.force.norm());
     for (std::size_t node = 0; node < number.size(); ++node)
         if (number[node] >= 0) {
