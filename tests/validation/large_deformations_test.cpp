@@ -75,14 +75,15 @@ TEST_P(LargeDeformations, ShowThatTheLinearJudgeIsWrongAndTheBestSpringsLessSo) 
     EXPECT_FALSE(reference.comparison);
     const bool ships = GetParam() == "large_palpation";
     EXPECT_EQ(reference.solution.solver.starts_with("stored since"), ships) << reference.solution.solver;
-    const auto &springs = *find("nodal_neo_hookean").comparison, &linear = *find("fem_p2p1").comparison;
+    const auto &springs = *find("nodal_neo_hookean").comparison;
     EXPECT_LT(find("fem_p2_neo_hookean").comparison->relative_l2, 0.04);
-    // Where a round tool strains one place most, springs are no better in displacement, but they are in force.
+    // The linear judge knows no ball that touches.
     if (GetParam() == "large_palpation") {
-        EXPECT_GT(linear.reaction_error, 0.04);
-        EXPECT_LT(springs.reaction_error, linear.reaction_error);
+        EXPECT_EQ(std::ranges::find(result.models, "fem_p2p1", &results::ModelResult::name), result.models.end());
+        EXPECT_LT(springs.reaction_error, 0.05);
         return;
     }
+    const auto &linear = *find("fem_p2p1").comparison;
     EXPECT_LT(springs.relative_l2, linear.relative_l2);
     EXPECT_GT(linear.relative_l2, 0.09);
     EXPECT_LT(find("nodal_springs").comparison->relative_l2, linear.relative_l2);

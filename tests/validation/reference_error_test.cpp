@@ -93,9 +93,9 @@ INSTANTIATE_TEST_SUITE_P(LoadCases, ReferenceError,
 /// Parameter: large load case of liver_healthy, whose reference is stored.
 class LargeReferenceError : public testing::TestWithParam<std::string> {};
 
-/// The same of the stored references of tools that press, at the whole load: two meshes that are refined everywhere
-/// once, and then once and twice at the rims and below tools. Their difference is taken as the bar of the second, as if
-/// errors halved.
+/// The same of stored references of given loads, at the whole load: two meshes that are refined everywhere once, and
+/// then once and twice at the rims. Their difference is taken as the bar of the second, as if errors halved. (Balls
+/// that touch are in TouchedLiver.)
 TEST_P(LargeReferenceError, ContainsWhatUniformRefinementFinds) {
     const auto &name = GetParam();
     const auto problem = on_the_healthy_liver(name);
@@ -124,14 +124,13 @@ TEST_P(LargeReferenceError, ContainsWhatUniformRefinementFinds) {
     const auto &bar = reference.observed_error.value();
     expect_within(name, "displacement", off.relative_l2, bar.relative_l2, step.relative_l2);
     expect_within(name, "energy", std::abs(off.energy_error), bar.energy, std::abs(step.energy_error));
-    expect_within(name, "force", off.reaction_error, bar.reaction, step.reaction_error);
     expect_within(name, "stiffness at the tool", std::abs(off.tool.value().stiffness()), bar.stiffness.value(),
                   std::abs(step.tool.value().stiffness()));
-    EXPECT_LT(off.reaction_error, bar.reaction);
-    EXPECT_LT(bar.reaction, 0.01);
+    EXPECT_LT(std::abs(off.tool->stiffness()), *bar.stiffness);
+    EXPECT_LT(*bar.stiffness, 0.01);
 }
 
-INSTANTIATE_TEST_SUITE_P(LoadCases, LargeReferenceError, testing::Values("large_palpation", "large_indentation"),
+INSTANTIATE_TEST_SUITE_P(LoadCases, LargeReferenceError, testing::Values("large_traction", "large_retraction"),
                          [](const auto &info) { return info.param; });
 
 } // namespace livermark
