@@ -33,7 +33,7 @@ livermark_run(full RunsModelsOn.liver_tumours --jobs 1 --body liver_tumours --lo
 livermark_run(full MovesSpringsOf.liver_healthy --body liver_healthy --load-case release --model fem_p1 fem_p2 lloyd patch_nodal_volume
   --output ${full_runs})
 livermark_run(full RunsLargeDeformationsOf.liver_healthy --body liver_healthy
-  --load-case large_palpation ${CMAKE_CURRENT_SOURCE_DIR}/validation/flat_palpation.toml
+  --load-case large_traction ${CMAKE_CURRENT_SOURCE_DIR}/validation/flat_palpation.toml
     ${CMAKE_CURRENT_SOURCE_DIR}/validation/held_retraction.toml --reference-on-mesh --output ${full_runs}/large
   --model fem_p1 fem_p1_neo_hookean fem_p2_neo_hookean lloyd van_gelder patch_nodal_volume nodal_springs nodal_neo_hookean)
 # Pressures that strain a nearly incompressible body by a ten-thousandth, where rounding hides that energy falls.

@@ -17,32 +17,32 @@ namespace {
 using core::Vector3;
 
 /// Least and largest error of the force of a model where the circle of contact has so many edges in its radius, over
-/// the places of the ball.
+/// the places_of_ball of the ball.
 struct ErrorOfForce {
     double circle_in_edges, least, largest;
 };
 
-constexpr std::array<double, 2> depths{0.5e-3, 2e-3}; // m
+constexpr std::array<double, 2> depths_in_layer{0.5e-3, 2e-3}; // m
 constexpr std::array<int, 4> bricks_down{2, 3, 4, 6};
 /// In bricks: near a node, on the middle of an edge, inside a facet.
-constexpr std::array<std::array<double, 2>, 3> places{{{0.07, 0.13}, {0.5, 0.02}, {0.3, 0.4}}};
+constexpr std::array<std::array<double, 2>, 3> places_of_ball{{{0.07, 0.13}, {0.5, 0.02}, {0.3, 0.4}}};
 
 /// One for each mesh and depth, by the size of the circle.
 std::vector<ErrorOfForce> errors_of(const core::Model &model) {
     std::vector<ErrorOfForce> errors;
     for (const int down : bricks_down)
-        for (std::size_t d = 0; d < depths.size(); ++d) {
+        for (std::size_t d = 0; d < depths_in_layer.size(); ++d) {
             ErrorOfForce error{.circle_in_edges = 0.0, .least = 1e9, .largest = -1e9};
-            for (const auto &[x, y] : places) {
+            for (const auto &[x, y] : places_of_ball) {
                 const double brick = tests::TouchedLayer::thickness / down;
                 const auto problem = tests::TouchedLayer{.poisson_ratio = 0.45, .bricks_down = down}.problem(
-                    depths[d], {x * brick, y * brick, 0.0});
+                    depths_in_layer[d], {x * brick, y * brick, 0.0});
                 const auto solution = model.solve(problem);
                 EXPECT_EQ(solution.status, core::SolutionStatus::ok) << model.name << ": " << solution.message;
                 if (solution.status != core::SolutionStatus::ok)
                     continue;
                 const double found =
-                    solution.reaction.back().norm() / tests::TouchedLayer::force(0.45, depths[d]) - 1.0;
+                    solution.reaction.back().norm() / tests::TouchedLayer::force(0.45, depths_in_layer[d]) - 1.0;
                 error.least = std::min(error.least, found);
                 error.largest = std::max(error.largest, found);
                 const auto facet = core::touched_facets(*problem.body, problem.load_case).front();

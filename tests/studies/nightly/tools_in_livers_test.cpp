@@ -98,8 +98,8 @@ TEST(TouchedLiver, SpringsBearABallThatIsSmallBesideTheirEdges) {
     auto problem = large_touch();
     problem.load_case.path = {depths.begin(), depths.end()};
     for (const auto &[name, error] :
-         {Expected{"lloyd", {0.49, 0.21, -0.04}}, Expected{"nodal_neo_hookean", {0.13, -0.07, -0.10}},
-          Expected{"nodal_neo_hookean_f", {0.13, -0.07, -0.10}}}) {
+         {Expected{"lloyd", {0.49, 0.21, -0.04}}, Expected{"nodal_neo_hookean", {-0.05, -0.08, -0.04}},
+          Expected{"nodal_neo_hookean_f", {-0.05, -0.08, -0.04}}}) {
         const auto models = models::all_models();
         const auto model = std::ranges::find(models, name, &core::Model::name);
         ASSERT_NE(model, models.end());
