@@ -84,8 +84,8 @@ ContactStiffness contact_stiffness(const ContactLaw &law, const ToolShape &shape
 ContactMemory after_step(const ContactLaw &law, const Vector3 &from_centre, const ContactMemory &memory,
                          const Contact &contact);
 
-/// What linear functions on facets cannot give way by below a ball: the compliance c h (1 - nu^2) / E of the area, with
-/// the side h of a facet and
+/// Compliance c h (1 - nu^2) / E of an area below a ball, by which linear functions on a facet of side h cannot give
+/// way, with
 ///     c(xi) = max(c_0 exp(-(xi / x_0)^2), least),   xi = a / h.
 /// A body that gives way by Hertz's displacements on a half-space does so within a facet as well, and one of linear
 /// functions does not. It is too stiff where the circle of contact, of radius a, is small beside the facets, and less

@@ -167,7 +167,8 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
     const auto conditions = fem_reference::dof_conditions(problem.load_case, elements.system());
     std::optional<TouchingBall> ball;
     if (problem.load_case.touching)
-        ball.emplace(elements.system(), *problem.body, problem.load_case, contact_settings(discretisation.degree));
+        ball.emplace(elements.system(), *problem.body, problem.load_case,
+                     contact_settings(discretisation.degree, problem.load_case.touching->shape));
     const double assembly_seconds = seconds_since(start);
     const auto num_constraints = problem.load_case.num_constraints();
     const auto followed =

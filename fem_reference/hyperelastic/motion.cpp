@@ -522,7 +522,7 @@ core::ToolHistory move_tool(const core::Problem &problem, const MaterialLaw &law
     fem_reference::Motion motion{load, load};
     std::optional<TouchingBall> ball;
     if (load_case.touching) {
-        ball.emplace(system, *problem.body, load_case, contact_settings(degree));
+        ball.emplace(system, *problem.body, load_case, contact_settings(degree, load_case.touching->shape));
         steps->touch_with(&*ball);
     }
     const auto centre_at = [&](double time) {

@@ -148,9 +148,9 @@ double largest_modulus(const core::Body &body) {
 
 } // namespace
 
-ContactSettings contact_settings(int degree) {
+ContactSettings contact_settings(int degree, const core::ToolShape &shape) {
     ContactSettings settings;
-    if (degree == 1)
+    if (degree == 1 && !shape.is_plate())
         settings.softness = core::softness_of_tetrahedra;
     return settings;
 }

@@ -81,12 +81,13 @@ struct ContactSettings {
     double stiffness = 100.0;
     double sunk_in = 1e-3;     ///< of the depth, weighted with pressure, where augmentation ends
     int max_augmentations = 4; ///< at each point of the path
-    /// Of facets of linear functions, in place of the stiffness and of augmentation. It does not fade.
+    /// Softness of facets of linear functions, in place of the stiffness and of augmentation. It does not fade.
     std::optional<core::FacetSoftness> softness{};
 };
 
-/// Those of elements of a degree: linear ones have the softness of tetrahedra.
-ContactSettings contact_settings(int degree);
+/// Settings for elements of a degree: below a ball linear ones have the softness of tetrahedra. A flat face of a plate
+/// needs none on flat facets.
+ContactSettings contact_settings(int degree, const core::ToolShape &shape);
 
 /// Points that touch at a state.
 struct TouchSums {

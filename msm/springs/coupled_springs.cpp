@@ -455,7 +455,7 @@ std::shared_ptr<const ElasticTerm> volume_beside_coupled_springs(const core::Bod
 
 namespace {
 
-/// How facets give way below a tool beside what the springs do. Means around nodes are too soft themselves where a
+/// Softness of facets below a tool, beside what the springs do. Means around nodes are too soft themselves where a
 /// circle of contact has one edge in its radius, so that theirs fades earlier.
 constexpr core::FacetSoftness softness_beside_nodes{.at_first = 0.25, .fades_at = 0.7},
     softness_beside_edges{.at_first = 0.28, .fades_at = 1.0};

@@ -176,7 +176,7 @@ std::shared_ptr<const ElasticTerm> volume_beside_coupled_springs(const core::Bod
 /// inversion.
 ElasticBody coupled_springs_with_volume(const core::Body &body, const CoupledSprings &springs);
 
-/// How its facets give way below a tool, as coupled_springs_with_volume() has it.
+/// Softness of its facets below a tool, as coupled_springs_with_volume() has it.
 core::FacetSoftness softness_below_tools(const CoupledSprings &springs);
 
 } // namespace livermark::msm

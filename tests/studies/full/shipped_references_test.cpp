@@ -10,7 +10,7 @@
 namespace livermark {
 namespace {
 
-/// Of all large load cases that ship, on both livers, at both ratios.
+/// References of all large load cases that ship, on both livers, at both ratios.
 TEST(ReferencesThatShip, AreOfTheWholeLoadAndHaveABarOfEachNumber) {
     const auto models = models::all_models();
     const auto &refined =
