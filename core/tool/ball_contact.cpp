@@ -26,6 +26,11 @@ Vector3 outwards(const BallStep &ball, const Vector3 &start, const Vector3 &now)
     return Vector3::UnitZ();
 }
 
+/// 1 / (eps A) [m/N]
+double compliance_of(const TouchedFacet &facet, double circle) {
+    return 1.0 / (facet.penalty(circle) * facet.area);
+}
+
 double distance_to_way(const Vector3 &from, const Vector3 &to, const Vector3 &point) {
     const Vector3 way = to - from;
     const double squared = way.squaredNorm();
@@ -84,8 +89,7 @@ BallContact::BallContact(const std::vector<TouchedFacet> &facets, int divisions,
     std::ranges::sort(nodes_);
     nodes_.erase(std::unique(nodes_.begin(), nodes_.end()), nodes_.end());
     for (const auto &facet : facets) {
-        auto &kept =
-            facets_.emplace_back(Facet{.touched = facet, .compliance = 1.0 / (facet.penalty(0.0) * facet.area)});
+        auto &kept = facets_.emplace_back(Facet{.touched = facet, .compliance = compliance_of(facet, circle_)});
         for (std::size_t k = 0; k < 3; ++k)
             kept.places[k] = static_cast<int>(std::ranges::lower_bound(nodes_, facet.nodes[k]) - nodes_.begin());
     }
@@ -96,7 +100,7 @@ void BallContact::set_circle(double circle) {
         return;
     circle_ = circle;
     for (auto &facet : facets_)
-        facet.compliance = 1.0 / (facet.touched.penalty(circle) * facet.touched.area);
+        facet.compliance = compliance_of(facet.touched, circle);
 }
 
 void BallContact::set_way(const Vector3 &from, const Vector3 &to) {

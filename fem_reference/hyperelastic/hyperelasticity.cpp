@@ -31,7 +31,7 @@ bool settle(EquilibriumSearch &search, TouchingBall &ball, LoadedState &at, doub
     const auto &settings = ball.settings();
     const auto centre = ball.tool().centre_at(fraction);
     const double most = settings.sunk_in * ball.tool().press.norm();
-    for (int time = 0; time < settings.max_augmentations && !settings.softness; ++time) {
+    for (int time = 0; time < settings.max_augmentations; ++time) {
         if (ball.sums(centre, at.state.displacement).sunk_in <= most)
             return true;
         ball.augment(centre, at.state.displacement);

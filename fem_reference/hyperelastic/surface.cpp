@@ -150,8 +150,10 @@ double largest_modulus(const core::Body &body) {
 
 ContactSettings contact_settings(int degree, const core::ToolShape &shape) {
     ContactSettings settings;
-    if (degree == 1 && !shape.is_plate())
+    if (degree == 1 && !shape.is_plate()) {
         settings.softness = core::softness_of_tetrahedra;
+        settings.max_augmentations = 0; // which would take back what facets give way by
+    }
     return settings;
 }
 

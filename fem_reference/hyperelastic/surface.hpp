@@ -81,7 +81,7 @@ struct ContactSettings {
     double stiffness = 100.0;
     double sunk_in = 1e-3;     ///< of the depth, weighted with pressure, where augmentation ends
     int max_augmentations = 4; ///< at each point of the path
-    /// Softness of facets of linear functions, in place of the stiffness and of augmentation. It does not fade.
+    /// Softness of facets of linear functions, in place of the stiffness. It does not fade.
     std::optional<core::FacetSoftness> softness{};
 };
 

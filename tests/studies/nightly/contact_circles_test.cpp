@@ -17,7 +17,7 @@ namespace {
 using core::Vector3;
 
 /// Least and largest error of the force of a model where the circle of contact has so many edges in its radius, over
-/// the places_of_ball of the ball.
+/// the places of the ball.
 struct ErrorOfForce {
     double circle_in_edges, least, largest;
 };
