@@ -46,7 +46,7 @@ std::optional<double> radius_in_edges(std::span<const ToolPlace> places);
 std::vector<double> contact_radii_in_edges(const TetraMesh &mesh, const LoadCase &load_case);
 
 /// Measured against finer and finer meshes, see docs/studies/contact.md.
-inline constexpr double smallest_contact = 1.0;
+inline constexpr double smallest_contact = 0.5;
 
 /// Nodal forces of the given traction on a place: node and force [N], a row for each corner of a facet.
 std::vector<std::pair<int, Vector3>> nodal_forces(const TetraMesh &mesh, const LoadCase &load_case,

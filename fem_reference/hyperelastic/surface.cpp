@@ -294,6 +294,8 @@ TouchSums TouchingBall::sums(const Vector3 &centre, std::span<const double> disp
 }
 
 void TouchingBall::augment(const Vector3 &centre, std::span<const double> displacement) {
+    if (settings_.max_augmentations == 0)
+        return;
     visit(centre, displacement, [&](std::size_t f, std::size_t, double, std::size_t point, const Vector3 &from_centre) {
         memory_[point].multiplier = core::touch(facets_[f].law, tool_.shape, from_centre, memory_[point]).pressure;
     });

@@ -134,7 +134,7 @@ std::string tool_radii(std::span<const Result> results);
 /// none.
 std::optional<std::string> note_on_small_contacts(std::span<const Result> results);
 
-/// A sentence on the other tools with a radius of less than two edges; nothing where there is none.
+/// A sentence on the tools other than balls with a radius of less than two edges; nothing where there is none.
 std::optional<std::string> note_on_small_tools(std::span<const Result> results);
 
 /// Whether a pressure acts on the whole free surface: every boundary triangle either has a prescribed displacement or a

@@ -134,8 +134,9 @@ std::optional<std::string> note_on_small_contacts(std::span<const Result> result
         }
     if (contacts.empty())
         return std::nullopt;
-    return fmt::format("the ball of {}; where that is below {:g}, errors of its force are tens of percent and the mesh "
-                       "decides on their sign: take a finer mesh below it, a larger ball or a deeper one",
+    return fmt::format("the ball of {}; where that is below {:g}, errors of its force are ten percent and "
+                       "more, and the mesh decides on their sign: take a finer mesh below it, a larger ball or a "
+                       "deeper one",
                        fmt::join(contacts, ", that of "), core::smallest_contact);
 }
 
@@ -144,7 +145,7 @@ std::optional<std::string> note_on_small_tools(std::span<const Result> results) 
     std::vector<double> radii;
     for (const Result &result : results)
         if (const auto radius = radius_in_edges_of(result);
-            radius && *radius < fewest_edges && !is_small_contact(contact_radii_of(result))) {
+            radius && *radius < fewest_edges && contact_radii_of(result).empty()) {
             load_cases.insert(printable(result.problem.load_case.name));
             radii.push_back(*radius);
         }

@@ -327,27 +327,52 @@ ProblemSet wanted_problems(const RunOptions &options) {
     return read;
 }
 
-/// A sentence for each load case in which time passes in the material, on the models that do not know of it.
-/// @throws support::InputError on several ranks, which follow none
-std::vector<std::string> without_part_in_slow_histories(const Run &run) {
+/// What a model lacks that does not follow an event.
+const char *lack_of(const core::TouchingTool &) {
+    return "know no ball that touches";
+}
+const char *lack_of(const core::SlowHistory &) {
+    return "have no material that relaxes";
+}
+const char *lack_of(const core::Foundation &) {
+    return "know no elastic foundation";
+}
+
+/// A sentence for each load case and event that models do not follow, on these models, and for each model that was
+/// asked for in vain.
+/// @throws support::InputError on several ranks where time passes in the material, which is followed on one
+std::vector<std::string> without_part(const Run &run) {
     std::vector<std::string> sentences;
     for (const auto &problem : run.problems) {
-        if (!problem.load_case.slow_history)
-            continue;
-        if (support::mpi_num_ranks() > 1)
+        const auto &load_case = problem.load_case;
+        if (load_case.slow_history && support::mpi_num_ranks() > 1)
             throw support::InputError(fmt::format("load case {} has a history of tissue that relaxes, which is solved "
                                                   "on one rank only; start without mpirun",
-                                                  problem.load_case.name));
-        std::vector<std::string> names;
-        for (const auto &model : run.models)
-            if (!model.follows.has<core::SlowHistory>() && !model.only_moving &&
-                model.only.value_or(problem.load_case.regime) == problem.load_case.regime)
-                names.push_back(model.name);
-        auto sentence = fmt::format("{}: these models have no material that relaxes, and are left out: {}",
-                                    problem.load_case.name, fmt::join(names, ", "));
-        if (!names.empty() && std::ranges::find(sentences, sentence) == sentences.end())
-            sentences.push_back(std::move(sentence));
+                                                  load_case.name));
+        const auto name_those_without = [&]<class Kind>(const std::optional<Kind> &event) {
+            std::vector<std::string> names;
+            for (const auto &model : run.models)
+                if (event && !model.follows.has<Kind>() && !model.only_moving &&
+                    model.only.value_or(load_case.regime) == load_case.regime)
+                    names.push_back(model.name);
+            if (names.empty())
+                return;
+            auto sentence = fmt::format("{}: these models {}, and are left out: {}", load_case.name, lack_of(*event),
+                                        fmt::join(names, ", "));
+            if (std::ranges::find(sentences, sentence) == sentences.end())
+                sentences.push_back(std::move(sentence));
+        };
+        name_those_without(load_case.touching);
+        name_those_without(load_case.slow_history);
+        name_those_without(load_case.foundation);
     }
+    for (const auto &model : run.models)
+        if (std::ranges::find(run.options.models, model.name) != run.options.models.end() &&
+            std::ranges::none_of(run.problems,
+                                 [&](const core::Problem &problem) { return model.takes_part_in(problem); }))
+            sentences.push_back(fmt::format("{} takes part in none of these load cases: another regime, something that "
+                                            "it does not follow, or no constants of its law",
+                                            model.name));
     return sentences;
 }
 
@@ -416,7 +441,7 @@ Run read_run(const RunOptions &options) {
     run.notes = std::move(read.notes);
     run.left_out = std::move(read.left_out);
     std::ranges::move(yielded_places(run.problems), std::back_inserter(run.notes));
-    std::ranges::move(without_part_in_slow_histories(run), std::back_inserter(run.notes));
+    std::ranges::move(without_part(run), std::back_inserter(run.notes));
     if (!options.solve_reference) {
         run.solutions = SolutionCache::shipped();
         leave_out_unsolved_motions(run.models);
