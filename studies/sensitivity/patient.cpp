@@ -46,6 +46,15 @@ std::pair<Vector3, Vector3> along_surface(const Vector3 &normal) {
     return {first, normal.cross(first)};
 }
 
+/// The same material with a part of its shear modulus and all of its bulk modulus, as tissue that has relaxed.
+core::Material with_shear_left(core::Material material, double shear_left) {
+    const double shear = shear_left * material.shear_modulus();
+    const double three_bulk = 3.0 * material.lame_lambda() + 2.0 * material.shear_modulus();
+    material.young_modulus = 3.0 * three_bulk * shear / (three_bulk + shear);
+    material.poisson_ratio = (three_bulk - 2.0 * shear) / (2.0 * (three_bulk + shear));
+    return material;
+}
+
 void set_materials(core::Body &body, const Patient &patient, const std::vector<int> &tumours) {
     const double first = body.materials.front().young_modulus;
     const double modulus = patient.young_modulus.value_or(first);
@@ -56,6 +65,8 @@ void set_materials(core::Body &body, const Patient &patient, const std::vector<i
         material.young_modulus = modulus * (is_tumour ? patient.tumour_contrast.value_or(ratio) : ratio);
         material.poisson_ratio = patient.poisson_ratio.value_or(material.poisson_ratio);
         material.density = patient.density.value_or(material.density);
+        if (patient.shear_left)
+            material = with_shear_left(material, *patient.shear_left);
     }
 }
 
@@ -165,6 +176,8 @@ Patient patient_of(const std::vector<std::string> &names, const std::vector<doub
             patient.poisson_ratio = values[p];
         else if (names[p] == "tumour_contrast")
             patient.tumour_contrast = values[p];
+        else if (names[p] == "shear_left")
+            patient.shear_left = values[p];
         else if (names[p] == "density")
             patient.density = values[p];
         else if (names[p] == "held_share")

@@ -17,6 +17,7 @@ struct Patient {
     std::optional<double> young_modulus{};     ///< of the first region [Pa]; others but tumours keep their ratio to it
     std::optional<double> poisson_ratio{};     ///< of all regions
     std::optional<double> tumour_contrast{};   ///< Young's modulus of tumours over that of the first region
+    std::optional<double> shear_left{};        ///< part of all shear moduli that is left once tissue relaxed, in (0, 1]
     std::optional<double> density{};           ///< of all regions [kg/m^3]
     std::optional<double> held_share{};        ///< part of the area of the held facets that stays held, in (0, 1]
     std::optional<double> support_stiffness{}; ///< see with_soft_support() [Pa/m]

@@ -3,6 +3,7 @@ import dataclasses
 import math
 import pathlib
 import subprocess
+import tomllib
 
 import h5py
 import numpy
@@ -14,6 +15,7 @@ from livermark.studies.sensitivity import record, tables
 from livermark.studies.sensitivity.ranges import Parameter, Ranges, acting_on, read_ranges
 from sample_sensitivity import sample_sensitivity
 
+RESULTS = pathlib.Path(__file__).resolve().parents[2] / "results"
 FACTS = {"body": "block", "load_case": "press", "has_tumour": True, "has_acceleration": False, "is_held": True,
          "has_movable_tool": True}
 
@@ -43,12 +45,41 @@ def test_ranges_say_what_is_not_known(tmp_path):
     ('[youngs_modulus]\nfrom = 1000\nto = 1100\nsource = "a"\n', ["toml:1: ", "did you mean 'young_modulus'?"]),
     ('[density]\nfrom = 1000\nto = 1100\nscale = "log"\nsource = "a"\n', ["toml:4: ", '"logarithmic"']),
     ('[tool_offset]\nfrom = -1\nto = 1\nscale = "logarithmic"\nsource = "a"\n', ["logarithm"]),
+    ('[shear_left]\nfrom = 0.0\nto = 1.0\nsource = "a"\n', ["shear_left", "above 0"]),
+    ('others_from = 3\n', ["toml:1: ", "string in quotes"]),
+    ('others_from = "ranges.toml"\n', ["toml:1: ", "cannot have 'others_from' itself"]),
+    ('others_from = "missing.toml"\n[density]\nfrom = 1\nto = 2\nsource = "a"\n', ["missing.toml", "check the path"]),
     ("[density\n", ["not TOML"]),
     ("density = 3\n", ["has to be a table"])])
 def test_ranges_refuse_what_cannot_be(tmp_path, text, parts):
     with pytest.raises(InputError) as refused:
         ranges_of(tmp_path, text)
-    assert all(part in str(refused.value) for part in [*parts, "ranges.toml"]), refused.value
+    assert all(part in str(refused.value) for part in [*parts, str(tmp_path)]), refused.value
+
+
+def test_ranges_that_a_file_leaves_out_are_those_of_the_file_that_it_names(tmp_path):
+    (tmp_path / "all.toml").write_text('[young_modulus]\nfrom = 1\nto = 2\nsource = "a"\n[tool_offset]\nfrom = -1\nto = 1\n'
+                                       'source = "b"\n[measurement]\ndisplacement = 0.001\nsource = "c"\n')
+    ranges = ranges_of(tmp_path, 'others_from = "all.toml"\n[young_modulus]\nfrom = 3\nto = 4\nsource = "d"\n'
+                                 '[shear_left]\nfrom = 0.4\nto = 1.0\nsource = "e"\n')
+    assert [(each.name, each.lower) for each in ranges.parameters] == [("young_modulus", 3.0), ("shear_left", 0.4),
+                                                                       ("tool_offset_1", -1.0), ("tool_offset_2", -1.0)]
+    assert ranges.displacement_noise == 0.001
+    noisy = ranges_of(tmp_path, 'others_from = "all.toml"\n[measurement]\ndisplacement = 0.002\nsource = "f"\n')
+    assert len(noisy.parameters) == 3 and noisy.displacement_noise == 0.002
+
+
+def test_ranges_that_ship_differ_in_what_they_are_named_after():
+    by_name = {each.name: each for each in read_ranges(RESULTS / "parameter_ranges.toml").parameters}
+    indented = {each.name: each for each in read_ranges(RESULTS / "parameter_ranges_indentation.toml").parameters}
+    assert indented.keys() == by_name.keys()
+    assert [name for name in by_name if indented[name] != by_name[name]] == ["young_modulus"]
+    assert indented["young_modulus"].lower > by_name["young_modulus"].upper, "the methods do not agree"
+    relaxing = read_ranges(RESULTS / "parameter_ranges_relaxing.toml").parameters
+    assert [each for each in relaxing if each.name != "shear_left"] == list(by_name.values())
+    series = tomllib.loads((RESULTS.parent / "load_cases" / "relaxation" / "liver_perfused.toml").read_text())
+    left = next(each for each in relaxing if each.name == "shear_left")
+    assert left.lower == pytest.approx(1.0 - sum(series["moduli"])) and left.upper == 1.0
 
 
 def test_parameters_without_effect_are_left_out_with_the_reason():

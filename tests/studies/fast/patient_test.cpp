@@ -57,8 +57,10 @@ TEST(Patient, IsTheNominalOneWhereNothingIsSet) {
 }
 
 TEST(Patient, HasTheParametersThatAreNamed) {
-    const auto patient = patient_of({"young_modulus", "tool_offset_1", "tool_offset_2"}, {4500.0, 0.001, 0.002});
+    const auto patient =
+        patient_of({"young_modulus", "shear_left", "tool_offset_1", "tool_offset_2"}, {4500.0, 0.7, 0.001, 0.002});
     EXPECT_EQ(patient.young_modulus, 4500.0);
+    EXPECT_EQ(patient.shear_left, 0.7);
     EXPECT_EQ(patient.tool_offset, Eigen::Vector2d(0.001, 0.002));
     EXPECT_FALSE(patient.held_share);
 }
@@ -72,6 +74,24 @@ TEST(Patient, IsAsStiffAsItsModulusSays) {
     stiffer.support_stiffness = 4e5;
     stiffer.density = 2000.0;
     EXPECT_NEAR(stiffness_of(nominal, stiffer) / stiffness_of(nominal, patient), 2.0, 1e-9);
+}
+
+/// Tissue that has relaxed has less of its shear modulus and all of its bulk modulus, in every region.
+TEST(Patient, KeepsItsBulkModulusWhereItHasRelaxed) {
+    const auto nominal = pressed_block();
+    const auto relaxed = problem_of({.shear_left = 0.4}, nominal);
+    for (std::size_t r = 0; r < nominal.body->materials.size(); ++r) {
+        const auto &before = nominal.body->materials[r], &after = relaxed.body->materials[r];
+        const auto bulk = [](const core::Material &material) {
+            return material.lame_lambda() + 2.0 / 3.0 * material.shear_modulus();
+        };
+        EXPECT_NEAR(after.shear_modulus() / before.shear_modulus(), 0.4, 1e-12);
+        EXPECT_NEAR(bulk(after) / bulk(before), 1.0, 1e-12);
+    }
+    EXPECT_NEAR(stiffness_of(nominal, {.shear_left = 1.0}) / stiffness_of(nominal, {}), 1.0, 1e-9);
+    const double left = stiffness_of(nominal, {.shear_left = 0.4}) / stiffness_of(nominal, {});
+    EXPECT_GT(left, 0.4) << "what does not relax bears a part";
+    EXPECT_LT(left, 0.7);
 }
 
 TEST(Patient, IsSofterWithLessThatHoldsAndWithASofterSupport) {

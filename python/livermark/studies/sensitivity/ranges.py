@@ -22,9 +22,11 @@ class Known(NamedTuple):
 
 
 KNOWN = {"young_modulus": Known("Pa", "parameters", 0.0, math.inf), "poisson_ratio": Known("", "parameters", -1.0, 0.5),
-         "tumour_contrast": Known("", "parameters", 0.0, math.inf), "density": Known("kg/m^3", "parameters", 0.0, math.inf),
+         "tumour_contrast": Known("", "parameters", 0.0, math.inf), "shear_left": Known("", "parameters", 0.0, 1.0, True),
+         "density": Known("kg/m^3", "parameters", 0.0, math.inf),
          "held_share": Known("", "support", 0.0, 1.0, True), "support_stiffness": Known("Pa/m", "support", 0.0, math.inf),
          "tool_offset": Known("m", "tool", -math.inf, math.inf)}
+OTHERS = "others_from"  #: key of a file that has the ranges which are not in this one
 OBSTACLES = {  # what the program says of a problem, and why a parameter does not act without it
     "tumour_contrast": ("has_tumour", "the body has no stiffer region"),
     "density": ("has_acceleration",
@@ -128,21 +130,47 @@ def _parameter(file: _File, name: str, known: Known) -> Parameter:
     return Parameter(name, known.unit, known.group, lower, upper, scale == "logarithmic", source)
 
 
+def _table_of(name: str) -> str:
+    """The table that has the range of a parameter."""
+    return name.removesuffix("_1").removesuffix("_2")
+
+
+def _others(file: _File) -> Ranges:
+    """The ranges of the file that another one takes its other ranges from; none where it names none."""
+    if OTHERS not in file.content:
+        return Ranges([], None)
+    name = file.content[OTHERS]
+    if not isinstance(name, str):
+        raise InputError(f"{file.place('', OTHERS)}: '{OTHERS}' has to be a string in quotes")
+    others = _File(file.path.parent / name)
+    if OTHERS in others.content:
+        raise InputError(f"{others.place('', OTHERS)}: {file.path} takes ranges from this file, so it cannot have '{OTHERS}' "
+                         "itself; name the file with all ranges in both")
+    return _ranges(others)
+
+
 def read_ranges(path: pathlib.Path) -> Ranges:
     """Tables of KNOWN, each with from, to, source and maybe scale = "logarithmic", and [measurement] with displacement and
-    source. What is left out does not vary. Raises InputError for unknown keys, a range that is empty or that the parameter
-    cannot have, a missing source, or a file without a range."""
-    file = _File(path)
-    file.refuse_unknown("", file.content, ["measurement", *KNOWN])
+    source. others_from, a path beside this file, names a file with the ranges that this one leaves out; what neither has does
+    not vary. Raises InputError for unknown keys, a range that is empty or that the parameter cannot have, a missing source, a
+    file without a range, or others_from in both files."""
+    return _ranges(_File(path))
+
+
+def _ranges(file: _File) -> Ranges:
+    file.refuse_unknown("", file.content, [OTHERS, "measurement", *KNOWN])
+    others = _others(file)
     parameters = []
     for name, known in KNOWN.items():
         if name in file.content:
             parameter = _parameter(file, name, known)
             names = [name] if name != "tool_offset" else [name + "_1", name + "_2"]
             parameters += [Parameter(**{**vars(parameter), "name": each}) for each in names]
+        else:
+            parameters += [parameter for parameter in others.parameters if _table_of(parameter.name) == name]
     if not parameters:
-        raise InputError(f"{path}: there is no range; add a table such as [young_modulus] with from, to and source")
-    noise = None
+        raise InputError(f"{file.path}: there is no range; add a table such as [young_modulus] with from, to and source")
+    noise = others.displacement_noise
     if "measurement" in file.content:
         file.table("measurement", ["displacement", "source"])
         file.string("measurement", "source")
@@ -159,7 +187,7 @@ def acting_on(problem: dict[str, Any], ranges: Ranges) -> tuple[list[Parameter],
     """
     acting, notes, name = [], [], f"{problem['body']} / {problem['load_case']}"
     for parameter in ranges.parameters:
-        known = parameter.name.removesuffix("_1").removesuffix("_2")
+        known = _table_of(parameter.name)
         fact, why = OBSTACLES.get(known, ("", ""))
         if not fact or problem[fact]:
             acting.append(parameter)
