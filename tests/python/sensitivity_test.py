@@ -235,10 +235,23 @@ def test_the_verdict_weighs_the_error_against_the_patient():
     found = sample_sensitivity()
     assert tables.verdict(found, 0) == (
         "jelly / spoon: not knowing the patient makes 20.0 % of the stiffness at the tool uncertain, and 10.0 % if young_modulus "
-        "were known; springs is off by 4.0 %, which is small beside the first and of the same size beside the second.")
+        "were known; springs is off by 4.0 %, which is small beside the first and of the same size beside the second. With the "
+        "error bar of the mesh and another law it is off by 7.7 % at most.")
+    assert tables.verdict(found, 1).endswith("With the error bar of the mesh it is off by 5.3 % at most.")
     found.budget.models["springs"] = [0.7, math.nan]
-    assert tables.verdict(found, 0).endswith("is off by 70.0 %, which is large beside both.")
+    assert "is off by 70.0 %, which is large beside both." in tables.verdict(found, 0)
     assert tables.verdict(found, 1).endswith("springs has no answer to compare.")
+
+
+def test_errors_with_a_sign_are_added_and_not_squared():
+    """-4 % of springs, an error bar of 0.2 % and a law that may be 3.5 % off either way: at most 7.7 %, where the root of the
+    sum of squares is 5.3 %. What is not known is left out."""
+    found = sample_sensitivity()
+    found.budget.models["springs"] = [-0.04, -0.05]
+    assert tables.largest_error(found, 0, "springs") == pytest.approx(0.077, rel=1e-12)
+    assert tables.largest_error(found, 1, "springs") == pytest.approx(0.053, rel=1e-12)
+    found.budget.mesh[1] = math.nan
+    assert tables.largest_error(found, 1, "springs") == 0.05 and "at most" not in tables.verdict(found, 1)
 
 
 # --- the report

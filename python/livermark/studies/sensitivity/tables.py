@@ -87,8 +87,25 @@ def _size_beside(error: float, uncertainty: float) -> str:
     return "large" if error >= CLEARLY * uncertainty else "of the same size"
 
 
+def largest_error(found: Sensitivity, o: int, model: str) -> float:
+    """|model| + mesh + |law| of an output: the largest error of a model for tissue of either law, as a part of the output.
+
+    The error of a model has a sign, so it is no uncertainty and is added (ASME V&V 20). The error bar of the mesh and the
+    difference of the laws may have either sign, so the largest error is their sum with it. What is not known is left out."""
+    budget = found.budget
+    return sum(abs(part) for part in (budget.models[model][o], budget.mesh[o], budget.law[o]) if math.isfinite(part))
+
+
+def _added(found: Sensitivity, o: int, model: str) -> str:
+    names = [name for name, part in (("the error bar of the mesh", found.budget.mesh[o]), ("another law", found.budget.law[o]))
+             if math.isfinite(part)]
+    return (f" With {' and '.join(names)} it is off by {PERCENT * largest_error(found, o, model):.1f} % at most."
+            if names else "")
+
+
 def verdict(found: Sensitivity, o: int) -> str:
-    """In one sentence, whether the error of the first compared model is large or small beside not knowing the patient."""
+    """Whether the error of the first compared model is large or small beside not knowing the patient, and what it is at most
+    with those of mesh and law."""
     output: Output = found.outputs[o]
     patient, rest = output.relative_deviation(), output.relative_deviation(output.leading)
     model, errors = next(iter(found.budget.models.items()))
@@ -100,7 +117,7 @@ def verdict(found: Sensitivity, o: int) -> str:
         return sentence + "has no answer to compare."
     first, second = _size_beside(error, patient), _size_beside(error, rest)
     judged = f"{first} beside both" if first == second else f"{first} beside the first and {second} beside the second"
-    return sentence + f"is off by {PERCENT * error:.1f} %, which is {judged}."
+    return sentence + f"is off by {PERCENT * error:.1f} %, which is {judged}.{_added(found, o, model)}"
 
 
 def shown(found: Sensitivity, in_markdown: bool) -> str:
