@@ -387,7 +387,7 @@ bool are_one_needle(const Tool &a, const Tool &b) {
     const auto &m = a.needle, &n = b.needle;
     return a.kind == ToolKind::needle && b.kind == ToolKind::needle && m.entry == n.entry && m.target == n.target &&
            m.diameter == n.diameter && m.spread == n.spread && m.toughness == n.toughness && m.friction == n.friction &&
-           m.puncture_force == n.puncture_force;
+           m.puncture_force == n.puncture_force && m.side_stiffness == n.side_stiffness;
 }
 
 void check_depth(const Tool &tool) {

@@ -123,7 +123,7 @@ void refuse_small_spread(const core::Needle &needle, const core::TetraMesh &mesh
 
 core::Needle read_needle(const toml::table &table, const core::TetraMesh &mesh, const core::LoadCase &load_case) {
     support::refuse_unknown_keys(table, {"name", "entry", "target", "depth", "diameter", "spread", "toughness",
-                                         "friction", "puncture_force", "step"});
+                                         "friction", "puncture_force", "side_stiffness", "step"});
     const auto place = support::place_of(table);
     core::Needle needle;
     needle.name = support::required_string(table, "name");
@@ -137,6 +137,8 @@ core::Needle read_needle(const toml::table &table, const core::TetraMesh &mesh, 
     needle.puncture_force = table.contains("puncture_force")
                                 ? number_within(table, "puncture_force", needle.tip_force(), 100.0)
                                 : needle.tip_force();
+    if (table.contains("side_stiffness"))
+        needle.side_stiffness = number_within(table, "side_stiffness", 1.0, 1e12);
     needle.step = table.contains("step") ? number_within(table, "step", 1e-6, 0.1) : default_step;
     if (!(needle.tip_force() > 0.0))
         support::refuse(*table.get("toughness"),

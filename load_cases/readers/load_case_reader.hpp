@@ -195,6 +195,8 @@ core::LoadCase with_touching_ball(core::LoadCase load_case, const core::TetraMes
 ///     toughness = 164.0              # [J/m^2], see core::Needle
 ///     friction = 20.0                # [N/m]
 ///     puncture_force = 1.4           # [N]; what tearing takes if it is left out: a nick was made first
+///     side_stiffness = 1e5           # [N/m^2], of each metre of the shaft, which holds the tissue across the axis;
+///                                    # rigid if it is left out, and as good as not held at 1
 ///     step = 0.0005                  # [m], may be left out
 ///
 /// @param toml_file   the load case

@@ -116,6 +116,8 @@ template <class At> void describe_needle(At at, hdf5::Of<At, NeedleStudy> &study
     at.number("friction", needle.friction);
     at.number("puncture_force", needle.puncture_force);
     at.number("step", needle.step);
+    if (at.has("side_stiffness")) // not in files of an older version
+        at.number("side_stiffness", needle.side_stiffness);
     std::string reference = study.runs.empty() ? "" : study.runs.front().model;
     at.text("reference", reference);
     at.number("reference_miss_change", study.reference_miss_change);

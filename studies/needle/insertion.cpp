@@ -65,9 +65,10 @@ constexpr double place_softness = 1.0 / core::needle_stiffness;
 /// Wright 2006, Numerical Optimization, eq. 6.17).
 class Tissue {
   public:
-    /// @param body  kept alive by the caller
-    Tissue(core::PushedBody &body, const core::Vector3 &axis)
-        : body_(body), frame_(frame_of(axis)), size_(body.compliance().rows() / 3),
+    /// @param body           kept alive by the caller
+    /// @param side_softness  of what holds a place across the axis [m/N]
+    Tissue(core::PushedBody &body, const core::Vector3 &axis, double side_softness)
+        : body_(body), frame_(frame_of(axis)), size_(body.compliance().rows() / 3), side_softness_(side_softness),
           compliance_(in_frame(body.compliance(), frame_)), offset_(VectorXd::Zero(3 * size_)), pushed_force_(offset_),
           pushed_displacement_(offset_) {}
 
@@ -83,7 +84,7 @@ class Tissue {
             return found->second;
         Held held;
         MatrixXd across = compliance_.block(size_, size_, 2 * count, 2 * count);
-        across.diagonal().array() += place_softness;
+        across.diagonal().array() += side_softness_;
         held.across.compute(across);
         const MatrixXd between = compliance_.block(0, size_, size_, 2 * count);
         held.hold_to_along = held.across.solve(between.transpose()).transpose();
@@ -170,6 +171,7 @@ class Tissue {
     core::PushedBody &body_;
     Eigen::Matrix3d frame_; ///< rows: the axis, and two directions across it
     Index size_;
+    double side_softness_;                        ///< [m/N]
     MatrixXd compliance_;                         ///< (3 K, 3 K) C [m/N]
     VectorXd offset_;                             ///< (3 K) b [m]
     VectorXd pushed_force_, pushed_displacement_; ///< (3 K) where the body itself was last
@@ -192,7 +194,8 @@ constexpr int most_passes = 60;
 class Driving {
   public:
     Driving(core::PushedBody &body, const core::NeedleLine &line, const core::Needle &needle)
-        : tissue_(body, needle.direction()), line_(line), needle_(needle), spacing_(line.spacing), target_(line.target),
+        : tissue_(body, needle.direction(), place_softness + needle.side_softness(line.spacing)), line_(line),
+          needle_(needle), spacing_(line.spacing), target_(line.target),
           stuck_at_(VectorXd::Constant(tissue_.size(), no_number)), along_(VectorXd::Zero(tissue_.size())),
           shaft_(VectorXd::Zero(tissue_.size())), displacement_(VectorXd::Zero(tissue_.size())),
           across_(VectorXd::Zero(2 * tissue_.size())), hold_(VectorXd::Zero(2)) {

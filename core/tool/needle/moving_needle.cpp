@@ -210,16 +210,18 @@ void MovingNeedle::prepare(double time_step) {
         return;
     time_step_ = time_step;
     softness_ = 1.0 / (time_step * needle_stiffness * (time_step + needle_damping_time));
-    const auto softened = [&](int direction) {
+    const auto softened = [&](int direction, double softness) {
         Eigen::MatrixXd matrix = places(direction);
-        matrix.diagonal().array() += softness_;
+        matrix.diagonal().array() += softness;
         return matrix;
     };
+    // Softer springs have the same damping time, so only b differs across the axis and no right-hand side.
+    const double side_softness = softness_ * (1.0 + needle_stiffness * needle_.side_softness(line_.spacing));
     for (int c = 0; c < (is_lasting() ? 2 : 1); ++c)
-        across_factor_[static_cast<std::size_t>(c)].compute(softened(c + 1));
+        across_factor_[static_cast<std::size_t>(c)].compute(softened(c + 1, side_softness));
     const Index count = u_.rows();
     along_.resize(count + 1, count + 1);
-    along_.bottomRightCorner(count, count) = softened(0);
+    along_.bottomRightCorner(count, count) = softened(0, softness_);
 }
 
 /// Most that the tip exerts before it moves on [N].

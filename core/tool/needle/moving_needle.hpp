@@ -66,7 +66,7 @@ PlaceWeights place_weights(const Needle &needle, const TetraMesh &mesh);
 ///   0 <= J_tip <= h G w, or h times the puncture force while the surface is whole, nothing in its own hole,
 ///   |J_k| <= h friction times the length of the shaft that place k stands for,
 /// the tissue sticks to the needle, and at a limit it slides (Coulomb, stick and slip). Across the axis a place is held
-/// where it was when the tip passed, without a limit.
+/// where it was when the tip passed, without a limit, by softer springs where the needle has a side_stiffness.
 ///
 /// A says what the body does with an impulse in a step:
 /// - of explicit steps A = M, the masses of nodes. Steps may be as long as without a needle, since 4 M + (h^2 k + 2 h k

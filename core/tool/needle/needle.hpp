@@ -21,7 +21,8 @@ inline constexpr double needle_stiffness = 5e4;
 /// A straight, rigid needle that is driven from a point of the surface to a target and drawn out again, slowly.
 ///
 /// At the tip it exerts what the tissue takes to tear, along the shaft friction; across its axis the tissue at the
-/// shaft is held. All of it acts on places of the radius `spread` on the axis, see InteriorPlace, and follows no mesh.
+/// shaft is held, rigidly but for needle_stiffness or by a bed of springs along the shaft. All of it acts on places of
+/// the radius `spread` on the axis, see InteriorPlace, and follows no mesh.
 struct Needle {
     std::string name;
     Vector3 entry = Vector3::Zero();  ///< on the surface of the body [m]
@@ -32,7 +33,13 @@ struct Needle {
     double friction = 0.0;            ///< along the shaft, over its length inside [N/m]
     double puncture_force = 0.0;      ///< at which the surface gives way [N], >= G w
     double step = 0.0;                ///< by which it is driven from record to record [m]
+    /// Stiffness of the bed of springs that holds the tissue across the axis, for each metre of the shaft [N/m^2], > 0;
+    /// infinite where needle_stiffness alone gives way.
+    double side_stiffness = std::numeric_limits<double>::infinity();
 
+    /// Softness of the bed at a place, beside that of needle_stiffness [m/N].
+    /// @param spacing  of the places [m]
+    double side_softness(double spacing) const { return 1.0 / (side_stiffness * spacing); }
     double tip_force() const { return toughness * diameter; } ///< [N]
     double depth() const { return (target - entry).norm(); }  ///< from entry to target, the body at rest [m]
     Vector3 direction() const { return (target - entry).normalized(); }

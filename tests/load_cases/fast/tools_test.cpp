@@ -285,6 +285,9 @@ TEST_F(Needles, GoFromThePointOfAPatchThatIsNearestToTheirTarget) {
     EXPECT_DOUBLE_EQ(needle.depth(), 0.05);
     EXPECT_DOUBLE_EQ(needle.tip_force(), 0.15);
     EXPECT_DOUBLE_EQ(needle.puncture_force, 0.15) << "a nick was made first";
+    EXPECT_EQ(needle.side_softness(0.003), 0.0) << "it is rigid";
+    const auto soft = read(held_box + box_needle + "side_stiffness = 1e5\n").front();
+    EXPECT_DOUBLE_EQ(soft.side_softness(0.002), 1.0 / 200.0);
 }
 
 TEST_F(Needles, GoToTheCentroidOfARegionOrToADepth) {
@@ -312,6 +315,7 @@ TEST_F(Needles, AreRefusedWhereTheyCannotBe) {
                                            "toughness = 150.0 -> toughness = 0.0",
                                            "friction = 12.0 -> friction = -1.0",
                                            "friction = 12.0 -> friction = 12.0\npuncture_force = 0.1",
+                                           "friction = 12.0 -> friction = 12.0\nside_stiffness = 0.0",
                                            "friction = 12.0 -> friction = 12.0\nstep = 0.000001",
                                            "friction = 12.0 -> friction = 12.0\nspeed = 1.0",
                                            "spread = 0.01 -> spread = 0.0004",

@@ -330,7 +330,8 @@ inline results::NeedleFile sample_needles() {
                                           .toughness = 164.0,
                                           .friction = 20.0,
                                           .puncture_force = 0.2,
-                                          .step = 0.01},
+                                          .step = 0.01,
+                                          .side_stiffness = 1e5},
                                .runs = {{"judge", sample_insertion(1.0), 3.0}, {"springs", sample_insertion(1.1), 0.5}},
                                .reference_miss_change = 1e-5,
                                .reference_force_change = 0.004};

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 #include <random>
 
 #include "core/support/input_error.hpp"
@@ -118,6 +119,42 @@ TEST(Insertion, JumpsWhereTheSurfaceGivesWay) {
     EXPECT_GT(found.puncture_loss, 0.0);
     EXPECT_LT(*std::ranges::max_element(found.force), tough.puncture_force) << "records are beside it";
     EXPECT_EQ((results::NeedleRun{.model = "block", .insertion = found}.largest_force(tough)), tough.puncture_force);
+}
+
+/// A rigid block that forces along the axis push aside as well, by d = 5 mm/N, and forces across it by e = 10 mm/N.
+/// Each place that the tip has passed holds it back, with k, from where it was then. So with n places behind the tip it
+/// goes aside by d dF / (1 + n e k) with the force F of tip and friction. A soft bed does not hold it, a stiff one
+/// nearly.
+TEST(Insertion, BesideABedOfSpringsHasItsClosedForm) {
+    constexpr double along = 0.02, aside = 0.005, across = 0.01; // m/N
+    auto needle = tests::needle_of_some_tissue();
+    const auto line = core::needle_line(needle);
+    const auto places = static_cast<Eigen::Index>(line.places.size());
+    const core::Vector3 axis = needle.direction(), side = axis.unitOrthogonal();
+    const Eigen::Matrix3d block = (along - across) * axis * axis.transpose() + across * Eigen::Matrix3d::Identity() +
+                                  aside * (axis * side.transpose() + side * axis.transpose());
+    Eigen::MatrixXd matrix = block.replicate(places, places);
+    matrix.diagonal().array() += 1e-7 * along;
+    for (const double side_stiffness : {1.0, 5e3, 1e5, std::numeric_limits<double>::infinity()}) {
+        SCOPED_TRACE(side_stiffness);
+        needle.side_stiffness = side_stiffness;
+        results::NeedleRun run{.model = "block", .insertion = insert(matrix, line, needle)};
+        const auto &found = run.insertion;
+        const double held = across / (1.0 / core::needle_stiffness + needle.side_softness(line.spacing)); // e k
+        for (int j = 1; j <= found.at_plan; ++j) {
+            if (found.tip[j] <= 0.0)
+                continue;
+            double way = aside * needle.tip_force() / (1.0 + held);
+            for (int n = 1; found.tip[j] > (n - 1) * line.spacing; ++n)
+                way += aside * needle.friction * std::min(line.spacing, found.tip[j] - (n - 1) * line.spacing) /
+                       (1.0 + n * held);
+            EXPECT_NEAR(found.target[j].dot(side), way, 5e-6) << found.depth[j];
+        }
+        EXPECT_LT(run.energy_error(), 0.01);
+        const double last = run.miss().dot(side), free = aside * run.force_at_plan();
+        EXPECT_EQ(last > 0.99 * free, side_stiffness == 1.0);
+        EXPECT_EQ(last < 0.01 * free, std::isinf(side_stiffness));
+    }
 }
 
 TEST(Insertion, OfAForceTooSmallNeverPunctures) {

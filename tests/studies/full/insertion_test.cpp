@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 #include <random>
+#include <utility>
 
 #include "core/support/input_error.hpp"
 #include "core/tool/needle/needle.hpp"
@@ -68,9 +70,13 @@ msm::ElasticBody springs_around_nodes(const core::Body &body) {
 /// first touch, the turn, and where a place that was held is let go.
 TEST(MovingInsertion, MeetsSlowlyWhatTheStaticNeedleDoes) {
     constexpr int start = 5, turn = 3;
-    const Block block;
+    constexpr double rigid = std::numeric_limits<double>::infinity(), bed = 2e4; // N/m^2
+    Block block;
     const double spacing = core::needle_line(block.needle).spacing;
-    for (const bool is_around_nodes : {false, true}) {
+    for (const auto &[is_around_nodes, side_stiffness] :
+         {std::pair{false, rigid}, std::pair{true, rigid}, std::pair{false, bed}}) {
+        SCOPED_TRACE(side_stiffness);
+        block.needle.side_stiffness = side_stiffness;
         const auto body =
             is_around_nodes ? springs_around_nodes(*block.problem.body) : patch_springs(*block.problem.body);
         const auto expected = block.slowly(body);

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <limits>
 #include <string>
+#include <utility>
 
 #include "core/mesh/places.hpp"
 #include "msm/dynamics/stepper.hpp"
@@ -139,8 +142,9 @@ class PlainNeedle {
         for (std::size_t r = 0; r < row.size(); ++r)
             impulse += along[r] * row[r] * axis_.transpose();
         if (num_held_ > 0) {
-            const Eigen::MatrixXd block =
-                places_.topLeftCorner(num_held_, num_held_) + soft * Eigen::MatrixXd::Identity(num_held_, num_held_);
+            const double bed = needle_.side_stiffness * line_.spacing, softer = 1.0 + core::needle_stiffness / bed;
+            const Eigen::MatrixXd block = places_.topLeftCorner(num_held_, num_held_) +
+                                          soft * softer * Eigen::MatrixXd::Identity(num_held_, num_held_);
             Eigen::MatrixXd right(num_held_, 3);
             for (int k = 0; k < num_held_; ++k) {
                 Vector3 gap = u.row(k).transpose() - held_[k], change = (u.row(k) - before_.row(k)).transpose();
@@ -242,11 +246,14 @@ double largest_difference(const State &found, const State &expected) {
 }
 
 TEST(MovingNeedle, DoesWhatThePlainOneDoes) {
-    const PrickedBox box;
+    PrickedBox box;
     const core::RayleighDamping damping{20.0, 0.0};
-    for (const std::string name : {"patch", "nodal_neo_hookean"})
+    constexpr double rigid = std::numeric_limits<double>::infinity(), bed = 2e4; // N/m^2
+    for (const auto &[name, side_stiffness] :
+         {std::pair{"patch", rigid}, std::pair{"nodal_neo_hookean", rigid}, std::pair{"patch", bed}})
         for (const auto precision : tests::both_precisions) {
-            SCOPED_TRACE(name);
+            SCOPED_TRACE(fmt::format("{} {}", name, side_stiffness));
+            box.needle.side_stiffness = side_stiffness;
             const auto body = springs_named(box.body, name);
             auto steps = box.steps(body, needle_step, precision);
             MovingNeedle needle(box.needle, box.body.mesh, body.node_mass, box.conditions);
