@@ -363,13 +363,12 @@ std::vector<std::string> doubts_about_loads(const LoadCase &load_case, const Tet
 }
 
 std::vector<std::string> doubts_about_noise(double noise, double largest) {
-    constexpr double worst_camera = 0.01; // [m]
-    if (!(noise > std::min(worst_camera, largest)))
+    constexpr double worst_camera = 0.01, most_of_largest = 0.1; // [m], and a part
+    if (!(noise > std::min(worst_camera, most_of_largest * largest)))
         return {};
-    return {
-        fmt::format("the noise is {:g} m, and the largest displacement that was measured is {:.3g} m; check whether "
-                    "the noise is in m",
-                    noise, largest)};
+    return {fmt::format("the noise is {:g} m, and the largest displacement that was measured is {:.3g} m; check "
+                        "whether the noise is in m, because errors below it rank nothing",
+                        noise, largest)};
 }
 
 std::optional<std::pair<std::size_t, std::size_t>> apart_by_faces(std::span<const std::array<int, 4>> tetrahedra) {

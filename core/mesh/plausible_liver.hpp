@@ -72,7 +72,8 @@ std::vector<std::string> doubts_about_materials(std::span<const Material> materi
 /// body of this size, and for an acceleration that none survives. Loads that are to be scaled are not looked at.
 std::vector<std::string> doubts_about_loads(const LoadCase &load_case, const TetraMesh &mesh);
 
-/// A sentence if the noise of a measurement of displacements is larger than what was measured, or than a centimetre.
+/// A sentence if the noise of a measurement of displacements is larger than a tenth of the largest that was measured,
+/// or than a centimetre.
 /// @param noise    root mean square length [m]
 /// @param largest  displacement that was measured [m]
 std::vector<std::string> doubts_about_noise(double noise, double largest);

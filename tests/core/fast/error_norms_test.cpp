@@ -264,8 +264,9 @@ TEST(Doubts, AreAboutLoadsThatNobodyGives) {
     ASSERT_EQ(force.size(), 1u);
     EXPECT_NE(force[0].find("a force of 2e+03 N"), std::string::npos) << force[0];
     EXPECT_EQ(core::doubts_about_noise(0.3, 0.02).size(), 1u);
-    EXPECT_EQ(core::doubts_about_noise(0.003, 0.002).size(), 1u);
-    EXPECT_TRUE(core::doubts_about_noise(0.0003, 0.002).empty());
+    EXPECT_EQ(core::doubts_about_noise(0.3, 3.1).size(), 1u); // of displacements in another unit as well
+    EXPECT_EQ(core::doubts_about_noise(0.0003, 0.0029).size(), 1u);
+    EXPECT_TRUE(core::doubts_about_noise(0.0003, 0.0031).empty());
 }
 
 TEST(Comparison, RefusesOtherNumbersOfReactions) {
