@@ -66,6 +66,9 @@ struct RigidMotion {
     core::Vector3 at(const core::Vector3 &point) const { return rotation * (point - from) + to; }
 };
 
+/// Fewest points whose rigid motion says anything: one is met exactly, and two but for their distance.
+inline constexpr std::size_t fewest_of_rigid_motion = 3;
+
 /// The rigid motion of least sum |x' - y|^2 over points x that it takes to x' (Kabsch 1976, Acta Cryst. A32).
 /// @param points   x, at least one [m]
 /// @param targets  y [m]
@@ -155,12 +158,18 @@ std::optional<std::filesystem::path> public_data(const std::string &data);
 /// @throws support::InputError if they are not there, with where to get them and where to put them; for a fault of them
 Experiment read_public(const PublicExperiment &experiment);
 
-/// Refuses what no experiment can be: markers outside the body by more than half of its thinnest side or displacements
-/// larger than it, as of another unit or frame; numbers that are not finite where they are needed; fewer than three
-/// markers to compare.
+/// Refuses what no experiment can be: markers outside the body by more than half of its thickness or displacements
+/// larger than it, as of another unit or frame; two markers in one place; numbers that are not finite where they are
+/// needed; no marker to compare. The thickness is the smaller of the thinnest side of the box around the body and of
+/// its mean chord 4 V / S.
 /// @param place  named in messages
 /// @throws support::InputError
 void check(const Experiment &experiment, const std::string &place);
+
+/// A sentence with the markers that are outside a body by more than a tenth of its thickness, and by how much.
+/// @param outside  (K) distance of each marker from the body [m]; 0 inside
+std::vector<std::string> doubts_about_markers(std::span<const Marker> markers, const core::TetraMesh &mesh,
+                                              std::span<const double> outside);
 
 /// The motion of each place that markers drive in a state.
 /// @return by patch, in the order in which the markers name them

@@ -210,9 +210,12 @@ Layout experiment_table(const ExperimentResult &result) {
     describe_states(cells, result.states, result.markers.size());
     const bool has_line = std::ranges::any_of(
         result.states, [](const ExperimentState &state) { return std::isfinite(state.straight_line); });
+    const bool has_rigid_motion = std::ranges::any_of(
+        result.states, [](const ExperimentState &state) { return std::isfinite(state.rigid_motion); });
     for (const std::string name :
          {"noise", "no_motion", "rigid_motion", "straight_line", "fit_residual", "reference_uncertainty"}) {
-        if (!has_line && (name == "straight_line" || name == "fit_residual"))
+        if ((!has_line && (name == "straight_line" || name == "fit_residual")) ||
+            (!has_rigid_motion && name == "rigid_motion"))
             continue;
         const auto &[head, state_cells] = cells.column(name);
         auto &row = layout.rows.emplace_back(std::vector{head.title, std::string()});
@@ -254,7 +257,8 @@ Layout ring_down_table(const ExperimentResult &result) {
              fixed(100.0 * ring_down.frequency_uncertainty / ring_down.frequency, 1),
              fixed(ring_down.damping_uncertainty, 3), in_mm_if_known(ring_down.swing_noise),
              in_mm_if_known(ring_down.noise)});
-        add({"rigid motion, fitted to each record", "", "", "", "", "", in_mm(ring_down.rigid_motion)});
+        if (std::isfinite(ring_down.rigid_motion))
+            add({"rigid motion, fitted to each record", "", "", "", "", "", in_mm(ring_down.rigid_motion)});
         add({"no motion", "", "", "", "", "", in_mm(ring_down.no_motion)});
         auto runs = ring_down.runs;
         std::ranges::stable_sort(

@@ -47,7 +47,7 @@ struct RingDownResult {
     double swing_noise = 0.0;   ///< root mean square of half of how far repeats differ; 0 of one [m]
     double noise = 0.0;         ///< half of how far repeats differ; 0 of one
     double no_motion = 0.0;     ///< error of a body that stays at the mean place of each marker
-    double rigid_motion = 0.0;  ///< of the rigid motion that fits the markers best in each record
+    double rigid_motion = 0.0;  ///< of the rigid motion that fits best in each record; NaN of fewer than three markers
     std::vector<RingDownRun> runs;
 
     int num_records(std::size_t num_markers) const { return static_cast<int>(displacement.size() / num_markers); }
@@ -63,7 +63,7 @@ struct ExperimentState {
     std::vector<core::Vector3> displacement{}; ///< (K) measured [m]; NaN of a marker that was not seen
     double noise = 0.0;                        ///< of the measurement [m]; 0 where nobody says
     double no_motion = 0.0;                    ///< error of a body that does not move
-    double rigid_motion = 0.0;                 ///< of the rigid motion that fits the markers best
+    double rigid_motion = 0.0;                 ///< of the rigid motion that fits best; NaN of fewer than three markers
     /// Error of the straight line between two places that markers drive; NaN where there are not two.
     double straight_line = std::numeric_limits<double>::quiet_NaN();
     double fit_residual = 0.0; ///< root mean square distance between driving markers and the places that they drive

@@ -53,7 +53,7 @@ StatesOnMesh refined(const StatesOnMesh &coarse, const std::vector<Vector3> &pos
     return states;
 }
 
-/// A sentence for each number that may be in another unit, each once.
+/// A sentence for each number that may be in another unit, and for markers far off the body, each once.
 std::vector<std::string> doubts_about(const experiments::Experiment &experiment, const StatesOnMesh &states) {
     const auto &mesh = states.body->mesh;
     auto doubts = core::doubts_about_materials(states.body->materials, mesh.region_names);
@@ -64,6 +64,7 @@ std::vector<std::string> doubts_about(const experiments::Experiment &experiment,
     };
     for (const auto &load_case : states.load_cases)
         add(core::doubts_about_loads(load_case, mesh));
+    add(experiments::doubts_about_markers(experiment.markers, mesh, states.field.outside()));
     for (const auto &state : experiment.states) {
         double largest = 0.0;
         for (const auto &displacement : state.displacement)
@@ -153,10 +154,13 @@ results::ExperimentState without_models(const experiments::Experiment &experimen
             points.push_back(result.positions[k]);
             targets.emplace_back(result.positions[k] + measured.displacement[k]);
         }
-    const auto fitted = experiments::best_rigid_motion(points, targets);
-    for (const auto &position : result.positions)
-        rigid.emplace_back(fitted.at(position) - position);
-    state.rigid_motion = error(rigid);
+    state.rigid_motion = results::not_known;
+    if (points.size() >= experiments::fewest_of_rigid_motion) {
+        const auto fitted = experiments::best_rigid_motion(points, targets);
+        for (const auto &position : result.positions)
+            rigid.emplace_back(fitted.at(position) - position);
+        state.rigid_motion = error(rigid);
+    }
     const auto places = experiments::driven_places(experiment, measured);
     for (const auto &place : places)
         state.fit_residual += place.motion.residual() * place.motion.residual() / static_cast<double>(places.size());

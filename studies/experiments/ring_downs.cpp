@@ -195,7 +195,9 @@ results::RingDownResult measured_ring_down(const experiments::RingDown &ring_dow
         }
     }
     result.no_motion = results::root_mean_square_distance(stays, mean.displacement);
-    result.rigid_motion = results::root_mean_square_distance(rigid, mean.displacement);
+    result.rigid_motion = positions.size() < experiments::fewest_of_rigid_motion
+                              ? results::not_known
+                              : results::root_mean_square_distance(rigid, mean.displacement);
     return result;
 }
 

@@ -54,6 +54,8 @@ def _verdict(file, errors: dict[str, list[float]]) -> Markup:
     line, word = states["straight_line"][:], "the straight line between the driven places"
     if not numpy.isfinite(line).all():
         line, word = states["rigid_motion"][:], "the rigid motion that fits the markers best"
+    if not numpy.isfinite(line).all():  # fewer than three markers
+        return paragraph(text)
     worse = [model for model, values in solved.items() if all(value > of_line for value, of_line in zip(values, line))]
     if len(worse) == len(solved):
         text += f"All models are worse than {word}, which has {_lengths(line)}"

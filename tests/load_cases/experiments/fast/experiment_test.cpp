@@ -316,6 +316,15 @@ TEST(MeasuredRinging, IsAsUncertainAsItsRepeatsDiffer) {
     EXPECT_LT(measured_ringing(std::span(repeats).first(1), both).frequency_uncertainty, 1e-3);
 }
 
+TEST(MeasuredRingDown, OfFewerThanThreeMarkersHasNoRigidMotion) {
+    const RingDown ring_down{.state = "s", .repeats = {ringing(4.3, 0.05, 151)}, .body = {}, .load_case = {}};
+    const std::vector<Vector3> positions{{0.0, 0.0, 0.1}, {0.02, 0.0, 0.1}};
+    const auto measured = studies::measured_ring_down(ring_down, positions, both);
+    EXPECT_TRUE(std::isnan(measured.rigid_motion));
+    EXPECT_GT(measured.no_motion, 0.0);
+    EXPECT_NEAR(measured.frequency, 4.3, 1e-3);
+}
+
 TEST(Swings, FadeAsTheDampingSays) {
     const double ratio = 0.05, frequency = 4.3;
     const auto found = swings(ringing(frequency, ratio, 151), both, frequency, 4);

@@ -1,3 +1,4 @@
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -6,6 +7,7 @@
 
 #include "load_cases/experiments/experiment.hpp"
 #include "load_cases/experiments/markers.hpp"
+#include "results/records/experiment.hpp"
 #include "studies/experiments/experiments.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/golden.hpp"
@@ -88,6 +90,13 @@ path = [0.5, 1.0]
     }
 };
 
+std::vector<double> outside_of(const Experiment &experiment, const core::TetraMesh &mesh) {
+    std::vector<Vector3> positions;
+    for (const auto &marker : experiment.markers)
+        positions.push_back(marker.position);
+    return MarkerField(mesh, positions).outside();
+}
+
 TEST_F(OwnExperiment, IsReadInMetres) {
     const auto experiment = read();
     EXPECT_EQ(experiment.name, "jelly");
@@ -144,10 +153,99 @@ TEST_F(OwnExperiment, OfACylinderHasItsPatches) {
 }
 
 TEST_F(OwnExperiment, WithAMarkerBesideTheBodyIsRefused) {
-    // Pegs are followed: a fifth of the diagonal is 17.5 mm, half of the thinnest side 20 mm.
+    // Pegs are followed: a fifth of the diagonal is 17.5 mm, half of the thickness 16.2 mm.
     const auto at = markers_.rfind("inside4");
     markers_ = markers_.substr(0, at) + "inside4,,0,65,30,0,65,30\n";
-    EXPECT_EQ(read().markers.size(), 29u);
+    const auto experiment = read();
+    ASSERT_EQ(experiment.markers.size(), 29u);
+    const auto body = experiment.body(experiment.edge_length);
+    const auto outside = outside_of(experiment, body.mesh);
+    EXPECT_NEAR(outside.back(), 0.015, 1e-12);
+    const auto doubts = doubts_about_markers(experiment.markers, body.mesh, outside);
+    tests::expect_one(doubts, "markers inside4 (15 mm) are outside the body by more than a tenth of its thickness of "
+                              "32.4 mm");
+    studies::ExperimentOptions options;
+    options.models = {"fem_p1_neo_hookean"};
+    options.refines_reference = false;
+    const auto assumptions = studies::evaluate_experiment(experiment, options, "test", {}).assumptions;
+    EXPECT_NE(std::ranges::find(assumptions, doubts.front()), assumptions.end());
+}
+
+/// A rod of 20 mm whose box is 135 mm wide at its thinnest, because it lies askew.
+Experiment rod_askew(const std::vector<Vector3> &markers) {
+    const Eigen::Matrix3d turned = Eigen::Quaterniond::FromTwoVectors(Vector3::UnitX(), Vector3::Ones()).matrix();
+    Experiment rod;
+    rod.name = "rod";
+    rod.body = [turned](double) {
+        core::Body body{.name = "rod", .mesh = tests::box_mesh({0.2, 0.02, 0.02}, {10, 1, 1}), .materials = {}};
+        for (auto &point : body.mesh.points)
+            point = turned * point;
+        return body;
+    };
+    for (std::size_t k = 0; k < markers.size(); ++k)
+        rod.markers.push_back({fmt::format("m{}", k), turned * markers[k], ""});
+    rod.states.push_back(
+        {.name = "bent", .load_case = {}, .displacement = std::vector(markers.size(), Vector3(0, 0, 1e-3))});
+    return rod;
+}
+
+TEST(MarkersOffTheBody, AreMeasuredByItsThicknessAndNotByItsBox) {
+    EXPECT_NO_THROW(check(rod_askew({{0.1, 0.01, 0.025}}), "rod.csv"));
+    tests::expect_input_error(
+        [] {
+            check(rod_askew({{0.1, 0.01, 0.055}}), "rod.csv");
+        },
+        {"rod.csv: marker m0 is 35 mm outside the body", "half of the thickness"});
+}
+
+TEST(MarkersOffTheBody, AreNamedAndCounted) {
+    std::vector<Vector3> markers;
+    for (int k = 0; k < 8; ++k)
+        markers.emplace_back(0.02 + 0.02 * k, 0.01, k == 0 ? 0.021 : 0.025);
+    const auto rod = rod_askew(markers);
+    const auto mesh = rod.body(0.0).mesh;
+    const auto doubts = doubts_about_markers(rod.markers, mesh, outside_of(rod, mesh));
+    tests::expect_one(doubts, "markers m1 (5 mm), m2 (5 mm), m3 (5 mm), m4 (5 mm), m5 (5 mm) and 2 others are outside");
+    EXPECT_TRUE(doubts_about_markers(rod.markers, mesh, std::vector<double>(markers.size(), 0.001)).empty());
+}
+
+TEST_F(OwnExperiment, OfOneMarkerHasNoRigidMotionAndAllElse) {
+    markers_.erase(markers_.find("inside1"));
+    studies::ExperimentOptions options;
+    options.models = {"fem_p1_neo_hookean"};
+    options.refines_reference = false;
+    const auto result = studies::evaluate_experiment(read(), options, "test", {});
+    const auto &state = result.states.front();
+    EXPECT_TRUE(std::isnan(state.rigid_motion));
+    EXPECT_GT(state.no_motion, 0.003);
+    for (const auto &run : result.runs) {
+        EXPECT_EQ(run.status, core::SolutionStatus::ok) << run.message;
+        EXPECT_LT(run.error, 1e-8);
+        EXPECT_EQ(run.error, run.worst_error);
+    }
+    for (const auto &row : results::experiment_table(result).rows)
+        EXPECT_EQ(row.front().find("rigid"), std::string::npos);
+    results::write_experiment(directory_ / "one.h5", result);
+    const auto again = results::read_experiment(directory_ / "one.h5");
+    EXPECT_TRUE(std::isnan(again.states.front().rigid_motion));
+    EXPECT_EQ(again.runs, result.runs);
+}
+
+TEST_F(OwnExperiment, WithANoiseAsOfAnotherUnitIsDoubted) {
+    studies::ExperimentOptions options;
+    options.models = {"fem_p1_neo_hookean"};
+    options.refines_reference = false;
+    const auto is_doubted = [&] {
+        const auto assumptions = studies::evaluate_experiment(read(), options, "test", {}).assumptions;
+        return std::ranges::any_of(assumptions, [](const auto &text) { return text.starts_with("the noise is "); });
+    };
+    EXPECT_FALSE(is_doubted());
+    for (const char *noise : {"noise = 0.3", "noise = 0.003"}) { // 300 mm, and 3 mm of displacements up to 13.6 mm
+        const auto good = text_;
+        text_ = replaced(text_, "noise = 0.0002", noise);
+        EXPECT_TRUE(is_doubted()) << noise;
+        text_ = good;
+    }
 }
 
 TEST_F(OwnExperiment, SaysHowManyTetrahedraAreExpectedAndRefusesTooMany) {
@@ -180,13 +278,14 @@ TEST_F(OwnExperiment, ThatIsNoneIsRefused) {
          "edge_length = 0.02 -> edge_length = -0.02", "size = [0.06, 0.05, 0.04] -> size = [0.06, 3000, 0.04]"},
         text_);
     const auto last = markers_.substr(markers_.rfind("inside4"));
-    refusals += refusals_after(
-        {markers_ + " -> ", markers_.substr(markers_.find('\n') + 1) + " -> ", "marker,drives -> name,drives",
-         "pressed_y -> pressed_z", "x_min0,x_min, -> x_min0,x_min,nan,", "x_min0,x_min,-30 -> x_min0,x_min,nan",
-         "x_min0,x_min,-30 -> x_min0,x_min,inf", "x_min0,x_min,-30 -> x_min0,x_min,3e999", "x_min1, -> x_min0,",
-         markers_.substr(markers_.find("inside2")) + " -> ", last + " -> inside4,,0,75,30,0,75,30\n",
-         last + " -> inside4,,0,25,30,0,400,30\n", last + " -> blind,z_max,0,25,50,,,\n"},
-        markers_);
+    refusals += refusals_after({markers_ + " -> ", markers_.substr(markers_.find('\n') + 1) + " -> ",
+                                "marker,drives -> name,drives", "pressed_y -> pressed_z",
+                                "x_min0,x_min, -> x_min0,x_min,nan,", "x_min0,x_min,-30 -> x_min0,x_min,nan",
+                                "x_min0,x_min,-30 -> x_min0,x_min,inf", "x_min0,x_min,-30 -> x_min0,x_min,3e999",
+                                "x_min1, -> x_min0,", markers_.substr(markers_.find("inside0")) + " -> ",
+                                last + " -> inside4,,0,75,30,0,75,30\n", last + " -> inside4,,0,25,32,0,400,30\n",
+                                last + " -> inside4,,0,25,30.00005,0,25,24\n", last + " -> blind,z_max,0,25,50,,,\n"},
+                               markers_);
     refusals += tests::refusal(
         "no file", [&] { read_experiment(directory_ / "none.toml"); }, directory_.string());
     tests::expect_golden("refusals_of_experiments", refusals);
@@ -205,7 +304,7 @@ TEST_F(OwnExperiment, ThatIsNoneIsRefused) {
 
 TEST_F(OwnExperiment, LeavesMarkersOutThatWereNotSeen) {
     const auto at = markers_.rfind("inside4");
-    markers_ = markers_.substr(0, at) + "inside4,,0,25,30,,,\n";
+    markers_ = markers_.substr(0, at) + "inside4,,0,25,32,,,\n";
     const auto experiment = read();
     EXPECT_TRUE(experiment.states[0].displacement.back().array().isNaN().all());
 }
