@@ -119,7 +119,7 @@ void describe_arguments_once(CLI::App &app) {
 }
 
 void refuse_empty_places(CLI::App &app) {
-    for (const auto *const name : {"--output", "--picture", "--scan"})
+    for (const auto *const name : {"--output", "--picture", "--scan", "--data"})
         if (auto *option = app.get_option_no_throw(name))
             option->check(CLI::Validator(
                 [](const std::string &place) {

@@ -138,25 +138,47 @@ struct Experiment {
     std::string damping_from{};         ///< the state of one of them; empty where there are none
 };
 
+/// A file of public data.
+struct PublicFile {
+    std::string path;   ///< below a folder of data_folders()
+    std::string sha256; ///< its digest as its owners publish it, 64 hexadecimal digits
+};
+
 /// An experiment whose data are public; python/livermark/studies/public_data.py reads them.
 struct PublicExperiment {
     std::string name;
     std::string title; ///< one line
     std::string data;  ///< see public_data()
     std::string source;
+    std::string licence;
+    std::vector<PublicFile> files; ///< that are read
 };
 
 /// Every public experiment, in alphabetical order.
 std::span<const PublicExperiment> all_public_data();
 
-/// Place of public data below the folder that the environment variable LIVERMARK_EXPERIMENTS names.
-/// @param data  a file or a folder there
-/// @return nothing if it is not there
-std::optional<std::filesystem::path> public_data(const std::string &data);
+/// Folders in which public data are looked for, the first before the others: the one that is given, the one that the
+/// environment variable LIVERMARK_EXPERIMENTS names, and livermark/experiments in the data directory of the user, which
+/// is $XDG_DATA_HOME, or ~/.local/share where that is not set (XDG Base Directory Specification 0.8).
+/// @param given  empty if none is
+std::vector<std::filesystem::path> data_folders(const std::filesystem::path &given = {});
 
-/// Reads and checks the data of a public experiment.
+/// Place of public data in the first of data_folders() that has them.
+/// @param data  a file or a folder there
+/// @return nothing if none has them
+std::optional<std::filesystem::path> public_data(const std::string &data, const std::filesystem::path &given = {});
+
+/// End of a sentence on public data that are not there: "put <data> into <folder>, or ...".
+std::string where_to_put(const std::string &data);
+
+/// The sentence for an experiment whose data are not there: where to get them, and where to put them.
+std::string where_to_get(const PublicExperiment &experiment);
+
+/// Reads and checks the data of a public experiment. A file with another digest than the published one is named in the
+/// assumptions.
+/// @param given  see data_folders()
 /// @throws support::InputError if they are not there, with where to get them and where to put them; for a fault of them
-Experiment read_public(const PublicExperiment &experiment);
+Experiment read_public(const PublicExperiment &experiment, const std::filesystem::path &given = {});
 
 /// Refuses what no experiment can be: markers outside the body by more than half of its thickness or displacements
 /// larger than it, as of another unit or frame; two markers in one place; numbers that are not finite where they are

@@ -258,13 +258,29 @@ const std::array<PublicExperiment, 2> public_experiments{
     {{.name = "dragon_skin_beam",
       .title = "Dragon Skin beam: a clamped beam of silicone under weights at its tip",
       .data = "dragon_skin_beam",
-      .source = "Dubied et al. 2022, arXiv:2201.12560; python/realbeam_experiments/ of "
-                "github.com/srl-ethz/diffPD_sim2real, MIT"},
+      .source = "Dubied et al. 2022, arXiv:2201.12560; python/realbeam_experiments/Measurement_data/ of "
+                "github.com/srl-ethz/diffPD_sim2real",
+      .licence = "MIT",
+      .files = {{"dragon_skin_beam/beam_gravity_V2_a.c3d",
+                 "c457a77b67925b9a9d66bbdbd4424a2b8a27e7dfeea2355d75cdc80b1b2e4361"},
+                {"dragon_skin_beam/beam_gravity_V2_b.c3d",
+                 "cb720b7911214e9a055a5f374cd6979923aa8f1f55afbe98ac5ae0422d6f669e"},
+                {"dragon_skin_beam/beam_load52_V2_a.c3d",
+                 "bbaeb9ed77cfa38485e5f6b60da25c49876a5ee6f7f1c7cb08dd1962740e52dc"},
+                {"dragon_skin_beam/beam_load52_V2_b.c3d",
+                 "7379f3dac8f3f28bc37cae68c0515824a76070b6a486c0cd22d0c89c512fdc87"},
+                {"dragon_skin_beam/beam_load101_V2_a.c3d",
+                 "4fbc73464e67a8edbae316e50253c0a2d5c32047e00320460796aa2ddfaf8e34"},
+                {"dragon_skin_beam/beam_load101_V2_b.c3d",
+                 "0a0b57dd85a00219abd8dd7ac0d312fa52580032ce575621e78e503cd85bfc28"}}},
      {.name = "truth_cube",
       .title = "Truth Cube: beads in a cube of silicone that plates press together",
       .data = "truth_cube/uniaxial_positions.csv",
       .source = "Kerdok et al. 2003, Med. Image Anal. 7(3); SurgSim/Physics/RenderTests/Data/ of "
-                "github.com/simquest/opensurgsim"}}};
+                "github.com/simquest/opensurgsim",
+      .licence = "Apache-2.0, as that repository",
+      .files = {
+          {"truth_cube/uniaxial_positions.csv", "046207017370b11e910fffc5a83a85901a1392ca45510dbcbf54f4a6be89efab"}}}}};
 
 std::vector<Vector3> vectors_of(const toml::array &numbers) {
     std::vector<Vector3> vectors(numbers.size() / 3);
@@ -338,33 +354,84 @@ Experiment experiment_of(const toml::table &data, const std::string &name) {
     return experiment;
 }
 
+/// A folder that an environment variable names; empty where it names none.
+std::filesystem::path folder_in_environment(const char *name) {
+    const char *folder = std::getenv(name); // NOLINT(concurrency-mt-unsafe): nobody changes the environment
+    return folder ? folder : "";
+}
+
+/// The folder of public data in the data directory of the user; empty where there is no home.
+std::filesystem::path own_folder() {
+    const auto data = folder_in_environment("XDG_DATA_HOME"), home = folder_in_environment("HOME");
+    if (data.is_absolute()) // others are to be ignored
+        return data / "livermark" / "experiments";
+    return home.empty() ? home : home / ".local" / "share" / "livermark" / "experiments";
+}
+
+/// The first of data_folders() that has some data.
+std::optional<std::filesystem::path> folder_with(const std::string &data, const std::filesystem::path &given) {
+    std::error_code ignored;
+    for (const auto &folder : data_folders(given))
+        if (std::filesystem::exists(folder / data, ignored))
+            return folder;
+    return std::nullopt;
+}
+
 } // namespace
 
 std::span<const PublicExperiment> all_public_data() {
     return public_experiments;
 }
 
-std::optional<std::filesystem::path> public_data(const std::string &data) {
-    const char *folder = std::getenv("LIVERMARK_EXPERIMENTS"); // NOLINT(concurrency-mt-unsafe): nobody changes it
-    std::error_code ignored;
-    if (!folder || !std::filesystem::exists(std::filesystem::path(folder) / data, ignored))
-        return std::nullopt;
-    return std::filesystem::path(folder) / data;
+std::vector<std::filesystem::path> data_folders(const std::filesystem::path &given) {
+    std::vector<std::filesystem::path> folders;
+    const auto add = [&](const std::filesystem::path &folder) {
+        if (!folder.empty())
+            folders.push_back(folder);
+    };
+    add(given);
+    add(folder_in_environment("LIVERMARK_EXPERIMENTS"));
+    add(own_folder());
+    return folders;
 }
 
-Experiment read_public(const PublicExperiment &experiment) {
-    const auto data = public_data(experiment.data);
-    if (!data)
-        throw support::InputError("experiment {}: its data are not there; get them from {}, and set the environment "
-                                  "variable LIVERMARK_EXPERIMENTS to the folder that {} is in",
-                                  experiment.name, experiment.source, experiment.data);
-    const auto answer = support::run_python("studies.public_data", {experiment.name, data->string()}, {},
-                                            "an experiment of public data", "python3-numpy");
+std::optional<std::filesystem::path> public_data(const std::string &data, const std::filesystem::path &given) {
+    if (const auto folder = folder_with(data, given))
+        return *folder / data;
+    return std::nullopt;
+}
+
+std::string where_to_put(const std::string &data) {
+    const auto own = own_folder();
+    return own.empty()
+               ? fmt::format("set the environment variable LIVERMARK_EXPERIMENTS to the folder that {} is in", data)
+               : fmt::format("put {} into {}, or set the environment variable LIVERMARK_EXPERIMENTS to the folder that "
+                             "it is in",
+                             data, own.string());
+}
+
+std::string where_to_get(const PublicExperiment &experiment) {
+    return fmt::format("the data of {} are not there; get them from {}, and {}, or give that folder as --data",
+                       experiment.name, experiment.source, where_to_put(experiment.data));
+}
+
+Experiment read_public(const PublicExperiment &experiment, const std::filesystem::path &given) {
+    const auto folder = folder_with(experiment.data, given);
+    if (!folder)
+        throw support::InputError(where_to_get(experiment));
+    const auto data = *folder / experiment.data;
+    std::vector<std::string> words{experiment.name, data.string()};
+    for (const auto &file : experiment.files) {
+        words.push_back((*folder / file.path).string());
+        words.push_back(file.sha256);
+    }
+    const auto answer =
+        support::run_python("studies.public_data", words, {}, "an experiment of public data", "python3-numpy");
     auto result = experiment_of(support::parse_toml(answer, experiment.name + ".toml"), experiment.name);
     result.name = experiment.name;
     result.title = experiment.title;
     result.source = experiment.source;
-    check(result, data->string());
+    check(result, data.string());
     return result;
 }
 

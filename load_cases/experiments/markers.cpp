@@ -287,9 +287,8 @@ NeedleCurve read_needle_curve() {
     const auto file = public_data(curve_file);
     if (!file)
         throw support::InputError("{}: the measured needle is not there; get it from {}, as lines of depth [m] and "
-                                  "force [N], and set the environment variable LIVERMARK_EXPERIMENTS to the folder "
-                                  "that this file is in",
-                                  curve_file, curve_source);
+                                  "force [N], and {}",
+                                  curve_file, curve_source, where_to_put(curve_file));
     NeedleCurve curve{.source = curve_source,
                       .unknown = {"how large the liver was, how it was held, and how stiff it was",
                                   "where in it the needle went, and what vessels and septa were on the way"},

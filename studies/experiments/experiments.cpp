@@ -317,16 +317,14 @@ ExperimentResults run_experiments(const ExperimentOptions &options, const std::s
         read.push_back(
             support::file_ending(name) == ".toml"
                 ? experiments::read_experiment(name, say)
-                : experiments::read_public(support::find_named(experiments::all_public_data(), name, "experiment")));
+                : experiments::read_public(support::find_named(experiments::all_public_data(), name, "experiment"),
+                                           options.data));
     if (options.names.empty())
         for (const auto &experiment : experiments::all_public_data()) {
-            if (experiments::public_data(experiment.data))
-                read.push_back(experiments::read_public(experiment));
+            if (experiments::public_data(experiment.data, options.data))
+                read.push_back(experiments::read_public(experiment, options.data));
             else
-                found.notes.push_back(
-                    fmt::format("the data of {} are not there; get them from {}, and set LIVERMARK_EXPERIMENTS to the "
-                                "folder that {} is in",
-                                experiment.name, experiment.source, experiment.data));
+                found.notes.push_back(experiments::where_to_get(experiment));
         }
     if (read.empty())
         throw support::InputError(

@@ -47,6 +47,7 @@ std::vector<results::RingDownRun> ring_down_of_model(const core::Model &model, c
 /// Options of `livermark experiment`.
 struct ExperimentOptions {
     std::vector<std::string> names;    ///< of public experiments, or paths of .toml files; all whose data are there
+    std::string data;                  ///< folder of public data that is looked in first; see data_folders()
     std::vector<std::string> models;   ///< beside the reference; all that take part if there are none
     bool with_methods = false;         ///< also interactive methods, where no model is named
     std::optional<double> edge_length; ///< in place of that of the experiment [m]

@@ -1,11 +1,12 @@
 """Readers of measurements that others have published."""
+import hashlib
 import math
 import struct
 
 import numpy
 import pytest
 from livermark.errors import InputError
-from livermark.studies.public_data import NUM_BEADS, best_rotation, from_turning_point, read_motion_capture, truth_cube
+from livermark.studies.public_data import NUM_BEADS, best_rotation, from_turning_point, main, read_motion_capture, truth_cube
 
 NUM_MARKERS, NUM_FRAMES = 3, 4
 
@@ -128,3 +129,13 @@ def test_a_cube_upside_down_is_refused(tmp_path):
     with pytest.raises(InputError, match="layer 1 is not above layer 7"):
         read_cube(tmp_path, [line if line[0] not in "1234567" else ",".join(
             [*line.split(",")[:2], str(8 - int(line.split(",")[2])), *line.split(",")[3:]]) for line in cube()])
+
+
+def test_a_file_that_is_not_the_published_one_is_named_and_read(tmp_path, capsysbinary):
+    read_cube(tmp_path, cube())
+    file = tmp_path / "beads.csv"
+    assert main("truth_cube", str(file), str(file), hashlib.sha256(file.read_bytes()).hexdigest()) == 0
+    assert b"is not the published file" not in capsysbinary.readouterr().out
+    assert main("truth_cube", str(file), str(file), "0" * 64, str(tmp_path / "not_there.csv"), "0" * 64) == 0
+    out = capsysbinary.readouterr().out
+    assert out.count(b"is not the published file") == 1 and b"beads.csv is not" in out

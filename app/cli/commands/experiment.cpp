@@ -1,11 +1,14 @@
+#include <filesystem>
 #include <fmt/format.h>
 #include <map>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "app/cli/commands.hpp"
 #include "core/support/files.hpp"
+#include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
 #include "load_cases/experiments/experiment.hpp"
 #include "results/records/experiment.hpp"
@@ -19,10 +22,18 @@ struct ExperimentCommand {
     bool list = false, markdown = false, figure = false, reference_on_mesh = false, at_rest = false;
 };
 
-void list_experiments() {
-    for (const auto &experiment : experiments::all_public_data())
-        fmt::print("{:<24} {} [{}]{}\n", experiment.name, experiment.title, experiment.source,
-                   experiments::public_data(experiment.data) ? "" : " (its data are not there)");
+void list_experiments(const std::string &data) {
+    for (const auto &experiment : experiments::all_public_data()) {
+        const auto place = experiments::public_data(experiment.data, data);
+        fmt::print("{}: {}\n  published: {}\n  licence: {}\n  here: {}\n  files, with their SHA-256:\n",
+                   experiment.name, experiment.title, experiment.source, experiment.licence,
+                   place ? place->string() : "no");
+        for (const auto &file : experiment.files)
+            fmt::print("    {}  {}\n", file.sha256, file.path);
+    }
+    fmt::print("\nData are looked for in:\n");
+    for (const auto &folder : experiments::data_folders(data))
+        fmt::print("  {}\n", folder.string());
 }
 
 /// A picture beside each file.
@@ -45,8 +56,12 @@ void print_ring_downs(const results::ExperimentResult &result, bool in_markdown)
 
 int run_command_of_experiments(const ExperimentCommand &command, studies::ExperimentOptions options,
                                const std::string &command_line) {
+    std::error_code ignored;
+    if (!options.data.empty() && !std::filesystem::is_directory(options.data, ignored))
+        throw support::InputError("{}: this is no folder; give --data the one that the public data are in",
+                                  options.data);
     if (command.list) {
-        list_experiments();
+        list_experiments(options.data);
         return 0;
     }
     options.refines_reference = !command.reference_on_mesh;
@@ -83,7 +98,13 @@ Command add_experiment(CLI::App &parent, const std::string &command_line) {
     command->add_option("experiment", options->names,
                         "Names as in --list, or paths of .toml files of your own "
                         "(docs/howto/bring_your_own_experiment.md); by default all whose data are there");
-    command->add_flag("--list", experiment->list, "Only list the experiments, and whether their data are there");
+    command->add_flag(
+        "--list", experiment->list,
+        "Only list the public experiments: where they are published, their licence, whether their data are "
+        "here, and their files");
+    command->add_option("--data", options->data,
+                        "Folder with public data, before that of LIVERMARK_EXPERIMENTS and livermark/experiments in "
+                        "your data directory");
     command->add_option("--model", options->models,
                         "Names as in 'livermark list models'; the reference always runs beside them");
     command->add_flag("--methods", options->with_methods,

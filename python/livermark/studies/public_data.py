@@ -1,11 +1,12 @@
-"""Readers of measurements that others have published: python3 -m livermark.studies.public_data NAME DATA
+"""Readers of measurements that others have published: python3 -m livermark.studies.public_data NAME DATA [FILE SHA256 ...]
 
 `livermark experiment` calls it. Prints TOML: what was done to the body and measured, in SI units, and what has to be assumed to
-compute it. A reader of another data set is a function in READERS and a line in load_cases/experiments/experiment_files.cpp.
+compute it. A FILE with another digest than the published one is named there. A reader of another data set is a function in READERS and a line in load_cases/experiments/experiment_files.cpp.
 """
 from __future__ import annotations
 
 import csv
+import hashlib
 import math
 import pathlib
 import struct
@@ -274,9 +275,22 @@ def dragon_skin_beam(folder: pathlib.Path) -> dict[str, Any]:
 READERS: dict[str, Callable[[pathlib.Path], dict[str, Any]]] = {"dragon_skin_beam": dragon_skin_beam, "truth_cube": truth_cube}
 
 
-def main(name: str, data: str) -> int:
+def doubts_about_files(digests: dict[pathlib.Path, str]) -> list[str]:
+    """A sentence for each file whose SHA-256 digest is not the published one; files that are not there have none."""
+    doubts = []
+    for file, published in digests.items():
+        found = hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else published
+        if found != published:
+            doubts.append(f"{file.name} is not the published file (its SHA-256 begins with {found[:12]}, and that of the published one "
+                          f"with {published[:12]}), so numbers may differ from published ones")
+    return doubts
+
+
+def main(name: str, data: str, *digests: str) -> int:
     try:
-        text = to_toml(READERS[name](pathlib.Path(data)), "state")
+        made = READERS[name](pathlib.Path(data))
+        made["assumptions"] += doubts_about_files(dict(zip(map(pathlib.Path, digests[::2]), digests[1::2])))
+        text = to_toml(made, "state")
     except InputError as error:
         print(" ".join(str(error).split()), file=sys.stderr)
         return 2

@@ -96,6 +96,7 @@ std::vector<BadInput> bad_command_lines() {
           "run --regime lagre",
           "needle --regime lagre",
           "needle --measured --regime large",
+          "experiment --list --data nowhere",
           "needle --regime large --model fem_p2p1_refined",
           "arena --tool gluede",
           "reference --model fem_p2_neo_hooke",

@@ -93,6 +93,20 @@ TEST(CommandLine, LeavesNoFolderOfARefusedExperiment) {
     EXPECT_TRUE(std::filesystem::exists(folder / "new" / "folder" / "box.h5"));
 }
 
+TEST(CommandLine, ListsPublicExperimentsWithLicencesAndDigests) {
+    const auto folder = scratch_folder();
+    std::filesystem::create_directories(folder / "truth_cube");
+    std::ofstream(folder / "truth_cube" / "uniaxial_positions.csv") << "nothing\n";
+    const auto outcome = livermark("experiment --list --data " + folder.string());
+    tests::expect_outcome(outcome, 0,
+                          {"truth_cube: Truth Cube", "github.com/simquest/opensurgsim", "licence: MIT",
+                           "here: " + (folder / "truth_cube" / "uniaxial_positions.csv").string(),
+                           "046207017370b11e910fffc5a83a85901a1392ca45510dbcbf54f4a6be89efab  truth_cube/uniaxial_",
+                           "Data are looked for in:\n  " + folder.string()});
+    tests::expect_outcome(livermark("experiment truth_cube --data " + folder.string()), 2,
+                          {(folder / "truth_cube").string(), "there is no line i,j,k"});
+}
+
 TEST(CommandLine, ListsWhatShips) {
     EXPECT_NE(livermark("list bodies").output.find("liver_healthy"), std::string::npos);
     EXPECT_NE(livermark("list load-cases").output.find("palpation"), std::string::npos);

@@ -23,8 +23,7 @@ struct WithPublicData : testing::Test {
     void read(const std::string &name) {
         const auto &entry = support::find_named(all_public_data(), name, "experiment");
         if (!public_data(entry.data))
-            GTEST_SKIP() << "the data of " << name << " are not below LIVERMARK_EXPERIMENTS; get them from "
-                         << entry.source;
+            GTEST_SKIP() << where_to_get(entry);
         experiment_ = read_public(entry);
     }
     Experiment experiment_;
@@ -145,9 +144,7 @@ TEST_F(DragonSkinBeam, RingsWithTheMassOfItsWeight) {
 struct MeasuredNeedles : testing::Test {
     void SetUp() override {
         if (!public_data("needle/depth_force.csv"))
-            GTEST_SKIP()
-                << "the measured needle is not below LIVERMARK_EXPERIMENTS; 'livermark needle --measured' says "
-                   "where to get it";
+            GTEST_SKIP() << "the measured needle is not there; 'livermark needle --measured' says where to get it";
     }
 };
 
