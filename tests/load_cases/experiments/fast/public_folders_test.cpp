@@ -60,19 +60,19 @@ TEST_F(PublicFolders, AreTheGivenOneThenTheNamedOneThenThatOfTheUser) {
     const auto own = with_needle(directory_ / "home" / ".local" / "share" / "livermark" / "experiments");
     EXPECT_EQ(public_data(needle), own / needle);
     data_home_.set((directory_ / "data").string());
-    const auto of_data_home = directory_ / "data" / "livermark" / "experiments";
-    EXPECT_EQ(data_folders(), std::vector<fs::path>{of_data_home});
+    const auto below_data_home = directory_ / "data" / "livermark" / "experiments";
+    EXPECT_EQ(data_folders(), std::vector<fs::path>{below_data_home});
     EXPECT_FALSE(public_data(needle).has_value());
-    with_needle(of_data_home);
-    EXPECT_EQ(public_data(needle), of_data_home / needle);
+    with_needle(below_data_home);
+    EXPECT_EQ(public_data(needle), below_data_home / needle);
     named_.set((directory_ / "named").string());
-    EXPECT_EQ(public_data(needle), of_data_home / needle); // nothing is in the named one
+    EXPECT_EQ(public_data(needle), below_data_home / needle); // nothing is in the named one
     with_needle(directory_ / "named");
     EXPECT_EQ(public_data(needle), directory_ / "named" / needle);
     EXPECT_EQ(public_data(needle, directory_ / "given"), directory_ / "named" / needle);
     const auto given = with_needle(directory_ / "given");
     EXPECT_EQ(public_data(needle, given), given / needle);
-    EXPECT_EQ(data_folders(given), (std::vector<fs::path>{given, directory_ / "named", of_data_home}));
+    EXPECT_EQ(data_folders(given), (std::vector<fs::path>{given, directory_ / "named", below_data_home}));
     data_home_.set("a/relative/one"); // which the specification ignores
     EXPECT_EQ(data_folders().back(), own);
 }
