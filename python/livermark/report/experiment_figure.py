@@ -14,9 +14,17 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection
+from matplotlib.ticker import MaxNLocator
 
 MILLIMETRES = 1e3
 MOST_CURVES = 5  # beside the measurement
+VIEWS = (1, 0)  # axes along which the body is seen
+MARGIN = 0.04  # around a body, of its longest side
+# Sizes in inches. The longest side of a body grows with the square root of how slender it is.
+MODERATE_SIDE, LONGEST_SIDE = 4.0, 10.0  # of a body as thick as long, and of all
+LEAST_PANEL = 1.2  # of a view, for its ticks
+BAR_HEIGHT, BARS_WIDTH, NAMES_WIDTH = 0.16, 4.5, 2.6  # of a model, of all, and of the names before them
+TICKS_WIDTH, TITLES_HEIGHT, HEAD_HEIGHT = 0.85, 1.15, 1.25  # beside a view, between rows, and above all
 
 
 def edges_seen_from_outside(triangles):
@@ -25,14 +33,41 @@ def edges_seen_from_outside(triangles):
     return np.unique(edges, axis=0)
 
 
-def draw_body(axes, points, edges, along):
-    """The boundary as lines in the plane of two axes."""
+def box_around(groups, along):
+    """(2, 2) least and largest coordinates of points in the plane of two axes [mm], with a margin. Points that are not known are
+    left out."""
+    flat = MILLIMETRES * np.delete(np.concatenate(groups), along, axis=1)
+    flat = flat[np.isfinite(flat).all(axis=1)]
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    margin = MARGIN * (high - low).max()
+    return np.array([low - margin, high + margin])
+
+
+def inches_per_millimetre(boxes):
+    """The scale of all views, at which a slender body is long enough to be thick enough."""
+    sides = np.array([high - low for low, high in boxes])
+    broadest = sides[np.argmax(sides.prod(axis=1))]
+    return min(MODERATE_SIDE * np.sqrt(broadest.max() / broadest.min()), LONGEST_SIDE) / sides.max()
+
+
+def place_axes(figure, left, top, width, height):
+    """Axes with a place from the upper left corner and a size, in inches."""
+    whole_width, whole_height = figure.get_size_inches()
+    return figure.add_axes([left / whole_width, 1.0 - (top + height) / whole_height, width / whole_width, height / whole_height])
+
+
+def draw_body(axes, points, edges, along, box, scale):
+    """The boundary as lines in the plane of two axes, in a box [mm] that is widened to the size of the axes at a scale."""
     flat = MILLIMETRES * np.delete(points, along, axis=1)
     axes.add_collection(LineCollection(flat[edges], colors="0.8", linewidths=0.4, zorder=0))
-    axes.set_aspect("equal")
+    size = np.array([axes.bbox.width, axes.bbox.height]) / axes.figure.dpi  # [in]
+    middle, half = 0.5 * box.sum(axis=0), 0.5 * size / scale
+    axes.set_xlim(middle[0] - half[0], middle[0] + half[0])
+    axes.set_ylim(middle[1] - half[1], middle[1] + half[1])
+    for axis, inches in ((axes.xaxis, size[0] / 0.6), (axes.yaxis, size[1] / 0.35)):
+        axis.set_major_locator(MaxNLocator(nbins=max(2, int(inches)), steps=[1, 2, 5, 10]))
     axes.set_xlabel(f"{'xyz'[0 if along else 1]} [mm]")
     axes.set_ylabel(f"{'xyz'[2 if along < 2 else 1]} [mm]")
-    axes.autoscale_view()
 
 
 def draw_markers(axes, measured, computed, along, label):
@@ -52,7 +87,8 @@ def slab(positions, along, drives):
     return compared & (offset < 0.1 * np.ptp(positions[:, along]))
 
 
-def draw(path):
+def draw_states(path):
+    """The figure of all states, a row for each: two views at one scale, and the errors of the models."""
     with h5py.File(path, "r") as file:
         group = file["experiment"]
         text = lambda value: value.decode() if isinstance(value, bytes) else str(value)
@@ -66,29 +102,52 @@ def draw(path):
         state_of, tetrahedra = group["runs/state"][()], group["runs/tetrahedra"][()]
         displacement, error = group["runs/displacement"][()], group["runs/error"][()]
         noise = group["states/noise"][()]
-    figure, axes = plt.subplots(len(states), 3, figsize=(15, 4.5 * len(states)), squeeze=False)
+    boxes, seen = {}, {along: slab(positions, along, drives) for along in VIEWS}
+    finest, on_mesh = [], []
+    for s in range(len(states)):
+        reference_runs = np.flatnonzero((state_of == s) & (models == reference))
+        finest.append(reference_runs[np.argmax(tetrahedra[reference_runs])])
+        at_mesh = np.flatnonzero((state_of == s) & (tetrahedra == tetrahedra[reference_runs].min()) & np.isfinite(error))
+        on_mesh.append(at_mesh[np.argsort(error[at_mesh])[::-1]])
+        for along in VIEWS:
+            boxes[s, along] = box_around([points + deformed[s], (positions + measured[s])[seen[along]],
+                                          (positions + displacement[finest[s]])[seen[along]]], along)
+    scale = inches_per_millimetre(list(boxes.values()))
+    sizes = {view: np.maximum(scale * (high - low), LEAST_PANEL) for view, (low, high) in boxes.items()}
+    widths = [max(sizes[s, along][0] for s in range(len(states))) for along in VIEWS]
+    heights = [max([BAR_HEIGHT * len(on_mesh[s])] + [sizes[s, along][1] for along in VIEWS]) for s in range(len(states))]
+    figure = plt.figure(figsize=(sum(widths) + 2 * TICKS_WIDTH + NAMES_WIDTH + BARS_WIDTH + 0.3,
+                                 HEAD_HEIGHT + sum(heights) + len(states) * TITLES_HEIGHT))
+    top = HEAD_HEIGHT
     for s, name in enumerate(states):
-        of_state = state_of == s
-        of_reference = np.flatnonzero(of_state & (models == reference))
-        finest = of_reference[np.argmax(tetrahedra[of_reference])]
-        for column, along in enumerate((1, 0)):
-            seen = slab(positions, along, drives)
-            draw_body(axes[s, column], points + deformed[s], edges, along)
-            draw_markers(axes[s, column], (positions + measured[s])[seen], (positions + displacement[finest])[seen],
-                         along, reference)
-            axes[s, column].set_title(f"{name}, seen along {'xyz'[along]}")
-        axes[s, 0].legend(loc="upper right", fontsize=7)
-        on_mesh = np.flatnonzero(of_state & (tetrahedra == tetrahedra[of_reference].min()) & np.isfinite(error))
-        order = on_mesh[np.argsort(error[on_mesh])[::-1]]
-        bars = axes[s, 2]
-        bars.barh(range(len(order)), MILLIMETRES * error[order], color="tab:blue")
-        bars.set_yticks(range(len(order)), models[order], fontsize=6)
-        bars.axvline(MILLIMETRES * noise[s], color="k", linestyle="--", linewidth=0.8)
-        bars.set_xlabel("error [mm]; dashed: noise of the measurement")
-    figure.suptitle(title)
-    figure.tight_layout()
+        left = TICKS_WIDTH
+        for along, width in zip(VIEWS, widths):
+            panel_width, panel_height = sizes[s, along]
+            axes = place_axes(figure, left, top, panel_width, panel_height)
+            draw_body(axes, points + deformed[s], edges, along, boxes[s, along], scale)
+            draw_markers(axes, (positions + measured[s])[seen[along]], (positions + displacement[finest[s]])[seen[along]], along,
+                         reference)
+            axes.set_title(f"seen along {'xyz'[along]}", fontsize=10, loc="left")
+            left += width + TICKS_WIDTH
+        bars = place_axes(figure, left - TICKS_WIDTH + NAMES_WIDTH, top, BARS_WIDTH, max(BAR_HEIGHT * len(on_mesh[s]), LEAST_PANEL))
+        bars.barh(range(len(on_mesh[s])), MILLIMETRES * error[on_mesh[s]], color="tab:blue")
+        bars.set_yticks(range(len(on_mesh[s])), models[on_mesh[s]], fontsize=8)
+        bars.margins(y=0.01)
+        if noise[s] > 0.0:
+            bars.axvline(MILLIMETRES * noise[s], color="k", linestyle="--", linewidth=0.8)
+        bars.set_xlabel("error [mm]; dashed: noise of the measurement" if noise[s] > 0.0 else "error [mm]")
+        whole_width, whole_height = figure.get_size_inches()
+        figure.text(0.15 / whole_width, 1.0 - (top - 0.32) / whole_height, name, fontsize=11, fontweight="bold")
+        top += heights[s] + TITLES_HEIGHT
+    figure.text(0.15 / whole_width, 1.0 - 0.3 / whole_height, title, fontsize=13)
+    figure.legend(*axes.get_legend_handles_labels(), loc="upper left", ncol=2, fontsize=9, frameon=False,
+                  bbox_to_anchor=(0.05 / whole_width, 1.0 - 0.35 / whole_height))
+    return figure
+
+
+def draw(path):
     target = Path(path).with_suffix(".png")
-    figure.savefig(target, dpi=110)
+    draw_states(path).savefig(target, dpi=110)
     return target
 
 

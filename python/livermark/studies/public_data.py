@@ -1,7 +1,8 @@
 """Readers of measurements that others have published: python3 -m livermark.studies.public_data NAME DATA [FILE SHA256 ...]
 
 `livermark experiment` calls it. Prints TOML: what was done to the body and measured, in SI units, and what has to be assumed to
-compute it. A FILE with another digest than the published one is named there. A reader of another data set is a function in READERS and a line in load_cases/experiments/experiment_files.cpp.
+compute it. A FILE with another digest than the published one is named there. A reader of another data set is a function in
+READERS and an entry in load_cases/experiments/experiment_files.cpp.
 """
 from __future__ import annotations
 

@@ -7,6 +7,7 @@
 
 #include "load_cases/experiments/experiment.hpp"
 #include "load_cases/experiments/markers.hpp"
+#include "meshes/generators/box_generator.hpp"
 #include "results/records/experiment.hpp"
 #include "studies/experiments/experiments.hpp"
 #include "tests/bad_input.hpp"
@@ -196,6 +197,19 @@ TEST(MarkersOffTheBody, AreMeasuredByItsThicknessAndNotByItsBox) {
             check(rod_askew({{0.1, 0.01, 0.055}}), "rod.csv");
         },
         {"rod.csv: marker m0 is 35 mm outside the body", "half of the thickness"});
+}
+
+/// A marker almost three radii off the axis.
+TEST(MarkersOffTheBody, AreRefusedBesideACylinder) {
+    auto cylinder = rod_askew({{0.1, 0.01, 0.01}});
+    cylinder.body = [](double) {
+        return core::Body{.name = "cylinder", .mesh = meshes::generate_cylinder(0.019, 0.178, 0.0095), .materials = {}};
+    };
+    cylinder.markers.front().position = {0.0, 0.019, 0.178};
+    EXPECT_NO_THROW(check(cylinder, "cylinder.csv"));
+    cylinder.markers.front().position = {0.0, 0.054, 0.178};
+    tests::expect_input_error([&] { check(cylinder, "cylinder.csv"); },
+                              {"cylinder.csv: marker m0 is 35", "mm outside"});
 }
 
 TEST(MarkersOffTheBody, AreNamedAndCounted) {
