@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,11 +11,14 @@
 
 namespace livermark::core {
 
-/// Isotropic linear-elastic material.
+/// Isotropic elastic material.
 struct Material {
     double density;       ///< rho [kg/m^3], > 0
-    double young_modulus; ///< E [Pa], > 0
-    double poisson_ratio; ///< nu, in (-1, 0.5)
+    double young_modulus; ///< E [Pa], > 0, at small strain
+    double poisson_ratio; ///< nu, in (-1, 0.5), at small strain
+    /// Dimensionless constants of hyperelastic laws, by the name of the law, where a source gives them for this
+    /// material.
+    std::map<std::string, std::vector<double>> law_constants{};
 
     /// First Lame parameter, lambda = E nu / ((1 + nu)(1 - 2 nu)) [Pa].
     double lame_lambda() const {

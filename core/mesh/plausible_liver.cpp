@@ -296,7 +296,7 @@ std::vector<std::string> doubts_about_materials(std::span<const Material> materi
     constexpr double softest = 50.0, stiffest = 1e8;      // [Pa] softer gels flow, and silicones are far below
     std::vector<std::string> doubts;
     for (std::size_t m = 0; m < materials.size(); ++m) {
-        const auto &[density, modulus, ratio] = materials[m];
+        const double density = materials[m].density, modulus = materials[m].young_modulus;
         if (!(density >= lightest && density <= heaviest))
             doubts.push_back(
                 fmt::format("region '{}' has a density of {:g} kg/m^3, which fits no tissue; check whether "

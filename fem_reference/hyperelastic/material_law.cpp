@@ -19,6 +19,28 @@ const MaterialLaw &material_law(const std::string &name) {
     throw std::invalid_argument("there is no hyperelastic material " + name + "; choose one of " + names);
 }
 
+bool has_constants(const MaterialLaw &law, const core::Material &material) {
+    const auto found = material.law_constants.find(law.name);
+    return law.num_constants == 0 ||
+           (found != material.law_constants.end() && found->second.size() == law.num_constants);
+}
+
+IsochoricInvariant isochoric_invariant(const Matrix3 &f) {
+    const Matrix3 inverse = f.inverse();
+    const double scale = std::pow(f.determinant(), -2.0 / 3.0), invariant = f.squaredNorm();
+    IsochoricInvariant found{scale * invariant - 3.0, scale * (2.0 * f - 2.0 / 3.0 * invariant * inverse.transpose()),
+                             Tangent(2.0 * scale * Tangent::Identity())};
+    for (int i = 0; i < 3; ++i)
+        for (int big_j = 0; big_j < 3; ++big_j)
+            for (int j = 0; j < 3; ++j)
+                for (int big_l = 0; big_l < 3; ++big_l)
+                    found.second(3 * i + big_j, 3 * j + big_l) +=
+                        scale * (-4.0 / 3.0 * (f(i, big_j) * inverse(big_l, j) + inverse(big_j, i) * f(j, big_l)) +
+                                 invariant * (4.0 / 9.0 * inverse(big_j, i) * inverse(big_l, j) +
+                                              2.0 / 3.0 * inverse(big_l, i) * inverse(big_j, j)));
+    return found;
+}
+
 void add_volume_tangent(double factor, double outer, double jacobian, const Matrix3 &inverse, Tangent &tangent) {
     // d J / d F_iJ = J G_Ji
     const double for_products = factor * jacobian + outer * jacobian * jacobian;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <cstddef>
 #include <span>
 #include <string>
 
@@ -40,7 +41,12 @@ struct MaterialLaw {
     VolumeMeasure (*volume)(double jacobian);
     /// k [Pa]
     double (*volume_modulus)(const core::Material &material);
+    /// Number of dimensionless constants that Material::law_constants has to have of it.
+    std::size_t num_constants = 0;
 };
+
+/// Whether a material has the constants of a law; true of a law that needs none.
+bool has_constants(const MaterialLaw &law, const core::Material &material);
 
 /// Every law of materials/, in alphabetical order.
 std::span<const MaterialLaw> all_materials();
@@ -57,6 +63,14 @@ inline VolumeMeasure logarithm(double jacobian) {
 inline double lame_lambda(const core::Material &material) {
     return material.lame_lambda();
 }
+
+/// I1 bar = J^(-2/3) tr(F^T F), which a change of volume does not change: its value less 3, and two derivatives.
+struct IsochoricInvariant {
+    double beyond_rest; ///< I1 bar - 3, >= 0
+    Matrix3 first;      ///< d I1 bar / dF
+    Tangent second;     ///< d2 I1 bar / dF2
+};
+IsochoricInvariant isochoric_invariant(const Matrix3 &f);
 
 /// Adds factor * d2 J / dF2 and outer * (dJ/dF)(dJ/dF)^T to a tangent, in the indices of Tangent:
 /// d2 J / d F_iJ d F_jL = J (G_Ji G_Lj - G_Li G_Jj) with G the inverse of F.

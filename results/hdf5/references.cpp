@@ -58,8 +58,13 @@ template <class Hash> void add_problem(Hash &hash, const core::Problem &problem)
     hash.add_all(mesh.tetrahedra);
     hash.add_all(mesh.boundary_triangles);
     hash.add_all(mesh.region);
-    for (const auto &material : problem.body->materials)
+    for (const auto &material : problem.body->materials) {
         hash.add_all(std::array{material.density, material.young_modulus, material.poisson_ratio});
+        for (const auto &[law, constants] : material.law_constants) {
+            hash.add(law);
+            hash.add_all(constants);
+        }
+    }
     hash.add(core::to_string(load_case.regime));
     hash.add_all(facets.condition);
     hash.add_all(facets.constraint);

@@ -10,7 +10,9 @@ namespace {
 constexpr double exponent_of_liver = 5.4067;
 
 OgdenTerm term(const core::Material &material) {
-    return {.shear_modulus = material.shear_modulus(), .exponent = exponent_of_liver};
+    const auto own = material.law_constants.find("ogden");
+    return {.shear_modulus = material.shear_modulus(),
+            .exponent = own != material.law_constants.end() ? own->second.at(0) : exponent_of_liver};
 }
 
 double ogden_energy(const core::Material &material, const Matrix3 &f) {
@@ -28,6 +30,7 @@ Tangent ogden_tangent(const core::Material &material, const Matrix3 &f) {
 } // namespace
 
 /// W = 2 mu / a^2 (l_1^a + l_2^a + l_3^a - 3) - 2 mu / a ln J + lambda / 2 (ln J)^2 with the principal stretches l_i.
+/// A material may have an exponent of its own.
 MaterialLaw ogden() {
     return {.name = {},
             .summary = "Ogden's with one term, which stiffens as porcine liver does",

@@ -104,7 +104,7 @@ core::Solution solve_finer(const core::Problem &problem, const std::string &law,
 constexpr Discretisation linear_elements{.degree = 1}, quadratic_elements{.degree = 2, .observes_steps = true},
     mixed_elements{.degree = 2, .formulation = fem_reference::Formulation::mixed};
 
-constexpr std::array<HyperelasticElements, 5> all_elements{
+constexpr std::array<HyperelasticElements, 7> all_elements{
     {{.name = "fem_p1_neo_hookean",
       .summary = "neo-Hookean, linear tetrahedra (the baseline of large deformations)",
       .law = "neo_hookean",
@@ -129,7 +129,22 @@ constexpr std::array<HyperelasticElements, 5> all_elements{
      {.name = "fem_p2p1_ogden",
       .summary = "Ogden's law with a fit to porcine liver, Taylor and Hood: how far the law itself matters",
       .law = "ogden",
+      .discretisation = mixed_elements},
+     {.name = "fem_p2p1_mooney_rivlin",
+      .summary = "Law of Mooney and Rivlin with a constant that the material has, Taylor and Hood",
+      .law = "mooney_rivlin",
+      .discretisation = mixed_elements},
+     {.name = "fem_p2p1_yeoh",
+      .summary = "Yeoh's law with constants that the material has, Taylor and Hood",
+      .law = "yeoh",
       .discretisation = mixed_elements}}};
+
+/// Whether all materials of a body have the constants of a law.
+bool has_all_constants(const hyperelastic::MaterialLaw &law, const core::Problem &problem) {
+    return std::ranges::all_of(problem.body->materials, [&](const core::Material &material) {
+        return hyperelastic::has_constants(law, material);
+    });
+}
 
 core::Model model(const HyperelasticElements &elements) {
     return {.name = std::string(elements.name),
@@ -144,7 +159,10 @@ core::Model model(const HyperelasticElements &elements) {
             .judges = core::Regime::large,
             .only = core::Regime::large,
             .follows = core::EventSet::all(),
-            .is_collective = is_collective(elements.discretisation)};
+            .is_collective = is_collective(elements.discretisation),
+            .is_wanted = [&law = hyperelastic::material_law(std::string(elements.law))](const core::Problem &problem) {
+                return has_all_constants(law, problem);
+            }};
 }
 
 } // namespace

@@ -158,6 +158,32 @@ TEST(HyperelasticMaterials, OgdenUniaxialStressIsThatOfTheClosedForm) {
         }
 }
 
+/// Uniaxial stress of an incompressible body, P = 2 (l - l^-2) (dW/dI1 + dW/dI2 / l), of the papers that the laws are
+/// from.
+TEST(HyperelasticMaterials, LawsWithConstantsHaveTheUniaxialStressOfTheirPapers) {
+    const double mu = tissue.shear_modulus();
+    for (const double l : {0.6, 0.9, 1.3}) {
+        const double across = 1.0 / std::sqrt(l), x = l * l + 2.0 / l - 3.0;
+        const Matrix3 f = Eigen::Vector3d(l, across, across).asDiagonal();
+        const auto along = [&](const char *law) {
+            const auto stress = hyperelastic::material_law(law).stress(tissue, f);
+            return stress(0, 0) - across / l * stress(1, 1); // less the pressure that leaves the side free
+        };
+        const double yeoh = 0.5 * mu * (1.0 + 2.0 * 0.05 * x + 3.0 * 0.02 * x * x);
+        EXPECT_NEAR(along("yeoh"), 2.0 * (l - 1.0 / (l * l)) * yeoh, 1e-12 * mu);
+        const double mooney = 0.5 * mu * (0.7 + 0.3 / l);
+        EXPECT_NEAR(along("mooney_rivlin"), 2.0 * (l - 1.0 / (l * l)) * mooney, 1e-12 * mu);
+    }
+}
+
+TEST(HyperelasticMaterials, NeedTheirConstants) {
+    const core::Material plain{1000.0, 5000.0, 0.45};
+    for (const auto &law : hyperelastic::all_materials()) {
+        EXPECT_TRUE(hyperelastic::has_constants(law, tissue)) << law.name;
+        EXPECT_EQ(hyperelastic::has_constants(law, plain), law.num_constants == 0) << law.name;
+    }
+}
+
 /// Two exponents have a form without principal stretches: 2, the neo-Hookean law, and -2 with tr C^-1, whose stress is
 /// mu (F^-T - F^-T F^-1 F^-T).
 TEST(HyperelasticMaterials, OgdenLawsHaveTheirSpecialCases) {

@@ -315,7 +315,7 @@ const std::array<hyperelastic::Discretisation, 3> relaxing_elements{
 } // namespace
 
 TEST(IsochoricPart, HasTheDerivativesOfItsEnergy) {
-    const core::Material material{1060.0, 5000.0, 0.45};
+    const auto &material = tests::soft_material;
     std::mt19937 generator(7);
     for (const auto &law : hyperelastic::all_materials()) {
         const Matrix3 f = Matrix3::Identity() + random_matrix(generator, 0.25);
