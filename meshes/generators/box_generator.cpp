@@ -355,25 +355,70 @@ core::TetraMesh generate_box(const core::Vector3 &size, double edge_length, BoxT
                       });
 }
 
-double side_of_cube_like_cylinder(double radius, double height, double edge_length) {
-    return std::cbrt(std::numbers::pi) * std::pow(std::cbrt(radius), 2) * std::cbrt(std::max(height, edge_length));
+namespace {
+
+/// Moves the nodes of a mesh with curved sides away from an axis or a centre until it has the volume of the solid: its
+/// facets are flat, and with their corners on the surface it would be too thin.
+/// @param volume  of the solid [m^3]
+/// @param moves   1 of the directions in which nodes move, 0 of others
+void swell(core::TetraMesh &mesh, double volume, const core::Vector3 &moves) {
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    const double filled = std::accumulate(volumes.begin(), volumes.end(), 0.0);
+    const double factor = std::pow(volume / filled, 1.0 / moves.sum());
+    for (auto &point : mesh.points)
+        point = point.cwiseProduct(core::Vector3::Ones() + (factor - 1.0) * moves);
 }
 
-core::TetraMesh generate_cylinder(double radius, double height, double edge_length) {
+void check_edges(const char *solid, double radius, double edge_length) {
+    if (edge_length > radius)
+        throw support::InputError("the edges of a {} are {} m long and its radius is {} m; make them shorter", solid,
+                                  edge_length, radius);
+}
+
+} // namespace
+
+double side_of_cube_like_cylinder(double radius, double height, double edge_length, CylinderPart part) {
+    return std::cbrt(std::numbers::pi / number_of(part)) * std::pow(std::cbrt(radius), 2) *
+           std::cbrt(std::max(height, edge_length));
+}
+
+core::TetraMesh generate_cylinder(double radius, double height, double edge_length, CylinderPart part) {
     check_length("cylinder", radius, "radius");
     check_length("cylinder", height, "height");
     check_length("cylinder", edge_length, "edge length");
-    if (edge_length > radius)
-        throw support::InputError("the edges of a cylinder are {} m long and its radius is {} m; make them shorter",
-                                  edge_length, radius);
-    auto mesh =
-        delaunay_mesh("cylinder", fmt::format("{:g} m radius and {:g} m height", radius, height),
-                      side_of_cube_like_cylinder(radius, height, edge_length), std::max(2.0 * radius, height),
-                      edge_length, [&] { gmsh::model::occ::addCylinder(0.0, 0.0, 0.0, 0.0, 0.0, height, radius); });
-    return with_sides(std::move(mesh), {"side", "z_min", "z_max"}, [](const core::Vector3 &normal) {
-        constexpr double upright = 0.99; // triangles of the side are vertical
-        return normal.z() > upright ? 2 : normal.z() < -upright ? 1 : 0;
+    check_edges("cylinder", radius, edge_length);
+    auto mesh = delaunay_mesh("cylinder", fmt::format("{:g} m radius and {:g} m height", radius, height),
+                              side_of_cube_like_cylinder(radius, height, edge_length, part),
+                              std::max(2.0 * radius, height), edge_length, [&] {
+                                  gmsh::model::occ::addCylinder(0.0, 0.0, 0.0, 0.0, 0.0, height, radius, -1,
+                                                                2.0 * std::numbers::pi / number_of(part));
+                              });
+    swell(mesh, std::numbers::pi * radius * radius * height / number_of(part), {1.0, 1.0, 0.0});
+    std::vector<std::string> patches{"side", "z_min", "z_max"};
+    if (part == CylinderPart::quarter)
+        patches.insert(patches.end(), {"x_min", "y_min"});
+    return with_sides(std::move(mesh), std::move(patches), [part](const core::Vector3 &normal) {
+        constexpr double along = 0.99; // triangles of the side are vertical, and their normals point away from the axis
+        if (std::abs(normal.z()) > along)
+            return normal.z() > 0.0 ? 2 : 1;
+        if (part == CylinderPart::quarter && normal.x() < -along)
+            return 3;
+        return part == CylinderPart::quarter && normal.y() < -along ? 4 : 0;
     });
+}
+
+double side_of_cube_like_sphere(double radius) {
+    return std::cbrt(4.0 / 3.0 * std::numbers::pi) * radius;
+}
+
+core::TetraMesh generate_sphere(double radius, double edge_length) {
+    check_length("sphere", radius, "radius");
+    check_length("sphere", edge_length, "edge length");
+    check_edges("sphere", radius, edge_length);
+    auto mesh = delaunay_mesh("sphere", fmt::format("{:g} m radius", radius), side_of_cube_like_sphere(radius),
+                              2.0 * radius, edge_length, [&] { gmsh::model::occ::addSphere(0.0, 0.0, 0.0, radius); });
+    swell(mesh, 4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3), core::Vector3::Ones());
+    return with_sides(std::move(mesh), {"surface"}, [](const core::Vector3 & /*normal*/) { return 0; });
 }
 
 } // namespace livermark::meshes

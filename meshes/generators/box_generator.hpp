@@ -60,17 +60,37 @@ double side_of_cube_like_box(const core::Vector3 &size, double edge_length);
 core::TetraMesh generate_box(const core::Vector3 &size, double edge_length,
                              BoxTopology topology = BoxTopology::delaunay);
 
-/// Side of a cube of the same volume as a cylinder, whose height counts as an edge at least [m]: see
+/// Part of a cylinder.
+enum class CylinderPart {
+    whole,
+    quarter ///< between the planes x = 0 and y = 0, x and y positive
+};
+
+/// Number of such parts in the whole.
+constexpr double number_of(CylinderPart part) {
+    return part == CylinderPart::quarter ? 4.0 : 1.0;
+}
+
+/// Side of a cube of the same volume as a cylinder or a part of it, whose height counts as an edge at least [m]: see
 /// expected_tetrahedra().
-double side_of_cube_like_cylinder(double radius, double height, double edge_length);
+double side_of_cube_like_cylinder(double radius, double height, double edge_length,
+                                  CylinderPart part = CylinderPart::whole);
 
 /// A cylinder around the z axis from z = 0 to the height, in tetrahedra: one region "solid", and the patches "side",
-/// "z_min" and "z_max". Unstructured: gmsh, one thread. The same arguments give the same mesh. The side is of flat
-/// triangles with corners on the cylinder, so that the volume is a little smaller than that of the cylinder.
+/// "z_min" and "z_max", and of a quarter "x_min" and "y_min". Unstructured: gmsh, one thread. The same arguments give
+/// the same mesh. The side is of flat triangles. Their corners are a little outside of the cylinder, so that the mesh
+/// has its volume: then a bar of it is as stiff in tension, and in bending nearly so.
 /// @param radius, height  [m], > 0
 /// @param edge_length     wanted edge length [m], > 0 and at most the radius
 /// @throws support::InputError   if a length is not positive and finite, or the edges are longer than the radius
 /// @throws std::runtime_error if gmsh fails
-core::TetraMesh generate_cylinder(double radius, double height, double edge_length);
+core::TetraMesh generate_cylinder(double radius, double height, double edge_length,
+                                  CylinderPart part = CylinderPart::whole);
+
+/// Side of a cube of the same volume as a sphere [m]: see expected_tetrahedra().
+double side_of_cube_like_sphere(double radius);
+
+/// A sphere around the origin, as a cylinder above, of the same volume; with the patch "surface".
+core::TetraMesh generate_sphere(double radius, double edge_length);
 
 } // namespace livermark::meshes
