@@ -306,7 +306,9 @@ Layout measured_needle_table(const MeasuredNeedle &measured) {
     const auto force = [](const std::vector<double> &values) { return [&values](std::size_t b) { return values[b]; }; };
     TableOf<std::size_t> table(std::move(stretches));
     table.number("depth [mm]", [&](std::size_t b) {
-        return fmt::format("{:.0f} to {:.0f}", millimetres * measured.from[b], millimetres * measured.to[b]);
+        const int decimals = measured.to[b] - measured.from[b] < 0.001 ? 2 : 0;
+        return fmt::format("{:.{}f} to {:.{}f}", millimetres * measured.from[b], decimals, millimetres * measured.to[b],
+                           decimals);
     });
     table.number("measured [N]", force(measured.mean), 1.0, 2);
     table.number("lowest", force(measured.lowest), 1.0, 2);
@@ -333,6 +335,28 @@ Layout fitted_needle_table(const MeasuredNeedle &measured) {
     table.number("off before the puncture [N]", cells([](auto &run) { return fixed(run.error_before, 2); }));
     table.number("off behind it [N]", cells([](auto &run) { return fixed(run.error, 2); }));
     table.number("work [mJ]", cells([&](const auto &run) { return work(run.work); }, work(measured.work)));
+    if (!std::isnan(measured.pull))
+        table.number("pull out [N]", cells([](auto &run) { return fixed(run.pull, 2); }, fixed(measured.pull, 2)));
+    return table.layout();
+}
+
+Layout needle_records_table(std::span<const MeasuredNeedle> records) {
+    std::vector<const MeasuredNeedle *> rows;
+    for (const auto &record : records)
+        rows.push_back(&record);
+    TableOf<const MeasuredNeedle *> table(std::move(rows));
+    table.text("record", [](auto *record) { return record->name; });
+    table.number("touched at [mm]", [](auto *record) { return fixed(millimetres * record->touched_at, 1); });
+    table.number("punctured at [mm]", [](auto *record) { return fixed(millimetres * record->puncture_depth, 1); });
+    table.number("force there [N]", [](auto *record) { return fixed(record->needle.puncture_force, 2); });
+    table.number("lowest behind it [N]", [](auto *record) { return fixed(record->lowest_behind, 2); });
+    table.number("slope behind it [N/m]", [](auto *record) { return fixed(record->slope, 1); });
+    table.number("friction, " + records.front().runs.front().model + " [N/m]",
+                 [](auto *record) { return fixed(record->runs.front().friction, 1); });
+    table.number("held for [s]", [](auto *record) { return fixed(record->held_for, 1); });
+    table.number("force then, from [N]", [](auto *record) { return fixed(record->held_from, 2); });
+    table.number("to [N]", [](auto *record) { return fixed(record->held_to, 2); });
+    table.number("pull out [N]", [](auto *record) { return fixed(record->pull, 2); });
     return table.layout();
 }
 

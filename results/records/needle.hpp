@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -140,10 +141,13 @@ struct FittedNeedle {
     double error = 0.0;        ///< root mean square of force less measured mean, behind the puncture [N]
     double error_before = 0.0; ///< the same before it [N]
     double work = 0.0;         ///< of the hand, over all stretches [J]
+    /// Largest on the way out, which nothing is fitted to [N]; NaN where the body came to no rest.
+    double pull = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Models beside what was measured at the handle of a needle.
 struct MeasuredNeedle {
+    std::string name{}; ///< of the record
     std::string source;
     std::vector<std::string> unknown;
     core::Needle needle; ///< with what is not fitted: diameter, radius of the places, toughness, force of the puncture
@@ -151,6 +155,13 @@ struct MeasuredNeedle {
     double puncture_depth = 0.0;                         ///< [m]
     double work = 0.0;                                   ///< of the hand, measured, over all stretches [J]
     std::vector<FittedNeedle> runs;
+    std::vector<std::string> changed{}; ///< sentences on numbers of the load case that the record does not allow
+    /// Numbers of the record without a model: where the needle touched [m], the smallest force behind the puncture [N],
+    /// the slope of the means behind it [N/m]; and the largest pull on the way out [N], for how long the needle was
+    /// held [s] and the forces when that began and ended [N], NaN where they were not recorded.
+    double touched_at = 0.0, lowest_behind = 0.0, slope = 0.0;
+    double pull = std::numeric_limits<double>::quiet_NaN(), held_for = std::numeric_limits<double>::quiet_NaN();
+    double held_from = std::numeric_limits<double>::quiet_NaN(), held_to = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// The "Needle files" of results/schema.md; errors as of write_result() and read_result().
@@ -172,8 +183,14 @@ std::string needle_note(const NeedleFile &file);
 Layout measured_needle_table(const MeasuredNeedle &measured);
 
 /// A row for each model: what was fitted, and how far its force is from the measured one before and behind the puncture
-/// [N]; and the work of the hand [mJ], beside the measured one.
+/// [N]; and the work of the hand [mJ] and, where it was measured, the largest pull on the way out [N], beside the
+/// measured ones.
 Layout fitted_needle_table(const MeasuredNeedle &measured);
+
+/// A row for each record: its phases, and the friction of the first model, which is that of the slope behind the
+/// puncture if all of it is friction.
+/// @param records  shape (R), R >= 1, with a run each
+Layout needle_records_table(std::span<const MeasuredNeedle> records);
 
 /// A row for each run of a needle in the arena, by mesh and budget, the best target first; forces have what they are
 /// off by behind them.

@@ -9,7 +9,8 @@
 
 #include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
-#include "load_cases/experiments/markers.hpp"
+#include "core/units.hpp"
+#include "load_cases/experiments/needle_curves.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "results/one_reference.hpp"
@@ -126,7 +127,8 @@ int meshes_of(const std::vector<core::Model> &models, core::Regime regime) {
     return count;
 }
 
-constexpr double stretch = 0.002; ///< [m]
+constexpr double records_of_stretch = 4.0; ///< at least, of a model
+constexpr double widest_spread = 0.5;      ///< radius of the places, of the way
 /// Friction [N/m]: the most that is tried, and the tolerance to which it is found.
 constexpr double most_friction = 500.0, friction_tolerance = 0.01;
 constexpr double golden = 0.6180339887498949;
@@ -160,6 +162,7 @@ results::FittedNeedle with_friction(const Eigen::MatrixXd &compliance, const cor
         count += is_behind ? 1 : 0;
         count_before += is_before ? 1 : 0;
     }
+    run.pull = results::NeedleRun{.model = {}, .insertion = insertion}.largest_pull();
     run.error = std::sqrt(sum / std::max(1, count));
     run.error_before = std::sqrt(sum_before / std::max(1, count_before));
     return run;
@@ -183,6 +186,43 @@ results::FittedNeedle fitted(const Eigen::MatrixXd &compliance, const core::Need
         }
     }
     return left.error <= right.error ? left : right;
+}
+
+/// The record by itself, before any model.
+results::MeasuredNeedle without_models(const experiments::NeedleCurve &curve, const experiments::NeedlePhases &phases) {
+    results::MeasuredNeedle measured;
+    measured.name = curve.name;
+    measured.source = curve.source;
+    measured.unknown = curve.unknown;
+    measured.puncture_depth = phases.puncture.depth;
+    measured.touched_at = phases.touched_at;
+    measured.lowest_behind = phases.lowest;
+    measured.slope = phases.slope;
+    measured.pull = phases.pull;
+    measured.held_for = curve.held.seconds;
+    measured.held_from = curve.held.first_force;
+    measured.held_to = curve.held.last_force;
+    return measured;
+}
+
+/// Lowers numbers of the load case that the record does not allow, and says so.
+/// @throws support::InputError for a way that is too short for the tetrahedra
+void fit_to_record(core::Needle &needle, const core::TetraMesh &mesh, results::MeasuredNeedle &measured) {
+    if (const double most = needle.puncture_force / needle.diameter; needle.toughness > most) {
+        measured.changed.push_back(fmt::format("the toughness is {:.0f} and not {:g} J/m^2, so that tearing takes no "
+                                               "more than the {:.2f} N at which the surface gave way",
+                                               most, needle.toughness, needle.puncture_force));
+        needle.toughness = most;
+    }
+    if (const double most = widest_spread * needle.depth(); needle.spread > most) {
+        measured.changed.push_back(fmt::format("forces are spread over {:.2g} and not {:g} mm, half of the way",
+                                               core::millimetres * most, core::millimetres * needle.spread));
+        needle.spread = most;
+    }
+    if (const double least = core::smallest_spread(needle, mesh); needle.spread < least)
+        throw support::InputError("the measured needle '{}' goes {:.3g} m deep, and forces over half of that are too "
+                                  "narrow for the tetrahedra along it, which take {:.3g} m; give a finer mesh",
+                                  measured.name, needle.depth(), least);
 }
 
 } // namespace
@@ -244,16 +284,15 @@ Found<results::NeedleFile> drive_needles(const NeedleOptions &options, const std
     return done;
 }
 
-results::MeasuredNeedle compare_with_measured(const NeedleOptions &options, const ProgressReport &report) {
-    const auto curve = experiments::read_needle_curve();
-    const auto puncture = experiments::puncture_of(curve, stretch);
+results::MeasuredNeedle compare_with_measured(const NeedleOptions &options, const experiments::NeedleCurve &curve,
+                                              const ProgressReport &report) {
+    const auto phases = experiments::phases_of(curve);
+    const auto &puncture = phases.puncture;
     const auto models = models_with_needles(options);
     std::vector<std::string> notes;
     const auto problems = read_with_needles(options, notes);
     const auto &[problem, needles] = problems.front();
-    results::MeasuredNeedle measured;
-    measured.source = curve.source;
-    measured.unknown = curve.unknown;
+    auto measured = without_models(curve, phases);
     measured.needle = needles.front();
     auto &needle = measured.needle;
     const double end = *std::ranges::max_element(curve.depth);
@@ -264,8 +303,10 @@ results::MeasuredNeedle compare_with_measured(const NeedleOptions &options, cons
     needle.target = needle.entry + end * needle.direction();
     needle.diameter = curve.diameter;
     needle.puncture_force = puncture.force;
-    measured.puncture_depth = puncture.depth;
-    for (const auto &bin : experiments::binned(curve, stretch)) {
+    if (!options.step)
+        needle.step = std::min(needle.step, curve.stretch / records_of_stretch);
+    fit_to_record(needle, problem.body->mesh, measured);
+    for (const auto &bin : experiments::binned(curve, curve.stretch)) {
         measured.from.push_back(bin.from);
         measured.to.push_back(bin.to);
         measured.mean.push_back(bin.mean);
@@ -276,7 +317,7 @@ results::MeasuredNeedle compare_with_measured(const NeedleOptions &options, cons
     const auto line = core::needle_line(needle);
     Steps steps(static_cast<int>(models.size()), report);
     for (const auto &model : models) {
-        steps.next(fmt::format("{} / measured needle / {}", problem.body->name, model.name));
+        steps.next(fmt::format("{} / measured needle {} / {}", problem.body->name, curve.name, model.name));
         const auto compliance = model.compliance(problem, line.places).matrix;
         // Before the puncture depth = F (C / stiffness + 1 / k), with C of the place at the entry.
         const core::Vector3 axis = needle.direction();

@@ -10,6 +10,7 @@
 #include "core/model.hpp"
 #include "core/problem.hpp"
 #include "core/tool/needle/needle.hpp"
+#include "load_cases/experiments/needle_curves.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "results/records/needle.hpp"
 #include "studies/study.hpp"
@@ -80,14 +81,18 @@ core::Model needle_reference_model(bool on_mesh, core::Regime regime = core::Reg
 /// @throws support::InputError for bad input
 std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::vector<std::string> &notes);
 
-/// Puts models beside a measured needle, see experiments::read_needle_curve().
+/// Puts models beside a measured needle.
 ///
 /// The needle is the first of the load case, on its way as deep as the measurement goes, with the measured diameter.
 /// The surface gives way at the measured force. Two numbers are fitted for each model: one factor of all of Young's
 /// moduli, so that this happens at the measured depth; and the friction, by least squares over the stretches behind.
-/// Toughness and the radius of the places are those of the load case.
+/// Toughness and the radius of the places are those of the load case, but for what a record does not allow: the tip may
+/// not take more than the surface bore, and places are no wider than half of the way.
 /// @param options  of one body; `output` is not written to
-/// @throws support::InputError as drive_needles(), and if the data are not there
-results::MeasuredNeedle compare_with_measured(const NeedleOptions &options, const ProgressReport &report);
+/// @param curve    see experiments::read_needle_curve()
+/// @throws support::InputError as drive_needles(), for a curve without a puncture, for a way deeper than the needle of
+///   the load case, and for one that is too short for the tetrahedra
+results::MeasuredNeedle compare_with_measured(const NeedleOptions &options, const experiments::NeedleCurve &curve,
+                                              const ProgressReport &report);
 
 } // namespace livermark::studies
