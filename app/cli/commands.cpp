@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <map>
 #include <memory>
 #include <sstream>
 #include <string_view>
+#include <system_error>
 
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
@@ -192,6 +194,18 @@ void add_constraints(CLI::App &command, std::string &load_case) {
 void add_output(CLI::App &command, std::string &output, const std::string &help, const char *folder) {
     output = (support::root_folder() / "results" / folder).string();
     command.add_option("--output", output, help)->capture_default_str();
+}
+
+CLI::Option *add_data(CLI::App &command, std::string &data) {
+    return command.add_option("--data", data,
+                              "Folder with public data, before that of LIVERMARK_EXPERIMENTS and livermark/experiments "
+                              "in your data directory");
+}
+
+void refuse_no_folder(const std::string &data) {
+    std::error_code ignored;
+    if (!data.empty() && !std::filesystem::is_directory(data, ignored))
+        throw support::InputError("{}: this is no folder; give --data the one that the public data are in", data);
 }
 
 std::string runs_folder() {

@@ -99,6 +99,13 @@ void add_constraints(CLI::App &command, std::string &load_case);
 /// --output, a folder below results/ where none is named.
 void add_output(CLI::App &command, std::string &output, const std::string &help, const char *folder = "runs");
 
+/// --data, a folder of public data.
+CLI::Option *add_data(CLI::App &command, std::string &data);
+
+/// @param data  as --data gave it, empty where it did not
+/// @throws support::InputError if it is no folder
+void refuse_no_folder(const std::string &data);
+
 /// results/runs, where commands have their files unless they are told otherwise.
 std::string runs_folder();
 

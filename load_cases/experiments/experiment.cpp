@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/input_error.hpp"
@@ -114,6 +115,29 @@ RigidMotion best_rigid_motion(std::span<const Vector3> points, std::span<const V
     signs[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0; // no reflection
     motion.rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
     return motion;
+}
+
+std::optional<std::function<Vector3(const Vector3 &)>> best_affine_map(std::span<const Vector3> points,
+                                                                       std::span<const Vector3> targets) {
+    constexpr double thinnest = 1e-6; // of the extent, below which points lie in a plane
+    const auto count = static_cast<Eigen::Index>(points.size());
+    if (count < 4)
+        return std::nullopt;
+    Vector3 middle = Vector3::Zero(), middle_of_targets = Vector3::Zero();
+    for (Eigen::Index k = 0; k < count; ++k) {
+        middle += points[k] / static_cast<double>(count);
+        middle_of_targets += targets[k] / static_cast<double>(count);
+    }
+    Eigen::MatrixX3d from(count, 3), to(count, 3);
+    for (Eigen::Index k = 0; k < count; ++k) {
+        from.row(k) = (points[k] - middle).transpose();
+        to.row(k) = (targets[k] - middle_of_targets).transpose();
+    }
+    const Eigen::JacobiSVD<Eigen::MatrixX3d> parts(from, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    if (!(parts.singularValues()[2] > thinnest * parts.singularValues()[0]))
+        return std::nullopt;
+    const Eigen::Matrix3d gradient = parts.solve(to).transpose();
+    return [=](const Vector3 &point) { return Vector3(gradient * (point - middle) + middle_of_targets); };
 }
 
 MarkerMotion mean_motion(std::span<const MarkerMotion> repeats) {
@@ -252,7 +276,9 @@ void check(const Experiment &experiment, const std::string &place) {
             if (experiment.markers[k].drives.empty() && is_seen)
                 is_compared = true;
         }
-        if (!is_compared)
+        if (state.force)
+            check_force(*state.force, state.load_case(body.mesh), place);
+        if (!is_compared && !state.force)
             throw support::InputError("{}: no marker can be compared in state {}; give one that drives no place and "
                                       "has a position there",
                                       place, state.name);
@@ -283,6 +309,11 @@ core::Problem problem_of(const Experiment &experiment, const MeasuredState &stat
     core::Problem problem{body, state.load_case(body->mesh)};
     for (const auto &place : driven_places(experiment, state))
         drive(problem.load_case, body->mesh, place);
+    if (state.force) {
+        problem.load_case.path.clear();
+        for (const double way : state.force->way)
+            problem.load_case.path.push_back(way / state.force->way.back());
+    }
     return problem;
 }
 

@@ -4,12 +4,14 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "core/load_case.hpp"
 #include "core/problem.hpp"
+#include "core/solution.hpp"
 
 namespace livermark::experiments {
 
@@ -74,6 +76,11 @@ inline constexpr std::size_t fewest_of_rigid_motion = 3;
 /// @param targets  y [m]
 RigidMotion best_rigid_motion(std::span<const core::Vector3> points, std::span<const core::Vector3> targets);
 
+/// The affine map of least sum |x' - y|^2, or nothing where points lie in a plane or are fewer than four.
+/// @param points, targets  x and y [m]
+std::optional<std::function<core::Vector3(const core::Vector3 &)>>
+best_affine_map(std::span<const core::Vector3> points, std::span<const core::Vector3> targets);
+
 /// Displacements of markers at equal intervals of time.
 struct MarkerMotion {
     double interval = 0.0;                   ///< between two records [s], > 0
@@ -112,6 +119,49 @@ struct Marker {
     std::string drives; ///< the patch that moves as this marker was measured; empty of a marker that is compared
 };
 
+/// Force on a place that was measured while it was pressed or pulled, in one test or several.
+struct MeasuredForce {
+    std::string place;       ///< whose force it is: a constraint of the load case
+    std::vector<double> way; ///< (J) by which what was measured was pressed or pulled [m], ascending, > 0; the last one
+                             ///< at the whole load. A modulus is fitted at the first, the others are compared
+    std::vector<double> force;     ///< (J) mean of the tests [N], > 0
+    std::vector<double> deviation; ///< (J) standard deviation of the tests [N], >= 0; 0 of one test
+    double parts = 1.0;            ///< of which the body is one: 4 where it is a quarter of what was measured
+    double length = 0.0; ///< of a uniform body along the way [m], which has the same stress everywhere; 0 where
+                         ///< it is none
+};
+
+/// Means and deviations at some ways, linear between the lines of a table:
+///
+///     way,force,deviation
+///     0.0,0.0,0.0
+///     1.5,0.92,0.02
+///
+/// with the way in a unit of lengths and the others in newton.
+/// @param at               ways [m]
+/// @param metres_per_unit  of the table
+/// @throws support::InputError with file, line and remedy: another header, a cell that is no number, ways that do not
+///   ascend or do not reach as far as asked for
+MeasuredForce read_force_table(const std::filesystem::path &file, double metres_per_unit, std::vector<double> at);
+
+/// Forces of a model at the ways of a measurement.
+/// @param problem  with the place
+/// @return shape (J) [N], along the way, of all parts; NaN beyond the end of the solution's path
+std::vector<double> force_along_way(const MeasuredForce &measured, const core::LoadCase &load_case,
+                                    const core::Solution &solution);
+
+/// Refuses what no measurement of a force can be: a place without a force, ways that do not ascend, forces that are not
+/// positive.
+/// @param place  named in messages
+/// @throws support::InputError
+void check_force(const MeasuredForce &measured, const core::LoadCase &load_case, const std::string &place);
+
+/// Force of a uniform incompressible neo-Hookean body of Young's modulus 1 Pa and cross-section 1 m^2 that is pressed
+/// or pulled to a part l of its length: |l^-2 - l| / 3. What is known without a mesh.
+/// @return shape (J) [N]; empty where the body is not uniform
+std::vector<double> uniform_force(const MeasuredForce &measured, const core::LoadCase &load_case,
+                                  const core::TetraMesh &mesh);
+
 /// A real body under one load, at rest.
 struct MeasuredState {
     std::string name;
@@ -119,6 +169,7 @@ struct MeasuredState {
     std::function<core::LoadCase(const core::TetraMesh &)> load_case;
     std::vector<core::Vector3> displacement; ///< (K) of each marker [m]; NaN where it was not seen
     double noise = 0.0; ///< root mean square length of the error of a marker's displacement [m]; 0 where unknown
+    std::optional<MeasuredForce> force{}; ///< the load case then has its points as its path
 };
 
 /// Experiment of others on a real body, and what has to be assumed to compute it.
@@ -130,6 +181,9 @@ struct Experiment {
     std::function<core::Body(double edge_length)> body;
     /// Approximate number of tetrahedra of that body; empty of a mesh file.
     std::function<double(double edge_length)> expected_tetrahedra{};
+    /// The body on a mesh of its own that is finer and as near to its true shape as it can be: of a body with curved
+    /// sides. Empty where cutting each tetrahedron into eight keeps the shape.
+    std::function<core::Body(double edge_length)> finer_body{};
     double edge_length = 0.0;    ///< that models are compared at [m]; 0 of a mesh file
     int fit_degree = 2;          ///< of the polynomials that driven places move by
     std::vector<Marker> markers; ///< (K)
@@ -140,8 +194,9 @@ struct Experiment {
 
 /// A file of public data.
 struct PublicFile {
-    std::string path;   ///< below a folder of data_folders()
-    std::string sha256; ///< its digest as its owners publish it, 64 hexadecimal digits
+    std::string path;   ///< of a file below a folder of data_folders(), or of a folder of files
+    std::string sha256; ///< digest of what its owners publish, 64 hexadecimal digits; of a folder that of its files
+                        ///< behind each other, in the order of their names
 };
 
 /// An experiment whose data are public; python/livermark/studies/public_data.py reads them.
@@ -253,19 +308,32 @@ std::vector<double> swings(const MarkerMotion &motion, std::span<const int> mark
 ///     fit_degree = 2                             # of the polynomials that driven places move by; may be left out
 ///     [body]                                     # one of
 ///     box = { size = [0.08, 0.08, 0.06], edge_length = 0.01, corner = [0.0, 0.0, 0.0] }
-///     cylinder = { radius = 0.03, height = 0.08, edge_length = 0.008, base = [0.0, 0.0, 0.0] } # along z
+///     cylinder = { radius = 0.03, height = 0.08, edge_length = 0.008, base = [0.0, 0.0, 0.0], quarter = false } #
+///     along
+///                                                # z; a quarter is between the planes through base across x and y
+///     sphere = { radius = 0.03, edge_length = 0.008, centre = [0.0, 0.0, 0.0] }
 ///     file = "body.toml"                         # or a mesh, as livermark run takes them; has its own materials
+///     finer = "finer.toml"                       # beside file, the same surface with more triangles: the reference is
+///                                                # solved on it too, which tells the error of the shape
 ///     [material]                                 # of a box or cylinder
 ///     density = 1000.0                           # [kg/m^3]
 ///     young_modulus = 5000.0                     # [Pa]
 ///     poisson_ratio = 0.49
 ///     source = "where they are from"
+///     laws = { yeoh = [0.05, 0.05] }             # dimensionless constants of hyperelastic laws; may be left out
 ///     [[state]]                                  # one or more, with the keys of a load case and
 ///     name = "standing"                          # the state of the table of markers
 ///     acceleration = [0.0, 0.0, -9.81]
 ///     [[state.condition]]
 ///     patch = "z_min"
 ///     displacement = [0.0, 0.0, 0.0]
+///     [state.force]                              # how hard the body was pressed; markers may then be left out
+///     table = "force.csv"                        # see read_force_table()
+///     place = "z_max"                            # whose force it is; "touch" where a tool touches
+///     fit_at = 0.0015                            # [m], where a modulus is fitted
+///     compare_at = [0.003, 0.006]                # [m], the last one at the whole load
+///     parts = 4                                  # the body is a quarter of what was measured; 1 if it is left out
+///     length = 0.03                              # [m] of a uniform body along the way; may be left out
 ///     [state.ring_down]                          # how the body rang after it was let go; may be left out
 ///     motions = ["a.csv", "b.csv"]               # one or more of the same, see read_motion()
 ///     held = { patch = "z_max", force = [0.1, 0.0, 0.0] } # what held it: a condition of a load case with a force or a

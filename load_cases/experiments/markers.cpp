@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <limits>
-#include <map>
 #include <set>
 #include <sstream>
 #include <string_view>
@@ -31,14 +30,8 @@ std::string trimmed(const std::string &cell) {
     return first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(blanks) - first + 1);
 }
 
-/// The cells of a line of a CSV file from outside.
-struct CsvRow {
-    std::string place; ///< "file:line", for messages
-    std::vector<std::string> cells;
-};
+} // namespace
 
-/// Rows of a CSV file. Quotes and blanks around cells are left out; lines without any text are no rows.
-/// @throws support::InputError if it cannot be read
 std::vector<CsvRow> read_csv(const std::filesystem::path &file) {
     std::istringstream text(support::read_text(file));
     std::vector<CsvRow> rows;
@@ -54,8 +47,6 @@ std::vector<CsvRow> read_csv(const std::filesystem::path &file) {
     return rows;
 }
 
-/// A finite number of a cell.
-/// @throws support::InputError
 double number_in(const CsvRow &row, std::size_t column) {
     double number = 0.0;
     std::string_view text = row.cells.at(column);
@@ -67,6 +58,8 @@ double number_in(const CsvRow &row, std::size_t column) {
                                   support::shown(text), column + 1);
     return number;
 }
+
+namespace {
 
 /// The states that a header names.
 std::vector<std::string> states_of(const CsvRow &header) {
@@ -267,77 +260,6 @@ std::vector<Vector3> MarkerField::at_points(std::span<const Vector3> displacemen
         }
     }
     return result;
-}
-
-namespace {
-
-constexpr const char *curve_file = "needle/depth_force.csv";
-constexpr const char *curve_source =
-    "Okamura, Simone, O'Leary 2004, IEEE Trans. Biomed. Eng. 51; the points of a figure "
-    "in github.com/amartsop/dataset_lib";
-constexpr double gauge_18 = 0.00127; ///< [m]
-/// Nobody drives a needle that far, or pushes a biopsy needle so.
-constexpr double deepest = 0.5, strongest = 100.0;
-/// Part of the force before, of a surface that gave way.
-constexpr double punctured = 0.5;
-
-} // namespace
-
-NeedleCurve read_needle_curve() {
-    const auto file = public_data(curve_file);
-    if (!file)
-        throw support::InputError("{}: the measured needle is not there; get it from {}, as lines of depth [m] and "
-                                  "force [N], and {}",
-                                  curve_file, curve_source, where_to_put(curve_file));
-    NeedleCurve curve{.source = curve_source,
-                      .unknown = {"how large the liver was, how it was held, and how stiff it was",
-                                  "where in it the needle went, and what vessels and septa were on the way"},
-                      .diameter = gauge_18,
-                      .depth = {},
-                      .force = {}};
-    for (const auto &row : read_csv(*file)) {
-        if (row.cells.size() != 2)
-            throw support::InputError("{}: the line has {} cells and not 2; correct it", row.place, row.cells.size());
-        const double depth = number_in(row, 0), force = number_in(row, 1);
-        if (!(depth >= -1e-3 && depth < deepest && std::abs(force) < strongest))
-            throw support::InputError("{}: {:g} m and {:g} N are no depth and force of a needle; give them in SI units",
-                                      row.place, depth, force);
-        curve.depth.push_back(depth);
-        curve.force.push_back(force);
-    }
-    if (curve.depth.empty())
-        throw support::InputError("{}: there are no points; take the public file", file->string());
-    return curve;
-}
-
-std::vector<CurveBin> binned(const NeedleCurve &curve, double width) {
-    std::map<int, std::vector<double>> bin_forces;
-    for (std::size_t p = 0; p < curve.depth.size(); ++p)
-        bin_forces[static_cast<int>(std::max(0.0, curve.depth[p]) / width)].push_back(curve.force[p]);
-    std::vector<CurveBin> bins;
-    for (const auto &[number, forces] : bin_forces) {
-        double sum = 0.0;
-        for (const double force : forces)
-            sum += force;
-        bins.push_back({number * width, (number + 1) * width, sum / static_cast<double>(forces.size()),
-                        *std::ranges::min_element(forces), *std::ranges::max_element(forces)});
-    }
-    return bins;
-}
-
-MeasuredPuncture puncture_of(const NeedleCurve &curve, double width) {
-    double highest = 0.0;
-    for (const auto &bin : binned(curve, width)) {
-        // Before the surface is pressed at all there is nothing but noise.
-        if (bin.highest < punctured * highest && highest > 0.0) {
-            const auto at = std::ranges::find(curve.force, highest) - curve.force.begin();
-            if (highest >= punctured * *std::ranges::max_element(curve.force))
-                return {curve.depth[static_cast<std::size_t>(at)], highest};
-        }
-        highest = std::max(highest, bin.highest);
-    }
-    throw support::InputError("the measured needle never falls to half of what it was; there is no puncture to compare "
-                              "with, take the public file");
 }
 
 } // namespace livermark::experiments

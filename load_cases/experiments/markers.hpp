@@ -11,6 +11,20 @@
 
 namespace livermark::experiments {
 
+/// Cells of a line of a CSV file from outside.
+struct CsvRow {
+    std::string place; ///< "file:line", for messages
+    std::vector<std::string> cells;
+};
+
+/// Rows of a CSV file. Quotes and blanks around cells are left out; lines without any text are no rows.
+/// @throws support::InputError if it cannot be read
+std::vector<CsvRow> read_csv(const std::filesystem::path &file);
+
+/// A finite number of a cell.
+/// @throws support::InputError
+double number_in(const CsvRow &row, std::size_t column);
+
 /// A table of markers:
 ///
 ///     marker,drives,x,y,z,pressed_x,pressed_y,pressed_z
@@ -76,34 +90,5 @@ class MarkerField {
     std::vector<Place> places_;
     std::vector<double> outside_;
 };
-
-/// Forces measured at the handle of a needle on its way in.
-struct NeedleCurve {
-    std::string source;               ///< of the data: publication, and where the public file is
-    std::vector<std::string> unknown; ///< sentences on what the source does not say
-    double diameter = 0.0;            ///< of the needle [m]
-    std::vector<double> depth, force; ///< (P) points in the order of the file, which may turn back [m], [N]
-};
-
-/// The points of a stretch of the way.
-struct CurveBin {
-    double from = 0.0, to = 0.0;                    ///< [m]
-    double mean = 0.0, lowest = 0.0, highest = 0.0; ///< force of the points [N]
-};
-
-/// A steel needle of 18 G driven into bovine liver at 3 mm/s, as read off a published figure.
-/// @throws support::InputError if the data are not there (public_data()), with where to get them, or are damaged
-NeedleCurve read_needle_curve();
-
-/// Stretches of a width from the surface on, without those that have no point.
-/// @param width  [m], > 0
-std::vector<CurveBin> binned(const NeedleCurve &curve, double width);
-
-/// The point at which the surface gave way: the highest before the first stretch whose points are all below half of it.
-struct MeasuredPuncture {
-    double depth = 0.0, force = 0.0;
-};
-/// @throws support::InputError if there is none
-MeasuredPuncture puncture_of(const NeedleCurve &curve, double width);
 
 } // namespace livermark::experiments

@@ -14,7 +14,11 @@ namespace livermark::results {
 namespace {
 
 std::string in_mm(double length, int decimals = 2) {
-    return std::isfinite(length) ? fixed(core::millimetres * length, decimals) : "-";
+    return length_cell(length, decimals);
+}
+
+std::string with_decimals(double value, int decimals) {
+    return std::isfinite(value) ? fixed(value, decimals) : "-";
 }
 
 /// A length that is 0 where it is not known.
@@ -39,6 +43,7 @@ template <class At> void describe_states(At at, Of<At, std::vector<ExperimentSta
     columns.column("noise", &ExperimentState::noise, "m", {"noise of the measurement", in_mm_if_known});
     length("no_motion", &ExperimentState::no_motion, "no motion");
     length("rigid_motion", &ExperimentState::rigid_motion, "rigid motion, fitted");
+    length("affine_map", &ExperimentState::affine_map, "affine map, fitted");
     length("straight_line", &ExperimentState::straight_line, "straight line");
     length("fit_residual", &ExperimentState::fit_residual, "driven places off their markers");
     length("reference_uncertainty", &ExperimentState::reference_uncertainty, "reference, uncertainty of its mesh", 3);
@@ -58,6 +63,10 @@ void describe_runs(At at, Of<At, std::vector<ExperimentRun>> &runs, std::size_t 
     columns.column("tetrahedra", &ExperimentRun::tetrahedra);
     columns.column("error", &ExperimentRun::error, "m");
     columns.column("worst_error", &ExperimentRun::worst_error, "m");
+    if (at.has("component_error")) { // files of older versions have none
+        columns.blocks("component_error", &ExperimentRun::component_error, 3, "m");
+        columns.blocks("beyond_reference", &ExperimentRun::beyond_reference, 3, "m");
+    }
     columns.column("seconds", &ExperimentRun::seconds, "s");
     columns.blocks("displacement", &ExperimentRun::displacement, num_markers, "m");
 }
@@ -107,6 +116,38 @@ template <class At> void describe_ring_down(At at, Of<At, RingDownResult> &ring_
     describe_ringing_runs(at.group("runs"), ring_down.runs, ring_down.displacement.size());
 }
 
+template <class At> void describe_force(At at, Of<At, ForceResult> &force) {
+    at.text("state", force.state);
+    at.text("place", force.place);
+    at.number("young_modulus", force.young_modulus);
+    at.rows("way", force.way, "m");
+    const auto num_ways = force.way.size();
+    at.rows("force", force.force, "N", num_ways);
+    at.rows("deviation", force.deviation, "N", num_ways);
+    if (at.has("uniform", !force.uniform.empty()))
+        at.rows("uniform", force.uniform, "N", num_ways);
+    auto columns = hdf5::columns_of(at.group("runs"), force.runs);
+    columns.texts("models", &ForceRun::model);
+    columns.words("statuses", &ForceRun::status);
+    columns.texts("messages", &ForceRun::message);
+    columns.column("tetrahedra", &ForceRun::tetrahedra);
+    columns.column("seconds", &ForceRun::seconds, "s");
+    columns.blocks("force", &ForceRun::force, num_ways, "N");
+}
+
+template <class At> void describe_fits(At at, Of<At, std::vector<FittedMaterial>> &fits) {
+    auto columns = hdf5::columns_of(at, fits);
+    columns.texts("models", &FittedMaterial::model, {"model"});
+    const auto error = [](double length) { return in_mm(length); };
+    columns.column("error", &FittedMaterial::error, "m", {"error [mm]", error});
+    columns.column("young_modulus", &FittedMaterial::young_modulus, "Pa",
+                   {"best modulus [kPa]", [](double modulus) { return with_decimals(1e-3 * modulus, 1); }});
+    columns.column("error_of_modulus", &FittedMaterial::error_of_modulus, "m", {"error then [mm]", error});
+    columns.column("poisson_ratio", &FittedMaterial::poisson_ratio, "",
+                   {"best ratio", [](double ratio) { return with_decimals(ratio, 3); }});
+    columns.column("error_of_ratio", &FittedMaterial::error_of_ratio, "m", {"error then [mm]", error});
+}
+
 template <class At> void describe_experiment(At root, Of<At, ExperimentResult> &result) {
     const auto at = root.group("experiment");
     at.text("name", result.name);
@@ -119,6 +160,12 @@ template <class At> void describe_experiment(At root, Of<At, ExperimentResult> &
     describe_states(at.group("states"), result.states, num_markers);
     describe_runs(at.group("runs"), result.runs, result.states.size(), num_markers);
     describe_deformed_body(at.group("body"), result);
+    if (at.has("forces", !result.forces.empty()))
+        at.group("forces", hdf5::Order::kept).each(result.forces, [](auto place, auto &force) {
+            describe_force(place, force);
+        });
+    if (at.has("fits", !result.fits.empty()))
+        describe_fits(at.group("fits"), result.fits);
     if (!at.has("ring_downs", !result.ring_downs.empty())) // nothing was let go, or the file is of an older version
         return;
     const auto ring_downs = at.group("ring_downs", hdf5::Order::kept);
@@ -158,39 +205,12 @@ std::vector<ExperimentRow> rows_of(const ExperimentResult &result) {
     return rows;
 }
 
-std::string with_decimals(double value, int decimals) {
-    return std::isfinite(value) ? fixed(value, decimals) : "-";
-}
-
 /// Difference in percent of what was measured, with its sign.
 std::string percent_off(double value, double measured) {
     return std::isfinite(value) ? fmt::format("{:+.1f}", 100.0 * (value / measured - 1.0)) : "-";
 }
 
 } // namespace
-
-MarkerError marker_error(const ExperimentResult &result, const std::vector<core::Vector3> &displacement,
-                         const std::vector<core::Vector3> &measured) {
-    double sum = 0.0, largest = 0.0;
-    int count = 0;
-    for (std::size_t k = 0; k < measured.size(); ++k) {
-        if (!result.is_compared(k) || !measured[k].allFinite())
-            continue;
-        const double square = (displacement[k] - measured[k]).squaredNorm();
-        sum += square;
-        largest = std::max(largest, square);
-        ++count;
-    }
-    const double root_mean_square = std::sqrt(sum / count);
-    return {root_mean_square, std::isfinite(root_mean_square) ? std::sqrt(largest) : root_mean_square};
-}
-
-double root_mean_square_distance(const std::vector<core::Vector3> &a, const std::vector<core::Vector3> &b) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < a.size(); ++i)
-        sum += (a[i] - b[i]).squaredNorm();
-    return std::sqrt(sum / static_cast<double>(a.size()));
-}
 
 void write_experiment(const std::filesystem::path &path, const ExperimentResult &result) {
     hdf5::write_record(path, result, [](auto root, auto &record) { describe_experiment(root, record); });
@@ -212,10 +232,12 @@ Layout experiment_table(const ExperimentResult &result) {
         result.states, [](const ExperimentState &state) { return std::isfinite(state.straight_line); });
     const bool has_rigid_motion = std::ranges::any_of(
         result.states, [](const ExperimentState &state) { return std::isfinite(state.rigid_motion); });
-    for (const std::string name :
-         {"noise", "no_motion", "rigid_motion", "straight_line", "fit_residual", "reference_uncertainty"}) {
+    const bool has_affine_map = std::ranges::any_of(
+        result.states, [](const ExperimentState &state) { return std::isfinite(state.affine_map); });
+    for (const std::string name : {"noise", "no_motion", "rigid_motion", "affine_map", "straight_line", "fit_residual",
+                                   "reference_uncertainty"}) {
         if ((!has_line && (name == "straight_line" || name == "fit_residual")) ||
-            (!has_rigid_motion && name == "rigid_motion"))
+            (!has_rigid_motion && name == "rigid_motion") || (!has_affine_map && name == "affine_map"))
             continue;
         const auto &[head, state_cells] = cells.column(name);
         auto &row = layout.rows.emplace_back(std::vector{head.title, std::string()});
@@ -233,6 +255,12 @@ Layout experiment_table(const ExperimentResult &result) {
         layout.rows.push_back(std::move(row));
     }
     return layout;
+}
+
+Layout fit_table(const ExperimentResult &result) {
+    hdf5::Cells cells;
+    describe_fits(cells, result.fits);
+    return cells.table({"models", "error", "young_modulus", "error_of_modulus", "poisson_ratio", "error_of_ratio"});
 }
 
 Layout ring_down_table(const ExperimentResult &result) {

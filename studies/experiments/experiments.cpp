@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 #include <functional>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <utility>
@@ -36,9 +37,9 @@ struct StatesOnMesh {
     experiments::MarkerField field;
 };
 
-StatesOnMesh states_on_mesh(const experiments::Experiment &experiment, double edge_length,
+StatesOnMesh states_on_mesh(const experiments::Experiment &experiment, core::Body made,
                             const std::vector<Vector3> &positions) {
-    const auto body = std::make_shared<const core::Body>(experiment.body(edge_length));
+    const auto body = std::make_shared<const core::Body>(std::move(made));
     StatesOnMesh states{body, {}, experiments::MarkerField(body->mesh, positions)};
     for (const auto &state : experiment.states)
         states.load_cases.push_back(experiments::problem_of(experiment, state, body).load_case);
@@ -161,6 +162,12 @@ results::ExperimentState without_models(const experiments::Experiment &experimen
             rigid.emplace_back(fitted.at(position) - position);
         state.rigid_motion = error(rigid);
     }
+    if (const auto map = experiments::best_affine_map(points, targets)) {
+        std::vector<Vector3> affine;
+        for (const auto &position : result.positions)
+            affine.emplace_back((*map)(position)-position);
+        state.affine_map = error(affine);
+    }
     const auto places = experiments::driven_places(experiment, measured);
     for (const auto &place : places)
         state.fit_residual += place.motion.residual() * place.motion.residual() / static_cast<double>(places.size());
@@ -188,6 +195,7 @@ void add_runs(results::ExperimentResult &result, const std::string &model, const
         const auto error = results::marker_error(result, run.displacement, result.states[s].displacement);
         run.error = error.root_mean_square;
         run.worst_error = error.worst;
+        run.component_error = error.component;
         result.runs.push_back(std::move(run));
     }
 }
@@ -199,10 +207,47 @@ std::vector<core::Solution> solve_all(const core::Model &model, const StatesOnMe
     return model.prepare(states.body, nullptr)->solve(states.load_cases);
 }
 
+/// A state whose force was measured, without a model.
+results::ForceResult without_models(const experiments::MeasuredState &measured, const core::LoadCase &load_case,
+                                    const core::Body &body) {
+    const auto &force = *measured.force;
+    results::ForceResult result{.state = measured.name,
+                                .place = force.place,
+                                .way = force.way,
+                                .force = force.force,
+                                .deviation = force.deviation,
+                                .young_modulus = body.materials.front().young_modulus,
+                                .uniform = experiments::uniform_force(force, load_case, body.mesh),
+                                .runs = {}};
+    for (auto &uniform : result.uniform)
+        uniform *= result.young_modulus;
+    return result;
+}
+
+void add_forces(results::ExperimentResult &result, const experiments::Experiment &experiment, const std::string &model,
+                const StatesOnMesh &on_mesh, const std::vector<core::Solution> &solutions) {
+    double seconds = 0.0;
+    for (const auto &solution : solutions)
+        seconds += solution.setup_seconds + solution.solve_seconds;
+    for (auto &measured : result.forces) {
+        const auto state = std::ranges::find(experiment.states, measured.state, &experiments::MeasuredState::name);
+        const auto s = static_cast<std::size_t>(state - experiment.states.begin());
+        measured.runs.push_back(
+            {.model = model,
+             .tetrahedra = on_mesh.body->mesh.num_tetrahedra(),
+             .status = solutions[s].status,
+             .message = solutions[s].message,
+             .force = experiments::force_along_way(*state->force, on_mesh.load_cases[s], solutions[s]),
+             .seconds = seconds});
+    }
+}
+
 /// The reference on the refined mesh: how far it is from that on the mesh, and the shape of the body.
-void add_refined_reference(results::ExperimentResult &result, const core::Model &model, const StatesOnMesh &fine,
+void add_refined_reference(results::ExperimentResult &result, const experiments::Experiment &experiment,
+                           const core::Model &model, const StatesOnMesh &fine,
                            const std::vector<core::Solution> &coarse) {
     const auto solutions = solve_all(model, fine);
+    add_forces(result, experiment, model.name, fine, solutions);
     const auto first_coarse = std::ranges::find(result.runs, model.name, &results::ExperimentRun::model);
     const auto first = first_coarse - result.runs.begin();
     add_runs(result, model.name, fine, solutions);
@@ -215,7 +260,7 @@ void add_refined_reference(results::ExperimentResult &result, const core::Model 
         if (is_solved)
             state.reference_uncertainty =
                 results::marker_error(result, last.displacement, before.displacement).root_mean_square;
-        const auto &shape = is_solved ? solutions[s].displacement : coarse[s].displacement;
+        const auto &shape = is_solved && !experiment.finer_body ? solutions[s].displacement : coarse[s].displacement;
         state.deformed.assign(shape.begin(), shape.begin() + std::ssize(result.points)); // nodes of the mesh are first
     }
 }
@@ -256,6 +301,32 @@ void add_ring_downs(results::ExperimentResult &result, const experiments::Experi
         run(reference, 2.0 * edge_length);
 }
 
+/// Root mean square error of the markers over all states, of a model with another material.
+double error_with(const core::Material &material, const core::Model &model, const StatesOnMesh &states,
+                  const results::ExperimentResult &result) {
+    auto body = *states.body;
+    body.materials.assign(body.materials.size(), material);
+    double squares = 0.0;
+    const auto solutions =
+        model.prepare(std::make_shared<const core::Body>(std::move(body)), nullptr)->solve(states.load_cases);
+    for (std::size_t s = 0; s < solutions.size(); ++s) {
+        if (solutions[s].status != core::SolutionStatus::ok)
+            return std::numeric_limits<double>::infinity();
+        const auto error = results::marker_error(result, states.field.at_points(solutions[s].displacement),
+                                                 result.states[s].displacement);
+        squares += error.root_mean_square * error.root_mean_square / static_cast<double>(solutions.size());
+    }
+    return std::sqrt(squares);
+}
+
+/// Whether anything but prescribed displacements drives the body.
+bool has_loads(const StatesOnMesh &states) {
+    return std::ranges::any_of(states.load_cases, [](const core::LoadCase &load_case) {
+        return !load_case.acceleration.isZero(0.0) ||
+               std::ranges::any_of(load_case.conditions, &core::Condition::is_traction);
+    });
+}
+
 } // namespace
 
 results::ExperimentResult evaluate_experiment(const experiments::Experiment &experiment,
@@ -272,35 +343,57 @@ results::ExperimentResult evaluate_experiment(const experiments::Experiment &exp
         report(1, 1,
                fmt::format("{}: a mesh of {}", experiment.name,
                            meshes::text_of_expected_tetrahedra(experiment.expected_tetrahedra(*options.edge_length))));
-    const auto states = states_on_mesh(experiment, options.edge_length.value_or(experiment.edge_length), positions);
+    const double edge_length = options.edge_length.value_or(experiment.edge_length);
+    const auto states = states_on_mesh(experiment, experiment.body(edge_length), positions);
     const auto reference = reference_of(states);
     const auto chosen = chosen_models(options, states, reference);
     auto result = without_runs(experiment, states, positions, command_line);
     std::ranges::move(doubts_about(experiment, states), std::back_inserter(result.assumptions));
-    for (const auto &measured : experiment.states)
+    for (std::size_t s = 0; s < experiment.states.size(); ++s) {
+        const auto &measured = experiment.states[s];
         result.states.push_back(without_models(experiment, measured, result));
+        if (measured.force)
+            result.forces.push_back(without_models(measured, states.load_cases[s], *states.body));
+    }
     const bool rings_down = options.rings_down && !experiment.ring_downs.empty();
-    Steps steps((rings_down ? 2 : 1) * (static_cast<int>(chosen.size()) + 1), report);
+    const bool fits = options.fits_materials && result.has_compared_markers();
+    if (fits && states.body->materials.size() != 1)
+        throw support::InputError(fmt::format("{} has {} materials, and --fit fits one; leave --fit out",
+                                              experiment.name, states.body->materials.size()));
+    const auto num_rounds = 1 + (rings_down ? 1 : 0) + (fits ? 1 : 0);
+    Steps steps(num_rounds * (static_cast<int>(chosen.size()) + 1), report);
     std::vector<core::Solution> reference_solutions;
     for (const auto &model : chosen) {
         steps.next(fmt::format("{}: {}", experiment.name, model.name));
         auto solutions = solve_all(model, states);
         add_runs(result, model.name, states, solutions);
+        add_forces(result, experiment, model.name, states, solutions);
         if (model.name == reference)
             reference_solutions = std::move(solutions);
     }
     for (std::size_t s = 0; s < reference_solutions.size(); ++s)
         result.states[s].deformed = reference_solutions[s].displacement;
     if (options.refines_reference) {
-        steps.next(fmt::format("{}: {} with each tetrahedron cut into eight", experiment.name, reference));
-        add_refined_reference(result, support::find_named(chosen, reference, "model"), refined(states, positions),
+        steps.next(fmt::format("{}: {} on {}", experiment.name, reference,
+                               experiment.finer_body ? "a finer mesh" : "a mesh with each tetrahedron cut into eight"));
+        add_refined_reference(result, experiment, support::find_named(chosen, reference, "model"),
+                              experiment.finer_body
+                                  ? states_on_mesh(experiment, experiment.finer_body(edge_length), positions)
+                                  : refined(states, positions),
                               reference_solutions);
     }
+    results::compare_with_reference(result);
+    if (fits)
+        for (const auto &model : chosen) {
+            steps.next(fmt::format("{}: the material of {}", experiment.name, model.name));
+            result.fits.push_back(fit_material(
+                model.name, states.body->materials.front(), has_loads(states),
+                [&](const core::Material &material) { return error_with(material, model, states, result); }));
+        }
     if (rings_down)
-        add_ring_downs(result, experiment, options.edge_length.value_or(experiment.edge_length), options, chosen,
-                       states.load_cases.front().regime, [&](const std::string &model) {
-                           steps.next(fmt::format("{}: {} is let go", experiment.name, model));
-                       });
+        add_ring_downs(
+            result, experiment, edge_length, options, chosen, states.load_cases.front().regime,
+            [&](const std::string &model) { steps.next(fmt::format("{}: {} is let go", experiment.name, model)); });
     return result;
 }
 

@@ -44,6 +44,14 @@ std::vector<results::RingDownRun> ring_down_of_model(const core::Model &model, c
                                                      std::span<const core::Vector3> positions,
                                                      std::span<const int> markers);
 
+/// The material with which a model is nearest to the measurement, one constant at a time: Young's modulus between a
+/// quarter and four times the given one, by its logarithm, and Poisson's ratio from 0.25 to 0.4999, by the logarithm of
+/// 1/2 less it, both to a hundredth, by golden sections (Kiefer 1953, Proc. Am. Math. Soc. 4(3)).
+/// @param error            of a material [m]; infinite where there is no solution
+/// @param modulus_matters  whether the modulus has an effect, as it has none where all that is given are displacements
+results::FittedMaterial fit_material(const std::string &model, const core::Material &given, bool modulus_matters,
+                                     const std::function<double(const core::Material &)> &error);
+
 /// Options of `livermark experiment`.
 struct ExperimentOptions {
     std::vector<std::string> names;    ///< of public experiments, or paths of .toml files; all whose data are there
@@ -53,6 +61,7 @@ struct ExperimentOptions {
     std::optional<double> edge_length; ///< in place of that of the experiment [m]
     bool refines_reference = true;     ///< solves the reference also with each tetrahedron cut into eight
     bool rings_down = true;            ///< also lets go where that was measured
+    bool fits_materials = false;       ///< also finds the material with which each model is nearest to the markers
     DampingForces damping = DampingForces::rayleigh;
     std::string output; ///< folder for <name>.h5
 };

@@ -252,12 +252,21 @@ toml::array arenas_of(const ReportData &data) {
     return array;
 }
 
+toml::array toml_array_of(const std::vector<std::string> &texts) {
+    toml::array array;
+    for (const auto &text : texts)
+        array.push_back(text);
+    return array;
+}
+
 toml::array experiments_of(const ReportData &data) {
     toml::array array;
     for (std::size_t e = 0; e < data.experiments.size(); ++e) {
         const auto &experiment = data.experiments[e];
         array.push_back(toml::table{{"file", data.files.experiments[e]},
                                     {"table", json_of(results::experiment_table(experiment))},
+                                    {"force_table", json_of(results::force_table(experiment))},
+                                    {"null_notes", toml_array_of(results::notes_on_nulls(experiment))},
                                     {"ring_down_table", json_of(results::ring_down_table(experiment))},
                                     {"ring_down_note", results::ring_down_note(experiment)}});
     }

@@ -1,14 +1,11 @@
-#include <filesystem>
 #include <fmt/format.h>
 #include <map>
 #include <memory>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "app/cli/commands.hpp"
 #include "core/support/files.hpp"
-#include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
 #include "load_cases/experiments/experiment.hpp"
 #include "results/records/experiment.hpp"
@@ -56,10 +53,7 @@ void print_ring_downs(const results::ExperimentResult &result, bool in_markdown)
 
 int run_command_of_experiments(const ExperimentCommand &command, studies::ExperimentOptions options,
                                const std::string &command_line) {
-    std::error_code ignored;
-    if (!options.data.empty() && !std::filesystem::is_directory(options.data, ignored))
-        throw support::InputError("{}: this is no folder; give --data the one that the public data are in",
-                                  options.data);
+    refuse_no_folder(options.data);
     if (command.list) {
         list_experiments(options.data);
         return 0;
@@ -72,11 +66,19 @@ int run_command_of_experiments(const ExperimentCommand &command, studies::Experi
         fmt::print("{}: {}\n", result.name, result.title);
         for (const auto &assumption : result.assumptions)
             fmt::print("  assumed: {}\n", results::printable(assumption));
-        const auto table = results::experiment_table(result);
-        fmt::print("\n{}", table_text(table, command.markdown));
+        fmt::print("\n");
+        if (result.has_compared_markers())
+            fmt::print("{}\n{}", table_text(results::experiment_table(result), command.markdown),
+                       table_text(results::marker_table(result), command.markdown));
+        if (!result.forces.empty())
+            fmt::print("{}", table_text(results::force_table(result), command.markdown));
         for (const auto &run : result.runs)
             if (run.status != core::SolutionStatus::ok)
                 fmt::print("{}, {}: {}\n", run.model, results::printable(result.states[run.state].name), run.message);
+        if (!result.fits.empty())
+            fmt::print("{}", table_text(results::fit_table(result), command.markdown));
+        for (const auto &note : results::notes_on_nulls(result))
+            fmt::print("{}\n", note);
         fmt::print("\n");
         if (!result.ring_downs.empty())
             print_ring_downs(result, command.markdown);
@@ -102,9 +104,7 @@ Command add_experiment(CLI::App &parent, const std::string &command_line) {
         "--list", experiment->list,
         "Only list the public experiments: where they are published, their licence, whether their data are "
         "here, and their files");
-    command->add_option("--data", options->data,
-                        "Folder with public data, before that of LIVERMARK_EXPERIMENTS and livermark/experiments in "
-                        "your data directory");
+    add_data(*command, options->data);
     command->add_option("--model", options->models,
                         "Names as in 'livermark list models'; the reference always runs beside them");
     command->add_flag("--methods", options->with_methods,
@@ -118,6 +118,10 @@ Command add_experiment(CLI::App &parent, const std::string &command_line) {
         "Do not solve the reference with each tetrahedron cut into eight: quicker, but its own error stays "
         "unknown");
     command->add_flag("--at-rest", experiment->at_rest, "Leave out ring-downs");
+    command->add_flag(
+        "--fit", options->fits_materials,
+        "Also find Young's modulus, where loads are given, and Poisson's ratio with which each model is nearest "
+        "to the markers: some twenty solutions of each");
     command
         ->add_option("--damping", options->damping,
                      "Damping of ring-downs: rayleigh (one ratio at all measured frequencies), or by the mass or the "

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 #include <memory>
+#include <vector>
 
 #include "app/cli/commands.hpp"
 #include "app/cli/image_bodies.hpp"
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/units.hpp"
+#include "load_cases/experiments/needle_curves.hpp"
 #include "results/records/cut.hpp"
 #include "results/records/needle.hpp"
 #include "results/tables/table_layout.hpp"
@@ -28,22 +30,55 @@ int print_needles(const studies::NeedleOptions &options, bool markdown, const st
     return 0;
 }
 
-int print_measured(const studies::NeedleOptions &options, bool markdown) {
-    const auto measured = studies::compare_with_measured(options, print_progress());
+/// Words behind --measured, --data and --rate.
+struct MeasuredChoice {
+    std::string record, data; ///< a name, empty for all that are there; see experiments::data_folders()
+    double rate = experiments::nominal_needle_rate; ///< of records over time [m/s]
+};
+
+/// The record that is named, or all that are there; the first where none is, so that it says where to get it.
+std::vector<experiments::NeedleRecord> chosen_records(const MeasuredChoice &choice) {
+    const auto all = experiments::all_needle_records();
+    if (!choice.record.empty())
+        return {support::find_named(all, choice.record, "record of a needle")};
+    std::vector<experiments::NeedleRecord> records;
+    for (const auto &record : all)
+        if (experiments::is_there(record, choice.data))
+            records.push_back(record);
+    return records.empty() ? std::vector{all.front()} : records;
+}
+
+void print_beside_models(const results::MeasuredNeedle &measured, bool markdown) {
     const auto print = [&](const results::Layout &table) { fmt::print("{}\n", table_text(table, markdown)); };
     const auto &needle = measured.needle;
-    fmt::print("Measured: {}\n", measured.source);
+    fmt::print("Measured, {}: {}\n", measured.name, measured.source);
     for (const auto &sentence : measured.unknown)
         fmt::print("  not known: {}\n", sentence);
     fmt::print(
-        "  taken: the way of '{}', {:.1f} mm; {:.2f} mm wide, forces over {:g} mm, toughness {:g} J/m^2; the "
-        "surface gives way at {:.2f} N, as measured\n"
-        "  fitted: one factor of Young's moduli, so that it does so at {:.1f} mm; friction, to what is behind\n\n",
+        "  taken: the way of '{}', {:.1f} mm; {:.2f} mm wide, forces over {:.2g} mm, toughness {:.3g} J/m^2; the "
+        "surface gives way at {:.2f} N, as measured\n",
         results::printable(needle.name), core::millimetres * needle.depth(), core::millimetres * needle.diameter,
-        core::millimetres * needle.spread, needle.toughness, needle.puncture_force,
+        core::millimetres * needle.spread, needle.toughness, needle.puncture_force);
+    for (const auto &sentence : measured.changed)
+        fmt::print("  changed: {}\n", sentence);
+    fmt::print(
+        "  fitted: one factor of Young's moduli, so that it does so at {:.1f} mm; friction, to what is behind\n\n",
         core::millimetres * measured.puncture_depth);
     print(results::fitted_needle_table(measured));
     print(results::measured_needle_table(measured));
+}
+
+int print_measured(const studies::NeedleOptions &options, const MeasuredChoice &choice, bool markdown) {
+    refuse_no_folder(choice.data);
+    std::vector<experiments::NeedleCurve> curves; // all are read before anything is solved
+    for (const auto &record : chosen_records(choice))
+        curves.push_back(experiments::read_needle_curve(record, choice.data, choice.rate));
+    std::vector<results::MeasuredNeedle> done;
+    for (const auto &curve : curves) {
+        done.push_back(studies::compare_with_measured(options, curve, print_progress()));
+        print_beside_models(done.back(), markdown);
+    }
+    fmt::print("The records themselves:\n\n{}\n", table_text(results::needle_records_table(done), markdown));
     return 0;
 }
 
@@ -83,7 +118,8 @@ Command add_needle(CLI::App &parent, const std::string &command_line) {
         parent.add_subcommand("needle", "Drive needles into bodies and draw them out, and print the displacement of "
                                         "the target and the force of the hand for each model, beside the reference");
     auto options = std::make_shared<studies::NeedleOptions>();
-    auto markdown = std::make_shared<bool>(false), is_measured = std::make_shared<bool>(false);
+    auto choice = std::make_shared<MeasuredChoice>();
+    auto markdown = std::make_shared<bool>(false);
     options->bodies = {"liver_tumours"};
     command->add_option("--body", options->bodies, "Names as in 'livermark list bodies', or paths")
         ->capture_default_str();
@@ -111,20 +147,38 @@ Command add_needle(CLI::App &parent, const std::string &command_line) {
     add_output(*command, options->output,
                "Folder for <body>/needle.<load case>.h5, in the large regime needle.<load case>.large.h5");
     command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
-    command->add_flag("--measured", *is_measured,
-                      "Instead: put the models beside a measured needle in bovine liver, with the stiffness and the "
-                      "friction fitted, on the first way of 'puncture' or of the load case that is named, in the first "
-                      "body; no file is written");
+    auto *is_measured =
+        command
+            ->add_option("--measured", choice->record,
+                         "Instead: put the models beside a measured needle in bovine liver, depth_force or time_force, "
+                         "or without a name beside each whose data are there, with the stiffness and the friction "
+                         "fitted, on the first way of 'puncture' or of the load case that is named, in the first body; "
+                         "no file is written")
+            ->expected(0, 1);
+    auto *data = add_data(*command, choice->data);
+    auto *rate = command
+                     ->add_option("--rate", choice->rate,
+                                  "With --measured: the rate at which the needle of time_force goes in [m/s], which "
+                                  "says how long the unit of its displacement is")
+                     ->check(CLI::Range(1e-4, 0.1))
+                     ->capture_default_str();
     return [=] {
-        if (!*is_measured)
+        if (is_measured->count() == 0) {
+            if (data->count() + rate->count() > 0)
+                throw support::InputError("--data and --rate are of a measured needle; add --measured, or leave them "
+                                          "out");
             return print_needles(*options, *markdown, command_line);
+        }
         auto chosen = *options;
         if (chosen.regime == core::Regime::large)
             throw support::InputError("--measured fits a linear body to the measured curve, so that it is of the small "
                                       "regime; leave --regime large out");
+        if (rate->count() > 0 && choice->record == "depth_force")
+            throw support::InputError("--rate is of a record over time, and 'depth_force' has depths; leave it out, or "
+                                      "name time_force");
         if (load_case->count() == 0)
             chosen.load_case = "puncture";
-        return print_measured(chosen, *markdown);
+        return print_measured(chosen, *choice, *markdown);
     };
 }
 

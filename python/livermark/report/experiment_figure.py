@@ -1,7 +1,8 @@
 """Draws an experiment file: python3 -m livermark.report.experiment_figure <experiment>.h5 makes <experiment>.png beside it.
 
-`livermark experiment --figure` calls it. Where bodies rang down, <experiment>.ring_down.png is made as well: the mean of the
-markers over time, as measured and of the nearest models. Each state is drawn as measured markers over the boundary of the body as the
+`livermark experiment --figure` calls it. Where forces were measured, <experiment>.force.png is made as well: force over
+way, as measured and of the nearest models. Where bodies rang down, so is <experiment>.ring_down.png: the mean of the markers over
+time, as measured and of the nearest models. Each state is drawn as measured markers over the boundary of the body as the
 reference deforms it, seen along two axes, and as the errors of the models.
 """
 import sys
@@ -146,8 +147,50 @@ def draw_states(path):
 
 
 def draw(path):
+    """None where no markers are compared."""
+    with h5py.File(path, "r") as file:
+        drives = file["experiment/markers"].attrs["drives"]
+        if not any(drive in ("", b"") for drive in drives):
+            return None
     target = Path(path).with_suffix(".png")
     draw_states(path).savefig(target, dpi=110)
+    return target
+
+
+def scaled_forces(group):
+    """Forces of each run, multiplied so that they are right at the first way: (runs, J) [N]; and their mean absolute error."""
+    measured, force = group["force"][()], group["runs/force"][()]
+    scaled = force / force[:, :1] * measured[0]
+    return scaled, np.abs(scaled / measured - 1.0)[:, 1:].mean(axis=1)
+
+
+def draw_forces(path):
+    """Force over the way in each state, over the force at the first way; None where none was measured."""
+    with h5py.File(path, "r") as file:
+        if "forces" not in file["experiment"]:
+            return None
+        parent = file["experiment/forces"]
+        figure, axes = plt.subplots(1, len(parent), figsize=(5.5 * len(parent), 4.6), squeeze=False)
+        for plot, name in zip(axes[0], sorted(parent, key=int)):
+            group, runs = parent[name], parent[name]["runs"]
+            text = lambda value: value.decode() if isinstance(value, bytes) else str(value)
+            way, measured = MILLIMETRES * group["way"][()], group["force"][()]
+            plot.errorbar(way, measured, 2.0 * group["deviation"][()], fmt="ko", markersize=3.5, capsize=3, zorder=3,
+                          label="measured, two standard deviations")
+            if "uniform" in group:
+                uniform = group["uniform"][()]
+                plot.plot(way, uniform / uniform[0] * measured[0], color="0.6", linestyle="--", label="uniform, neo-Hookean")
+            scaled, error = scaled_forces(group)
+            order = np.argsort(np.where(np.isfinite(error), error, np.inf), kind="stable")
+            for r in order[:MOST_CURVES]:
+                plot.plot(way, scaled[r], linewidth=1.0, label=f"{text(runs.attrs['models'][r])}, {runs['tetrahedra'][r]}")
+            plot.set_title(text(group.attrs["state"]), fontsize=10)
+            plot.set_xlabel("way [mm]")
+            plot.set_ylabel("force [N], each model with its own modulus")
+            plot.legend(fontsize=7, loc="upper left")
+    figure.tight_layout()
+    target = Path(path).with_suffix(".force.png")
+    figure.savefig(target, dpi=110)
     return target
 
 
@@ -183,7 +226,7 @@ def draw_ring_downs(path):
 
 
 def main() -> None:
-    for target in (draw(sys.argv[1]), draw_ring_downs(sys.argv[1])):
+    for target in (draw(sys.argv[1]), draw_forces(sys.argv[1]), draw_ring_downs(sys.argv[1])):
         if target:
             print(f"The picture is {target}")
 

@@ -12,10 +12,12 @@ def _toml_value(value: Any) -> str:
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, list):
         return "[" + ", ".join(map(_toml_value, value)) + "]"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_toml_value(part)}" for key, part in value.items()) + " }"
     return repr(value)
 
 
 def to_toml(answer: dict[str, Any], tables: str) -> str:
-    """Of texts, numbers and lists of them; and below a key, named `tables`, of a list of such tables."""
+    """Of texts, numbers, lists and small tables of them; and below a key, named `tables`, of a list of such tables."""
     plain = "".join(f"{key} = {_toml_value(value)}\n" for key, value in answer.items() if key != tables)
     return plain + "".join(f"[[{tables}]]\n" + to_toml(table, "") for table in answer.get(tables, []))

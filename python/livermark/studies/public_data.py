@@ -94,11 +94,11 @@ def truth_cube(file: pathlib.Path) -> dict[str, Any]:
                 "the body is the silicone between the outermost layers of beads, with free sides 40 mm from the middle bead",
                 "both layers move as a polynomial of degree 2 fitted to their 49 beads",
                 "Poisson's ratio is 0.499; Young's modulus has no effect"],
-            "corner": [float(middle[0] - 0.5 * SIDE_LENGTH), float(middle[1] - 0.5 * SIDE_LENGTH), float(bottom)],
-            "size": [SIDE_LENGTH, SIDE_LENGTH, float(top - bottom)],
-            "edge_length": 0.00925,  # bricks of a centimetre
+            "box": {"corner": [float(middle[0] - 0.5 * SIDE_LENGTH), float(middle[1] - 0.5 * SIDE_LENGTH), float(bottom)],
+                    "size": [SIDE_LENGTH, SIDE_LENGTH, float(top - bottom)],
+                    "edge_length": 0.00925},  # bricks of a centimetre
             # Of the test beside the public file; Young's modulus has no part in where the beads go.
-            "density": 980.0, "young_modulus": 15.3e3, "poisson_ratio": 0.499,
+            "material": {"density": 980.0, "young_modulus": 15.3e3, "poisson_ratio": 0.499},
             "markers": names, "drives": drives, "positions": rest.ravel().tolist(), "damping_from": "",
             "state": [{"name": name, "noise": BEAD_NOISE, "load_case": CUBE_LOAD_CASE,
                        "displacement": (at[:, s] - rest).ravel().tolist()} for s, name in enumerate(BEAD_STATES, 1)]}
@@ -267,20 +267,165 @@ def dragon_skin_beam(folder: pathlib.Path) -> dict[str, Any]:
                 "while the beam rings, the weight is a mass in the tetrahedra at that edge, and the swing starts at its first "
                 "turning point, in the shape that a force on the end face gives",
                 "Young's modulus is the one that the authors fitted to this beam"],
-            "corner": [0.0, 0.0, 0.0], "size": [0.1, 0.03, 0.03], "edge_length": 0.0069,  # bricks of 7.5 mm
-            "density": 1070.0, "young_modulus": 263824.0, "poisson_ratio": 0.499,
+            "box": {"size": [0.1, 0.03, 0.03], "edge_length": 0.0069},  # bricks of 7.5 mm
+            "material": {"density": 1070.0, "young_modulus": 263824.0, "poisson_ratio": 0.499},
             "markers": [str(k) for k in range(NUM_COMPARED)], "drives": [""] * NUM_COMPARED,
             "positions": positions.ravel().tolist(), "damping_from": WEIGHTS[1].name, "state": states}
 
 
-READERS: dict[str, Callable[[pathlib.Path], dict[str, Any]]] = {"dragon_skin_beam": dragon_skin_beam, "truth_cube": truth_cube}
+# --- cylinders of silicone that plates compress, with the force (Dawood et al. 2026)
+
+RADIUS, HEIGHT = 0.025, 0.03  #: [m]
+FIT_AT, COMPARE_AT = 0.0015, [0.003, 0.006, 0.01, 0.015]  #: compressions [m]
+TESTS = [batch + str(number) for batch in "AB" for number in range(1, 6)]
+LAWS = {  # the authors' fits to engineering stress: C10, C20, C30 and C01 [kPa], and Ogden's exponent
+    "EF10_50T": ([2.1502, 0.0606, 0.0724], [-0.4985, 1.6206], 5.0295),
+    "EF10_75T": ([1.2861, 0.0607, 0.0640], [-1.0896, 1.4588], 5.7802),
+    "EF30_25T": ([7.4313, 0.0202, 0.1348], [2.9285, 2.6847], 3.9272),
+    "EF50_0T": ([23.3326, -0.4941, 0.4918], [9.5120, 7.7635], 3.8748)}
+MIDDLE_LOAD_CASE = """title = "A quarter of the upper half of a cylinder under a plate"
+target_peak_displacement = 0.0075
+regime = "large"
+[[condition]]
+patch = "z_min"
+displacement = ["free", "free", 0.0]
+[[condition]]
+patch = "x_min"
+displacement = [0.0, "free", "free"]
+[[condition]]
+patch = "y_min"
+displacement = ["free", 0.0, "free"]
+[[condition]]
+patch = "z_max"
+"""
+PLATES = {"free plates": 'displacement = ["free", "free", -0.0075]\n', "glued plates": "displacement = [0.0, 0.0, -0.0075]\n"}
+
+
+def _columns(file: pathlib.Path, names: tuple[str, ...], separator: str = ",") -> numpy.ndarray:
+    """(rows, columns) of a CSV file below the line that has these names, in their order."""
+    try:
+        lines = [line.split(separator) for line in file.read_text(encoding="utf-8", errors="replace").splitlines()]
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror}); take the public file") from error
+    head = next((n for n, cells in enumerate(lines) if set(names) <= {cell.strip() for cell in cells}), None)
+    if head is None:
+        raise InputError(f"{file}: there is no line with {', '.join(names)}; take the public file")
+    columns = [[cell.strip() for cell in lines[head]].index(name) for name in names]
+    rows = [[_number(f"{file}:{number}", cells, column) if column < len(cells) else math.nan for column in columns]
+            for number, cells in enumerate(lines[head + 1:], head + 2) if any(cell.strip() for cell in cells)]
+    found = numpy.array(rows).reshape(-1, len(names))
+    if len(found) < 2 or not numpy.isfinite(found).all() or (numpy.diff(numpy.maximum.accumulate(found[:, 0])) < 0.0).any():
+        raise InputError(f"{file}: there are not two lines of numbers, or one is too short; take the public file")
+    return found
+
+
+def compression_curve(data: pathlib.Path, at: list[float]) -> tuple[list[float], list[float]]:
+    """Mean and standard deviation [N] of the load at compressions [m]: of a folder with the ten tests as they are published, or
+    of a file with compression_mm,load_N,standard_deviation_N.
+    """
+    wanted = numpy.array(at) / MILLIMETRE
+    if data.is_dir():
+        loads = []
+        for test in TESTS:
+            curve = _columns(data / f"{data.name}_{test}.csv", ("Compression (mm)", "Load (N)"))
+            order = numpy.argsort(curve[:, 0], kind="stable")
+            loads.append(numpy.interp(wanted, curve[order, 0], curve[order, 1], left=math.nan, right=math.nan))
+        mean, deviation = numpy.mean(loads, axis=0), numpy.std(loads, axis=0, ddof=1)
+    else:
+        curve = _columns(data, ("compression_mm", "load_N", "standard_deviation_N"))
+        mean, deviation = (numpy.interp(wanted, curve[:, 0], curve[:, k], left=math.nan, right=math.nan) for k in (1, 2))
+    if not (mean > 0.0).all() or not numpy.isfinite(deviation).all():
+        raise InputError(f"{data}: the load is not known or not positive at {' '.join(f'{way:g}' for way in wanted)} mm; take the "
+                         "public files")
+    return mean.tolist(), deviation.tolist()
+
+
+def ecoflex_cylinder(data: pathlib.Path) -> dict[str, Any]:
+    summary = [] if data.is_dir() else [f"{data.name} is a summary of the ten published files"]
+    way = [FIT_AT, *COMPARE_AT]
+    force, deviation = compression_curve(data, way)
+    left = 1.0 - FIT_AT / HEIGHT
+    area = math.pi * RADIUS ** 2
+    material: dict[str, Any] = {"density": 1040.0, "young_modulus": 3.0 * force[0] / (area * (left ** -2 - left)),
+                                "poisson_ratio": 0.499}
+    if data.stem in LAWS:
+        (c10, c20, c30), (first, second), exponent = LAWS[data.stem]
+        material["laws"] = {"yeoh": [c20 / c10, c30 / c10], "mooney_rivlin": [second / (first + second)], "ogden": [exponent]}
+    return {"assumptions": [
+                "friction at the plates is not known: plates free of friction and plates that the silicone sticks to are the two "
+                "bounds of it",
+                "the side of the cylinder never touches a plate that it sticks to",
+                "Young's modulus is that of a uniform neo-Hookean cylinder at a compression of 1.5 mm; each model then has its own "
+                "there, so only the shape of the curve is compared",
+                "Poisson's ratio is 0.499",
+                "the test is slow, and nothing relaxes",
+                "a quarter of the upper half is solved, as plane symmetry lets it", *summary],
+            "cylinder": {"radius": RADIUS, "height": 0.5 * HEIGHT, "edge_length": 0.0035, "quarter": True},
+            "material": material, "markers": [], "drives": [], "positions": [], "damping_from": "",
+            "state": [{"name": name, "noise": 0.0, "load_case": MIDDLE_LOAD_CASE + plate, "displacement": [],
+                       "force": {"place": "z_max", "way": way, "force": force, "deviation": deviation, "parts": 4.0,
+                                 "length": HEIGHT}} for name, plate in PLATES.items()]}
+
+
+# --- a strip of the silicone of the beam that is pulled, with the force (Marechal et al. 2020)
+
+STRIP = [0.033, 0.006, 0.003]  #: length, width and thickness between the grips [m]
+PULLED_TO = [0.1, 0.2, 0.3, 0.5, 1.0]  #: engineering strains; a modulus is fitted at the first
+PULLED_LOAD_CASE = """title = "A strip that is pulled, as far from the grips as its width"
+target_peak_displacement = 0.033
+regime = "large"
+[[condition]]
+patch = "x_min"
+displacement = [0.0, "free", "free"]
+[[condition]]
+patch = "y_min"
+displacement = ["free", 0.0, "free"]
+[[condition]]
+patch = "z_min"
+displacement = ["free", "free", 0.0]
+[[condition]]
+patch = "x_max"
+displacement = [0.033, "free", "free"]
+"""
+
+
+def dragon_skin_tension(file: pathlib.Path) -> dict[str, Any]:
+    columns = ("Engineering Strain", "Engineering Stress (MPa)")
+    curve = _columns(file, columns, ";")
+    stress = 1e6 * numpy.interp(PULLED_TO, curve[:, 0], curve[:, 1], left=math.nan, right=math.nan)
+    if not (stress > 0.0).all():
+        raise InputError(f"{file}: the stress is not known or not positive at strains of {PULLED_TO}; take the public file")
+    stretch = 1.0 + PULLED_TO[0]
+    return {"assumptions": [
+                "the strip is as long between the grips as its file says, and strains are those of the grips, which the file says too",
+                "it narrows freely up to the grips",
+                "Young's modulus is that of a uniform neo-Hookean strip at a strain of 0.1",
+                "Poisson's ratio is 0.499",
+                "the test took 4 s to a strain of 1, and nothing relaxes",
+                "one test is published, so its deviation is not known"],
+            "box": {"size": STRIP, "edge_length": 0.003},
+            "material": {"density": 1070.0, "young_modulus": float(3.0 * stress[0] / (stretch - stretch ** -2)),
+                         "poisson_ratio": 0.499},
+            "markers": [], "drives": [], "positions": [], "damping_from": "",
+            "state": [{"name": "pulled", "noise": 0.0, "load_case": PULLED_LOAD_CASE, "displacement": [],
+                       "force": {"place": "x_max", "way": [STRIP[0] * strain for strain in PULLED_TO],
+                                 "force": (STRIP[1] * STRIP[2] * stress).tolist(), "deviation": [0.0] * len(PULLED_TO),
+                                 "parts": 1.0, "length": STRIP[0]}}]}
+
+
+MIXTURES = [f"EF10_{thinner}T" for thinner in ("0", "12_5", "25", "37_5", "50", "62_5", "75", "87_5", "100")] + [
+    f"EF{hardness}_{thinner}T" for hardness in (30, 50) for thinner in ("0", "12_5", "25", "37_5", "50")]
+READERS: dict[str, Callable[[pathlib.Path], dict[str, Any]]] = {
+    "dragon_skin_beam": dragon_skin_beam, "dragon_skin_tension": dragon_skin_tension, "truth_cube": truth_cube,
+    **{f"ecoflex_{mixture}": ecoflex_cylinder for mixture in MIXTURES}}
 
 
 def doubts_about_files(digests: dict[pathlib.Path, str]) -> list[str]:
-    """A sentence for each file whose SHA-256 digest is not the published one; files that are not there have none."""
+    """A sentence for each file, or folder of CSV files, whose SHA-256 digest is not the published one; what is not there has none."""
     doubts = []
     for file, published in digests.items():
-        found = hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else published
+        parts = sorted(file.glob("*.csv")) if file.is_dir() else [file] if file.is_file() else []
+        found = hashlib.sha256(b"".join(part.read_bytes() for part in parts)).hexdigest() if parts else published
         if found != published:
             doubts.append(f"{file.name} is not the published file (its SHA-256 begins with {found[:12]}, and that of the published one "
                           f"with {published[:12]}), so numbers may differ from published ones")

@@ -165,6 +165,42 @@ TEST(NeedleTables, SetModelsBesideWhatWasMeasured) {
                   to_text(measured_needle_table(measured)) + "\n" + to_text(fitted_needle_table(measured)));
 }
 
+TEST(NeedleTables, HaveTheWayOutAndTheHoldOfRecordsThatHaveThem) {
+    MeasuredNeedle measured{.source = "a hand",
+                            .unknown = {},
+                            .needle = {},
+                            .from = {0.0, 0.00025},
+                            .to = {0.00025, 0.0005},
+                            .mean = {0.5, 1.0},
+                            .lowest = {0.25, 0.75},
+                            .highest = {1.0, 2.0},
+                            .puncture_depth = 0.0004,
+                            .work = 0.0075,
+                            .runs = {{.model = "springs", .insertion = {}, .force = {0.37, 0.4}}}};
+    measured.name = "a record";
+    measured.needle.puncture_force = 0.9;
+    measured.runs.front().friction = 30.0;
+    measured.touched_at = 0.0002;
+    measured.lowest_behind = 0.05;
+    measured.slope = 210.0;
+    EXPECT_EQ(measured_needle_table(measured).rows[1].front(), "0.25 to 0.50");
+    EXPECT_EQ(fitted_needle_table(measured).columns.size(), 6U);
+    auto held = measured;
+    held.pull = 0.15;
+    held.runs.front().pull = 0.4;
+    held.held_for = 8.0;
+    held.held_from = 0.35;
+    held.held_to = 0.25;
+    EXPECT_EQ(fitted_needle_table(held).rows.front().back(), "0.40");
+    EXPECT_EQ(fitted_needle_table(held).rows.back().back(), "0.15");
+    const std::vector<MeasuredNeedle> both{measured, held};
+    const auto table = needle_records_table(both);
+    const std::vector<std::string> first{"a record", "0.2", "0.4", "0.90", "0.05", "210.0", "30.0", "-", "-", "-", "-"},
+        second{"a record", "0.2", "0.4", "0.90", "0.05", "210.0", "30.0", "8.0", "0.35", "0.25", "0.15"};
+    EXPECT_EQ(table.rows, (std::vector{first, second}));
+    EXPECT_EQ(table.columns[6].title, "friction, springs [N/m]");
+}
+
 TEST(NeedleTables, SayWhereTheSmallRegimeIsLeft) {
     auto file = tests::sample_needles();
     EXPECT_EQ(needle_note(file).find("small regime"), std::string::npos);
@@ -198,7 +234,12 @@ TEST(NeedleTables, SayWhoseWorkIsOutOfBalance) {
 
 TEST(ExperimentTables, HaveModelsWithoutASolutionLast) {
     auto result = tests::sample_experiment();
-    expect_golden("experiment", to_text(experiment_table(result)) + "\n" + to_text(ring_down_table(result)) +
+    compare_with_reference(result);
+    std::string notes;
+    for (const auto &note : notes_on_nulls(result))
+        notes += note + "\n";
+    expect_golden("experiment", to_text(experiment_table(result)) + "\n" + to_text(marker_table(result)) + "\n" +
+                                    to_text(force_table(result)) + notes + "\n" + to_text(ring_down_table(result)) +
                                     ring_down_note(result) + "\n");
     result.ring_downs.clear();
     EXPECT_TRUE(ring_down_table(result).rows.empty());
@@ -217,6 +258,37 @@ TEST(MarkerError, IsOverMarkersThatDriveNothingAndWereSeen) {
     displacement[0].x() = 1.0; // not seen in the second state
     EXPECT_NEAR(marker_error(result, displacement, result.states.back().displacement).root_mean_square,
                 0.004 / std::sqrt(3.0), 1e-15);
+}
+
+/// Errors of two models at the same beads: of a difference that all beads share the interval is narrow, and of one that
+/// comes and goes it has zero in it, however large both errors are.
+TEST(MarkerError, IsComparedBeadByBead) {
+    auto result = tests::sample_experiment();
+    constexpr int num_beads = 200;
+    result.markers.assign(num_beads, "bead");
+    result.drives.assign(num_beads, "");
+    result.states.resize(1);
+    result.states[0].displacement.assign(num_beads, core::Vector3::Zero());
+    result.runs.clear();
+    const auto add = [&](const char *model, auto error_at) {
+        ExperimentRun run{.model = model};
+        for (int k = 0; k < num_beads; ++k)
+            run.displacement.emplace_back(1e-3 * error_at(k), 0.0, 0.0);
+        run.error = marker_error(result, run.displacement, result.states[0].displacement).root_mean_square;
+        result.runs.push_back(run);
+    };
+    const auto noise = [](int k) { return 1.0 + 0.5 * std::sin(1.7 * k); };
+    add("worse", [&](int k) { return noise(k) + 0.05; });
+    add("other", [&](int k) { return noise(k) + 0.3 * std::sin(5.1 * k); });
+    add("elements", noise);
+    compare_with_reference(result);
+    const auto &worse = result.runs[0].beyond_reference, &other = result.runs[1].beyond_reference;
+    EXPECT_NEAR(worse[0], 0.05e-3, 0.01e-3);
+    EXPECT_GT(worse[1], 0.04e-3);
+    EXPECT_LT(worse[2], 0.06e-3);
+    EXPECT_LT(other[1], 0.0);
+    EXPECT_GT(other[2], 0.0);
+    EXPECT_TRUE(std::isnan(result.runs[2].beyond_reference[0])) << "the reference itself";
 }
 
 TEST(StabilityTable, SaysWhereNoStepAndEveryStepIsStable) {

@@ -258,6 +258,22 @@ inline results::ExperimentResult sample_experiment() {
     result.runs[1].message = "it wobbles";
     result.points = {Vector3::Zero(), Vector3::UnitX(), Vector3::UnitY(), Vector3::UnitZ()};
     result.boundary = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}};
+    result.forces = {{.state = "much",
+                      .place = "top",
+                      .way = {0.001, 0.003, 0.006},
+                      .force = {1.0, 3.2, 8.0},
+                      .deviation = {0.02, 0.1, 0.3},
+                      .young_modulus = 5e3,
+                      .uniform = {2.0, 6.2, 15.0},
+                      .runs = {{.model = "springs", .tetrahedra = 1, .force = {0.5, 1.6, 4.4}, .seconds = 0.25},
+                               {.model = "lost",
+                                .tetrahedra = 1,
+                                .status = core::SolutionStatus::diverged,
+                                .message = "it tore",
+                                .force = {0.5, results::not_known, results::not_known},
+                                .seconds = 0.5},
+                               {.model = "elements", .tetrahedra = 1, .force = {2.0, 6.3, 15.0}, .seconds = 1.0},
+                               {.model = "elements", .tetrahedra = 8, .force = {2.0, 6.4, 16.0}, .seconds = 8.0}}}};
     result.ring_downs = {sample_ring_down()};
     result.damping_from = "much";
     return result;

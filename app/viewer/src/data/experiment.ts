@@ -15,6 +15,7 @@ export interface ExperimentState {
   noise: number; // of the measurement
   noMotion: number;
   rigidMotion: number;
+  affineMap: number;
   straightLine: number;
   fitResidual: number; // of driving markers from the places that they drive
   referenceUncertainty: number;

@@ -1,7 +1,7 @@
 // An experiment file as results/schema.md describes it, checked where it enters the page.
 import type { File } from 'h5wasm';
 import type { Experiment, ExperimentModel, ExperimentState, Markers } from './experiment.ts';
-import { children, number, refuse, rows, text, texts } from './hdf5.ts';
+import { children, has, number, refuse, rows, text, texts } from './hdf5.ts';
 import { compactSurface } from './surface.ts';
 
 const group = '/experiment';
@@ -29,6 +29,8 @@ function refuseWhatIsNoNumber(file: File, path: string, values: ArrayLike<number
 
 function readMarkers(file: File): Markers {
   const path = `${group}/markers`;
+  if (texts(file, path, 'names').length === 0)
+    throw refuse(file, 'It compares forces and no markers', 'livermark experiment --figure draws them');
   const names = namesIn(file, path, 'names');
   const drives = namesIn(file, path, 'drives', names.length);
   const position = sized(file, `${path}/position`, names.length, 3);
@@ -44,6 +46,7 @@ function readStates(file: File, numMarkers: number, numNodes: number): Experimen
   const measured = sized(file, `${path}/displacement`, count, 3 * numMarkers);
   const deformed = sized(file, `${group}/body/displacement`, count, 3 * numNodes);
   const [noise, noMotion, rigidMotion] = [numbers('noise'), numbers('no_motion'), numbers('rigid_motion')];
+  const affineMap = has(file, `${path}/affine_map`) ? numbers('affine_map') : new Float64Array(count).fill(Number.NaN); // files of older versions have none
   const [straightLine, fitResidual, uncertainty] = [numbers('straight_line'), numbers('fit_residual'), numbers('reference_uncertainty')];
   return names.map((name, s) => ({
     name,
@@ -52,6 +55,7 @@ function readStates(file: File, numMarkers: number, numNodes: number): Experimen
     noise: noise[s]! > 0 ? noise[s]! : Number.NaN,
     noMotion: noMotion[s]!,
     rigidMotion: rigidMotion[s]!,
+    affineMap: affineMap[s]!,
     straightLine: straightLine[s]!,
     fitResidual: fitResidual[s]!,
     referenceUncertainty: uncertainty[s]!,

@@ -15,6 +15,7 @@ const yardsticks = (state: ExperimentState): [name: string, error: number, meani
   ['Uncertainty of the reference', state.referenceUncertainty, 'Change of its markers when each tetrahedron is cut into eight'],
   ['Driven places off their markers', state.fitResidual, 'Driving markers from the smooth motion that is prescribed'],
   ['Straight line between driven places', state.straightLine, 'No mechanics'],
+  ['Affine map that fits best', state.affineMap, 'No mechanics'],
   ['Rigid motion that fits best', state.rigidMotion, 'No mechanics'],
   ['No motion', state.noMotion, 'No mechanics'],
 ] as [string, number, string][]).filter(([name, error]) => Number.isFinite(error) && !(name.startsWith('Driven') && error < rounding));

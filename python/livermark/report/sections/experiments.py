@@ -159,10 +159,43 @@ def _ring_downs(file, told: dict, command: str) -> Markup:
                          "Frequency, damping, first swings and markers over time, of every model that moves.", [command])
 
 
+def _force_plot(group) -> Markup:
+    """Force over the way, each model with the modulus with which it is right at the first way."""
+    made, runs = attributes_of(group), group["runs"]
+    way, measured, force = MILLIMETRES * group["way"][:], group["force"][:], runs["force"][:]
+    scaled = force / force[:, :1] * measured[0]
+    error = numpy.abs(scaled / measured - 1.0).mean(axis=1)
+    names = texts_of(runs, "models")
+    axes = figures.new_plot(f"Pressed: {made['state']}", "way [mm]", "force [N]")
+    with matplotlib.rc_context(figures.SETTINGS):
+        axes.errorbar(way, measured, 2.0 * group["deviation"][:], color=colours.INK, linestyle="", marker="o", markersize=3.2,
+                      capsize=2, label="measured")
+        order = [r for r in numpy.argsort(error, kind="stable") if math.isfinite(error[r])]
+        for r in order[:MOST_CURVES]:
+            style = colours.style_of(names[r], names)
+            axes.plot(way, scaled[r], color=style.colour, linestyle=style.dash, linewidth=1.4, label=names[r])
+    return figures.finish(axes)
+
+
+def _forces(file, told: dict, command: str) -> Markup:
+    if "forces" not in file["experiment"]:
+        return Markup("")
+    parent = file["experiment/forces"]
+    html = figure("figure", plots([_force_plot(parent[name]) for name in sorted(parent, key=int)]),
+                  f"Force as measured, with two standard deviations of the tests, and of the {MOST_CURVES} nearest models. Each has the "
+                  "Young's modulus with which it is right at the first point, so shapes are compared.", [command])
+    return html + figure("table", table(table_of(told["force_table"])),
+                         "Error of the force of every model, and the modulus that it takes.", [command])
+
+
 def _experiment(data: ReportData, told: dict) -> Markup:
     with data.open(told["file"]) as file:
         command = attributes_of(file)["command"]
         made = attributes_of(file["experiment"])
+        if "" not in texts_of(file["experiment/markers"], "drives"):
+            html = _forces(file, told, command) + bullets(told["null_notes"])
+            html += paragraph(f"Measured by: {made['source']}. Assumed:") + bullets(list(made["assumptions"]))
+            return subsection(made["title"], html)
         errors = _errors(file)
         html = _verdict(file, errors)
         html += figure("figure", plots([_error_plot(file, errors)]),
@@ -170,7 +203,7 @@ def _experiment(data: ReportData, told: dict) -> Markup:
                        "colours.", [command])
         html += figure("table", table(table_of(told["table"])),
                        "Root mean square error of the markers [mm], beside the noise and what needs no mechanics.", [command])
-        html += _ring_downs(file, told, command)
+        html += bullets(told["null_notes"]) + _forces(file, told, command) + _ring_downs(file, told, command)
         html += paragraph(f"Measured by: {made['source']}. Assumed:") + bullets(list(made["assumptions"]))
     return subsection(made["title"], html)
 

@@ -119,6 +119,24 @@ TEST(BestRigidMotion, FindsALargeRotation) {
 }
 
 /// A reflection would fit better, and no body does that.
+TEST(BestAffineMap, IsExactForAffineMotionAndNoneInAPlane) {
+    Eigen::Matrix3d gradient;
+    gradient << 1.2, 0.1, 0.0, -0.2, 0.9, 0.3, 0.0, 0.1, 0.8;
+    std::vector<Vector3> points{
+        {0.0, 0.0, 0.0}, {0.1, 0.0, 0.0}, {0.0, 0.2, 0.0}, {0.1, 0.1, 0.05}, {0.02, 0.07, 0.03}};
+    std::vector<Vector3> targets;
+    for (const auto &point : points)
+        targets.emplace_back(gradient * point + Vector3(0.5, -0.1, 0.2));
+    const auto map = best_affine_map(points, targets);
+    ASSERT_TRUE(map);
+    const Vector3 elsewhere(-0.3, 0.2, 0.1);
+    EXPECT_LT(((*map)(elsewhere) - (gradient * elsewhere + Vector3(0.5, -0.1, 0.2))).norm(), 1e-12);
+    for (auto &point : points)
+        point.z() = 0.0;
+    EXPECT_FALSE(best_affine_map(points, targets));
+    EXPECT_FALSE(best_affine_map(std::span(points).first(3), std::span(targets).first(3)));
+}
+
 TEST(BestRigidMotion, IsNoReflection) {
     const std::vector<Vector3> points{{1, 0, 0}, {0, 1, 0}, {0, 0, 0.1}, {-1, -1, -0.1}};
     std::vector<Vector3> targets;

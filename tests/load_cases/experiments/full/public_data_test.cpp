@@ -9,6 +9,7 @@
 #include "core/support/input_error.hpp"
 #include "load_cases/experiments/experiment.hpp"
 #include "load_cases/experiments/markers.hpp"
+#include "load_cases/experiments/needle_curves.hpp"
 #include "results/records/experiment.hpp"
 #include "studies/experiments/experiments.hpp"
 #include "studies/models/model_table.hpp"
@@ -141,20 +142,40 @@ TEST_F(DragonSkinBeam, RingsWithTheMassOfItsWeight) {
     EXPECT_GT(frequency(), 1.4 * measured.frequency);
 }
 
-struct MeasuredNeedles : testing::Test {
-    void SetUp() override {
-        if (!public_data("needle/depth_force.csv"))
-            GTEST_SKIP() << "the measured needle is not there; 'livermark needle --measured' says where to get it";
+/// A record of a needle that may not be there.
+struct WithNeedleRecord : testing::Test {
+    void read(const std::string &name) {
+        const auto &record = support::find_named(all_needle_records(), name, "record of a needle");
+        if (!is_there(record))
+            GTEST_SKIP() << "the measured needle is not there; 'livermark needle --measured " << name
+                         << "' says where to get it";
+        curve_ = read_needle_curve(record);
     }
+    results::MeasuredNeedle beside_linear_tetrahedra() const {
+        studies::NeedleOptions options;
+        options.bodies = {"liver_healthy"};
+        options.load_case = "puncture";
+        options.models = {"fem_p1"};
+        options.reference_on_mesh = true;
+        return studies::compare_with_measured(options, curve_, {});
+    }
+    NeedleCurve curve_;
+};
+
+struct MeasuredNeedles : WithNeedleRecord {
+    void SetUp() override { read("depth_force"); }
+};
+
+struct HeldNeedles : WithNeedleRecord {
+    void SetUp() override { read("time_force"); }
 };
 
 TEST_F(MeasuredNeedles, ArePuncturedWhereThePublishedOneIs) {
-    const auto curve = read_needle_curve();
-    EXPECT_EQ(curve.depth.size(), 371U);
-    const auto puncture = puncture_of(curve, 0.002);
+    EXPECT_EQ(curve_.depth.size(), 371U);
+    const auto puncture = puncture_of(curve_);
     EXPECT_NEAR(puncture.depth, 0.0191, 1e-4);
     EXPECT_NEAR(puncture.force, 1.41, 0.01);
-    const auto bins = binned(curve, 0.002);
+    const auto bins = binned(curve_, 0.002);
     for (std::size_t b = 0; b < bins.size(); ++b) {
         EXPECT_LE(bins[b].lowest, bins[b].mean);
         EXPECT_GE(bins[b].highest, bins[b].mean);
@@ -165,13 +186,9 @@ TEST_F(MeasuredNeedles, ArePuncturedWhereThePublishedOneIs) {
 /// Fitted to the depth and the force of the puncture, and to the work behind it. What is not fitted is the force right
 /// behind the puncture, which is that of tearing.
 TEST_F(MeasuredNeedles, AreMetWhereTheyAreFittedAndBehindThePuncture) {
-    studies::NeedleOptions options;
-    options.bodies = {"liver_healthy"};
-    options.load_case = "puncture";
-    options.models = {"fem_p1"};
-    options.reference_on_mesh = true;
-    const auto measured = studies::compare_with_measured(options, {});
+    const auto measured = beside_linear_tetrahedra();
     ASSERT_EQ(measured.runs.size(), 2U);
+    EXPECT_TRUE(measured.changed.empty());
     for (const auto &run : measured.runs) {
         EXPECT_NEAR(run.insertion.puncture_depth, measured.puncture_depth, 2.0 * measured.needle.step) << run.model;
         EXPECT_GT(run.friction, 0.0);
@@ -185,6 +202,84 @@ TEST_F(MeasuredNeedles, AreMetWhereTheyAreFittedAndBehindThePuncture) {
     }
     EXPECT_GT(measured.runs[1].stiffness / measured.runs[0].stiffness, 0.1);
     EXPECT_LT(measured.runs[1].stiffness, measured.runs[0].stiffness) << "linear tetrahedra are too stiff already";
+}
+
+/// The numbers were found with another program, from the two tables.
+TEST_F(HeldNeedles, HaveThePhasesOfTheirTables) {
+    EXPECT_EQ(curve_.depth.size(), 332U);
+    EXPECT_NEAR(*std::ranges::max_element(curve_.depth), 5.655e-3, 1e-6);
+    const auto phases = phases_of(curve_);
+    EXPECT_NEAR(phases.puncture.depth, 3.699e-3, 1e-6);
+    EXPECT_NEAR(phases.puncture.force, 0.1787, 1e-4);
+    EXPECT_NEAR(phases.touched_at, 2.512e-3, 1e-6);
+    EXPECT_NEAR(phases.lowest, 0.0480, 1e-4);
+    EXPECT_NEAR(phases.slope, 242.6, 0.2);
+    EXPECT_NEAR(phases.pull, 0.1474, 1e-4);
+    EXPECT_NEAR(curve_.held.seconds, 7.894, 1e-3);
+    EXPECT_NEAR(curve_.held.first_force, 0.346, 1e-3);
+    EXPECT_NEAR(curve_.held.last_force, 0.254, 1e-3);
+}
+
+/// The way is short and the surface weak, so that numbers of the load case do not fit.
+TEST_F(HeldNeedles, AreMetWithANarrowerForceAndLessToughness) {
+    const auto measured = beside_linear_tetrahedra();
+    EXPECT_EQ(measured.changed.size(), 2U);
+    EXPECT_LE(measured.needle.spread, 0.5 * measured.needle.depth());
+    EXPECT_NEAR(measured.needle.tip_force(), measured.needle.puncture_force, 1e-9);
+    ASSERT_EQ(measured.runs.size(), 2U);
+    for (const auto &run : measured.runs) {
+        EXPECT_NEAR(run.insertion.puncture_depth, measured.puncture_depth, 2.0 * measured.needle.step) << run.model;
+        EXPECT_GT(run.stiffness, 0.0);
+        EXPECT_GT(run.pull, 0.0);
+        for (const double force : run.force)
+            EXPECT_TRUE(std::isfinite(force)) << run.model;
+    }
+}
+
+struct NeedleOfAModel : tests::ResultFolder {};
+
+/// A model meets the curve that it made with its own stiffness and its own friction.
+TEST_F(NeedleOfAModel, IsMetWithTheNumbersOfTheModel) {
+    studies::NeedleOptions options;
+    options.bodies = {"beam"};
+    options.load_case = written("beam.toml", R"(title = "Beam"
+[[condition]]
+patch = "z_min"
+displacement = [0.0, 0.0, 0.0]
+[[needle]]
+name = "from above"
+entry = "z_max"
+depth = 0.028
+diameter = 0.00127
+spread = 0.008
+toughness = 60.0
+friction = 15.0
+puncture_force = 0.5
+)")
+                            .string();
+    options.models = {"fem_p1"};
+    options.reference_on_mesh = true;
+    options.output = (directory_ / "out").string();
+    const auto driven = studies::drive_needles(options, "test", {});
+    const auto &insertion = driven.records.front().needles.front().runs.front().insertion;
+    NeedleCurve curve{.name = "model",
+                      .source = "a model",
+                      .unknown = {},
+                      .diameter = 0.00127,
+                      .stretch = 0.002,
+                      .depth = {},
+                      .force = {}};
+    for (int j = 0; j <= insertion.at_plan && insertion.depth[j] < 0.025; ++j) {
+        curve.depth.push_back(insertion.depth[j]);
+        curve.force.push_back(insertion.force[j]);
+    }
+    const auto measured = studies::compare_with_measured(options, curve, {});
+    const auto &run = measured.runs.front();
+    EXPECT_NEAR(run.stiffness, 1.0, 0.02);
+    EXPECT_NEAR(run.friction, 15.0, 0.1 * 15.0);
+    EXPECT_LT(run.error, 0.02);
+    EXPECT_LT(run.error_before, 0.02);
+    EXPECT_TRUE(measured.changed.empty());
 }
 
 /// The block behind its name in docs/howto/bring_your_own_experiment.md.
