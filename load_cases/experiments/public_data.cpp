@@ -142,10 +142,12 @@ Experiment experiment_of(const toml::table &data, const std::string &name) {
     experiment.assumptions = support::required_strings(data, "assumptions");
     read_solid(data, material_of(support::required_table(data, "material")), experiment);
     experiment.damping_from = support::required_string(data, "damping_from");
-    const auto names = support::required_strings(data, "markers"), drives = support::required_strings(data, "drives");
-    const auto positions = vectors_of(*data["positions"].as_array());
-    for (std::size_t k = 0; k < names.size(); ++k)
-        experiment.markers.push_back({names[k], positions[k], drives[k]});
+    if (data.contains("markers")) {
+        const auto names = support::required_strings(data, "markers"), drives = support::required_strings(data, "drives");
+        const auto positions = vectors_of(*data["positions"].as_array());
+        for (std::size_t k = 0; k < names.size(); ++k)
+            experiment.markers.push_back({names[k], positions[k], drives[k]});
+    }
     for (const auto &entry : *data["state"].as_array()) {
         const auto &state = *entry.as_table();
         experiment.states.push_back({.name = support::required_string(state, "name"),

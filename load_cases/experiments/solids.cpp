@@ -63,16 +63,13 @@ Solid read_sphere(const toml::table &sphere) {
 
 } // namespace
 
-core::Material material_of(toml::table table) {
-    std::map<std::string, std::vector<double>> law_constants;
+core::Material material_of(const toml::table &table) {
+    auto material = meshes::read_material(table, "laws");
     if (table.contains("laws")) {
         const auto &laws = support::required_table(table, "laws");
         for (const auto &[law, constants] : laws)
-            law_constants[std::string(law.str())] = support::required_numbers(laws, std::string(law.str()).c_str());
-        table.erase("laws");
+            material.law_constants[std::string(law.str())] = support::required_numbers(laws, law.str());
     }
-    auto material = meshes::read_material(table);
-    material.law_constants = std::move(law_constants);
     return material;
 }
 

@@ -9,7 +9,7 @@ namespace livermark::experiments {
 
 /// Material of a table, as bodies have it, and beside that `laws` with the constants of hyperelastic laws.
 /// @throws support::InputError
-core::Material material_of(toml::table table);
+core::Material material_of(const toml::table &table);
 
 /// Takes the solid of a table, whose key "box", "cylinder" or "sphere" says which it is, and how to mesh it.
 /// @throws support::InputError

@@ -53,14 +53,14 @@ void check_material(const core::Material &material, const std::string &place) {
 }
 
 /// @throws support::InputError for a key that no material has
-void refuse_unknown_material_keys(const toml::table &table) {
-    support::refuse_unknown_keys(table, {"density", "young_modulus", "poisson_ratio", "source"});
+void refuse_unknown_material_keys(const toml::table &table, std::string_view further_key = "source") {
+    support::refuse_unknown_keys(table, {"density", "young_modulus", "poisson_ratio", "source", further_key});
 }
 
 } // namespace
 
-core::Material read_material(const toml::table &table) {
-    refuse_unknown_material_keys(table);
+core::Material read_material(const toml::table &table, std::string_view further_key) {
+    refuse_unknown_material_keys(table, further_key);
     if (table.contains("source"))
         support::required_string(table, "source");
     const core::Material material{.density = support::required_number(table, "density"),

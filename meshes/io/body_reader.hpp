@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/problem.hpp"
@@ -11,8 +12,9 @@
 namespace livermark::meshes {
 
 /// Reads density [kg/m^3], young_modulus [Pa], poisson_ratio and, where it is there, source of a table.
+/// @param further_key  one that its caller reads
 /// @throws support::InputError for a missing or unknown key, or as check_material()
-core::Material read_material(const toml::table &table);
+core::Material read_material(const toml::table &table, std::string_view further_key = "source");
 
 /// The one-line title of a body; the name of its file where it gives none.
 /// @throws support::InputError

@@ -47,7 +47,8 @@ template <class At> void describe_states(At at, Of<At, std::vector<ExperimentSta
     length("straight_line", &ExperimentState::straight_line, "straight line");
     length("fit_residual", &ExperimentState::fit_residual, "driven places off their markers");
     length("reference_uncertainty", &ExperimentState::reference_uncertainty, "reference, uncertainty of its mesh", 3);
-    columns.blocks("displacement", &ExperimentState::displacement, num_markers, "m");
+    if (num_markers > 0)
+        columns.blocks("displacement", &ExperimentState::displacement, num_markers, "m");
 }
 
 template <class At>
@@ -68,7 +69,8 @@ void describe_runs(At at, Of<At, std::vector<ExperimentRun>> &runs, std::size_t 
         columns.blocks("beyond_reference", &ExperimentRun::beyond_reference, 3, "m");
     }
     columns.column("seconds", &ExperimentRun::seconds, "s");
-    columns.blocks("displacement", &ExperimentRun::displacement, num_markers, "m");
+    if (num_markers > 0)
+        columns.blocks("displacement", &ExperimentRun::displacement, num_markers, "m");
 }
 
 /// The body, and how the refined reference deforms it in each state.
@@ -155,7 +157,8 @@ template <class At> void describe_experiment(At root, Of<At, ExperimentResult> &
     at.text("source", result.source);
     at.text("reference", result.reference);
     at.texts("assumptions", result.assumptions);
-    describe_markers(at.group("markers"), result);
+    if (at.has("markers", !result.markers.empty())) // forces alone may have been measured
+        describe_markers(at.group("markers"), result);
     const auto num_markers = result.markers.size();
     describe_states(at.group("states"), result.states, num_markers);
     describe_runs(at.group("runs"), result.runs, result.states.size(), num_markers);

@@ -37,6 +37,8 @@ BestModulus best_modulus(const ForceResult &measured, const std::vector<double> 
         squares += part * part;
     }
     const double factor = sum / squares; // of the least sum (factor part - 1)^2
+    if (!std::isfinite(factor))
+        return {};
     return {factor, std::sqrt(std::max(0.0, 1.0 - factor * sum / static_cast<double>(force.size())))};
 }
 
@@ -170,7 +172,8 @@ std::vector<std::string> notes_on_nulls(const ExperimentResult &result) {
         for (const auto &null : nulls_of(measured)) {
             std::vector<std::string> models;
             for (const auto &row : models_of(measured))
-                if (null.size() < row.size() && std::ranges::find(models, row.name) == models.end())
+                if (null.size() < row.size() && std::isfinite(row.size()) &&
+                    std::ranges::find(models, row.name) == models.end())
                     models.push_back(row.name);
             add("the " + null.name, measured.state, models);
         }

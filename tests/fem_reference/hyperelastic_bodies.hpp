@@ -15,7 +15,7 @@
 namespace livermark::tests {
 
 inline constexpr double free_component = std::numeric_limits<double>::quiet_NaN();
-inline const core::Material soft_material{1000.0, 5000.0, 0.45, {{"mooney_rivlin", {0.3}}, {"yeoh", {0.05, 0.02}}}};
+inline const core::Material soft_material{1000.0, 5000.0, 0.45, {{"mooney_rivlin", {0.1}}, {"yeoh", {0.05, 0.02}}}};
 
 /// Every kind of hyperelastic elements.
 inline const std::array<hyperelastic::Discretisation, 3> hyperelastic_kinds{

@@ -149,8 +149,8 @@ def draw_states(path):
 def draw(path):
     """None where no markers are compared."""
     with h5py.File(path, "r") as file:
-        drives = file["experiment/markers"].attrs["drives"]
-        if not any(drive in ("", b"") for drive in drives):
+        markers = file["experiment"].get("markers")
+        if markers is None or not any(drive in ("", b"") for drive in markers.attrs["drives"]):
             return None
     target = Path(path).with_suffix(".png")
     draw_states(path).savefig(target, dpi=110)

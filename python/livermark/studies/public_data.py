@@ -361,7 +361,7 @@ def ecoflex_cylinder(data: pathlib.Path) -> dict[str, Any]:
                 "the test is slow, and nothing relaxes",
                 "a quarter of the upper half is solved, as plane symmetry lets it", *summary],
             "cylinder": {"radius": RADIUS, "height": 0.5 * HEIGHT, "edge_length": 0.0035, "quarter": True},
-            "material": material, "markers": [], "drives": [], "positions": [], "damping_from": "",
+            "material": material, "damping_from": "",
             "state": [{"name": name, "noise": 0.0, "load_case": MIDDLE_LOAD_CASE + plate, "displacement": [],
                        "force": {"place": "z_max", "way": way, "force": force, "deviation": deviation, "parts": 4.0,
                                  "length": HEIGHT}} for name, plate in PLATES.items()]}
@@ -406,7 +406,7 @@ def dragon_skin_tension(file: pathlib.Path) -> dict[str, Any]:
             "box": {"size": STRIP, "edge_length": 0.003},
             "material": {"density": 1070.0, "young_modulus": float(3.0 * stress[0] / (stretch - stretch ** -2)),
                          "poisson_ratio": 0.499},
-            "markers": [], "drives": [], "positions": [], "damping_from": "",
+            "damping_from": "",
             "state": [{"name": "pulled", "noise": 0.0, "load_case": PULLED_LOAD_CASE, "displacement": [],
                        "force": {"place": "x_max", "way": [STRIP[0] * strain for strain in PULLED_TO],
                                  "force": (STRIP[1] * STRIP[2] * stress).tolist(), "deviation": [0.0] * len(PULLED_TO),

@@ -22,7 +22,7 @@ using core::Vector3;
 using hyperelastic::Matrix3;
 
 /// Nearly incompressible, with a shear modulus of 1 Pa.
-constexpr core::Material rubber{1000.0, 2.9998, 0.4999};
+const core::Material rubber{1000.0, 2.9998, 0.4999};
 const auto &law = hyperelastic::material_law("neo_hookean");
 const Vector3 up = Vector3::UnitZ();
 

@@ -23,7 +23,7 @@ namespace {
 using core::Vector3;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr core::Material tissue{1000.0, 5000.0, 0.3};
+const core::Material tissue{1000.0, 5000.0, 0.3};
 
 /// From the face x = 0 on at half the height, as wide as the strip and more.
 BladeWay along_middle(double height, double from, double to, int num_steps) {

@@ -29,7 +29,7 @@ function refuseWhatIsNoNumber(file: File, path: string, values: ArrayLike<number
 
 function readMarkers(file: File): Markers {
   const path = `${group}/markers`;
-  if (texts(file, path, 'names').length === 0)
+  if (!has(file, path))
     throw refuse(file, 'It compares forces and no markers', 'livermark experiment --figure draws them');
   const names = namesIn(file, path, 'names');
   const drives = namesIn(file, path, 'drives', names.length);

@@ -192,7 +192,7 @@ def _experiment(data: ReportData, told: dict) -> Markup:
     with data.open(told["file"]) as file:
         command = attributes_of(file)["command"]
         made = attributes_of(file["experiment"])
-        if "" not in texts_of(file["experiment/markers"], "drives"):
+        if "markers" not in file["experiment"] or "" not in texts_of(file["experiment/markers"], "drives"):
             html = _forces(file, told, command) + bullets(told["null_notes"])
             html += paragraph(f"Measured by: {made['source']}. Assumed:") + bullets(list(made["assumptions"]))
             return subsection(made["title"], html)

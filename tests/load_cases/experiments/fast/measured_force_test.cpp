@@ -100,7 +100,7 @@ TEST_F(PressedCylinder, IsReadWithoutMarkers) {
 /// All that follow the law have the shape of the curve and the modulus of the measurement; others do not.
 TEST_F(PressedCylinder, GivesEachModelItsModulus) {
     studies::ExperimentOptions options;
-    options.models = {"fem_p1_neo_hookean", "fem_p2p1_yeoh", "nodal_neo_hookean", "fem_p1"};
+    options.models = {"fem_p1_neo_hookean", "fem_p2p1_yeoh", "nodal_neo_hookean_f", "fem_p1"};
     const auto result = studies::evaluate_experiment(read(text_, table()), options, "test", {});
     ASSERT_EQ(result.forces.size(), 1u);
     const auto &measured = result.forces[0];
@@ -110,12 +110,12 @@ TEST_F(PressedCylinder, GivesEachModelItsModulus) {
         ASSERT_EQ(run.status, core::SolutionStatus::ok) << run.model << ": " << run.message;
         const auto errors = results::errors_of_shape(measured, run.force);
         if (run.model == "fem_p2p1_yeoh" || run.model == "fem_p1") {
-            EXPECT_GT(std::abs(errors[1]), 0.05) << run.model;
+            EXPECT_GT(std::abs(errors[1]), 0.02) << run.model;
             continue;
         }
-        EXPECT_NEAR(errors[0], 0.0, 1e-5) << run.model;
-        EXPECT_NEAR(errors[1], 0.0, 1e-5) << run.model;
-        EXPECT_NEAR(measured.young_modulus * measured.force[0] / run.force[0], modulus, 1e-5 * modulus) << run.model;
+        EXPECT_NEAR(errors[0], 0.0, 2e-4) << run.model;
+        EXPECT_NEAR(errors[1], 0.0, 2e-4) << run.model;
+        EXPECT_NEAR(measured.young_modulus * measured.force[0] / run.force[0], modulus, 2e-4 * modulus) << run.model;
     }
     const auto linear = std::ranges::find(measured.runs, "fem_p1", &results::ForceRun::model);
     const auto straight = results::errors_of_shape(measured, measured.way);
@@ -180,7 +180,7 @@ force = [0.0, 0.0, 0.5]
             studies::evaluate_experiment(read_experiment(directory_ / "pull.toml"), options, "test", {});
         for (const auto &run : result.runs) // the closed form is 0.5 N z / (5 kPa pi (3 cm)^2)
             EXPECT_LT(run.error, 0.01e-3 + 3.0 * result.states[0].reference_uncertainty) << edge << ' ' << run.model;
-        EXPECT_LT(result.states[0].reference_uncertainty, 0.02e-3);
+        EXPECT_LT(result.states[0].reference_uncertainty, 0.05e-3);
     }
 }
 

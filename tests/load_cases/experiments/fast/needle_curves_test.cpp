@@ -109,14 +109,14 @@ TEST_F(NeedleTables, OverTimeRefuseWhatTheyCannotBe) {
     refuse("0, 0\n2, 0.5\n1, 0.6\n", force_, {"time_displacement.csv:3", "1 s is not after the one before"});
     refuse("0, 0\n2, 0.5\n2, 0.6\n", force_, {"time_displacement.csv:3", "2 s is not after the one before"});
     refuse("-1, 0\n2, 0.5\n", force_, {"time_displacement.csv:1", "no time of a needle"});
-    refuse("", force_, {"time_displacement.csv", "no points"});
+    refuse("", force_, {"time_displacement.csv", "empty"});
     refuse("0, 0\n2, 0\n", force_, {"time_displacement.csv", "goes in from zero"});
     refuse("0, 0\n2, 0.5\n4, -0.2\n", force_, {"time_displacement.csv", "from -0.2 to 0.5"});
     refuse("0, 0.5\n2, 0\n", force_, {"time_displacement.csv", "begin with 0.5"});
     refuse(displacement_, "0, 0\n1, 0.3\n0.5, 0.2\n", {"time_force.csv:3", "0.5 s is before"});
     refuse(displacement_, "0, 0\n1, inf\n", {"time_force.csv:2", "not a finite number"});
     refuse(displacement_, "0, 0\n1, 2000\n", {"time_force.csv:2", "SI units"});
-    refuse(displacement_, "", {"time_force.csv", "no points"});
+    refuse(displacement_, "", {"time_force.csv", "empty"});
     refuse("10, 0\n12, 0.5\n", force_, {"time_force.csv", "0 forces are at times from 10 to 11.98 s"});
     refuse(displacement_, force_, {"time_force.csv", "--rate"}, 1.0);
     refuse(displacement_,

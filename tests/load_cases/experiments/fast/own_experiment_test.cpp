@@ -209,7 +209,7 @@ TEST(MarkersOffTheBody, AreRefusedBesideACylinder) {
     EXPECT_NO_THROW(check(cylinder, "cylinder.csv"));
     cylinder.markers.front().position = {0.0, 0.054, 0.178};
     tests::expect_input_error([&] { check(cylinder, "cylinder.csv"); },
-                              {"cylinder.csv: marker m0 is 35", "mm outside"});
+                              {"cylinder.csv: marker m0 is 34.9", "mm outside"});
 }
 
 TEST(MarkersOffTheBody, AreNamedAndCounted) {
@@ -242,7 +242,12 @@ TEST_F(OwnExperiment, OfOneMarkerHasNoRigidMotionAndAllElse) {
     results::write_experiment(directory_ / "one.h5", result);
     const auto again = results::read_experiment(directory_ / "one.h5");
     EXPECT_TRUE(std::isnan(again.states.front().rigid_motion));
-    EXPECT_EQ(again.runs, result.runs);
+    ASSERT_EQ(again.runs.size(), result.runs.size());
+    for (std::size_t r = 0; r < again.runs.size(); ++r) {
+        EXPECT_EQ(again.runs[r].displacement, result.runs[r].displacement);
+        EXPECT_EQ(again.runs[r].component_error, result.runs[r].component_error);
+        EXPECT_TRUE(std::isnan(again.runs[r].beyond_reference[0])) << "of one marker";
+    }
 }
 
 TEST_F(OwnExperiment, WithANoiseAsOfAnotherUnitIsDoubted) {
