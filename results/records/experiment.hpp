@@ -86,7 +86,7 @@ struct ExperimentRun {
     double error = 0.0, worst_error = 0.0; ///< root mean square, and largest distance from the measurement [m]
     /// (3) root mean square of each component [m]; NaN where it is not known, here and below
     std::vector<double> component_error = std::vector<double>(3, std::numeric_limits<double>::quiet_NaN());
-    /// (3) error less that of the reference, and the ends of its interval of 95 % over markers [m]
+    /// (3) error less that of the reference, and the ends of its interval of 95 % over markers [m]; 0 of the reference
     std::vector<double> beyond_reference = std::vector<double>(3, std::numeric_limits<double>::quiet_NaN());
     double seconds = 0.0;                      ///< set-up and solving
     std::vector<core::Vector3> displacement{}; ///< (K) of the markers [m]

@@ -85,7 +85,7 @@ void compare_with_reference(ExperimentResult &result) {
     std::map<int, std::vector<double>> samples;
     for (auto &run : result.runs) {
         const auto found = references.find(run.state);
-        if (found == references.end() || found->second == &run)
+        if (found == references.end())
             continue;
         const auto squares = squared_distances(result, run);
         if (squares.size() < 2 || !std::isfinite(run.error) || !std::isfinite(found->second->error))
@@ -124,7 +124,9 @@ Layout marker_table(const ExperimentResult &result) {
                 std::array{run->beyond_reference[0], run->beyond_reference[1], run->beyond_reference[2]};
             const auto text = fmt::format("{:+.3f}, {:+.3f} to {:+.3f}", core::millimetres * beyond,
                                           core::millimetres * low, core::millimetres * high);
-            row.push_back(!std::isfinite(beyond) ? "" : low <= 0.0 && high >= 0.0 ? fmt::format("({})", text) : text);
+            row.push_back(!std::isfinite(beyond) || (low == 0.0 && high == 0.0) ? ""
+                          : low <= 0.0 && high >= 0.0                           ? fmt::format("({})", text)
+                                                                                : text);
             layout.rows.push_back(std::move(row));
         }
     }

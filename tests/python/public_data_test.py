@@ -6,6 +6,7 @@ import struct
 import numpy
 import pytest
 from livermark.errors import InputError
+from livermark.studies import public_data
 from livermark.studies.public_data import NUM_BEADS, best_rotation, from_turning_point, main, read_motion_capture, truth_cube
 
 NUM_MARKERS, NUM_FRAMES = 3, 4
@@ -107,7 +108,7 @@ def read_cube(folder, lines):
 def test_a_cube_has_its_beads_and_moves_between_its_layers(tmp_path):
     found = read_cube(tmp_path, cube())
     assert len(found["markers"]) == NUM_BEADS and found["drives"].count("z_max") == found["drives"].count("z_min") == 49
-    assert found["corner"] == pytest.approx([0.0, 0.0, 0.01]) and found["size"] == pytest.approx([0.08, 0.08, 0.06])
+    assert found["box"]["corner"] == pytest.approx([0.0, 0.0, 0.01]) and found["box"]["size"] == pytest.approx([0.08, 0.08, 0.06])
     positions = numpy.reshape(found["positions"], (-1, 3))
     for state, part in zip(found["state"], (0.95, 0.9, 0.8)):
         displacement = numpy.reshape(state["displacement"], (-1, 3))
@@ -139,3 +140,32 @@ def test_a_file_that_is_not_the_published_one_is_named_and_read(tmp_path, capsys
     assert main("truth_cube", str(file), str(file), "0" * 64, str(tmp_path / "not_there.csv"), "0" * 64) == 0
     out = capsysbinary.readouterr().out
     assert out.count(b"is not the published file") == 1 and b"beads.csv is not" in out
+
+
+def test_ten_tests_of_a_cylinder_have_a_mean_and_a_deviation(tmp_path):
+    folder = tmp_path / "EF10_75T"
+    folder.mkdir()
+    for number, test in enumerate(public_data.TESTS):
+        rows = "".join(f"{0.1 * k},{0.2 * k},{(1.0 + 0.01 * number) * 0.2 * k}\n" for k in range(201))
+        (folder / f"EF10_75T_{test}.csv").write_text(f"a sample\nCompression test;\nTime (s),Compression (mm),Load (N)\n{rows}")
+    made = public_data.ecoflex_cylinder(folder)
+    force = made["state"][0]["force"]
+    assert force["way"] == [0.0015, 0.003, 0.006, 0.01, 0.015]
+    assert force["force"] == pytest.approx([1.045 * 1e3 * way for way in force["way"]])
+    assert force["deviation"] == pytest.approx([0.01 * math.sqrt(110.0 / 12.0) * 1e3 * way for way in force["way"]])
+    assert made["material"]["laws"]["ogden"] == [5.7802]
+    assert not any("summary" in sentence for sentence in made["assumptions"])
+
+
+def test_a_summary_of_cylinders_is_named(tmp_path):
+    file = tmp_path / "EF30_0T.csv"
+    file.write_text("# mean of ten\ncompression_mm,load_N,standard_deviation_N\n0,0,0\n20,40,0.4\n")
+    made = public_data.ecoflex_cylinder(file)
+    assert made["state"][1]["force"]["force"] == pytest.approx([3.0, 6.0, 12.0, 20.0, 30.0])
+    assert "laws" not in made["material"] and any("summary" in sentence for sentence in made["assumptions"])
+    file.write_text("compression_mm,load_N,standard_deviation_N\n0,0,0\n5,40,0.4\n")
+    with pytest.raises(InputError, match="not known"):
+        public_data.ecoflex_cylinder(file)
+    file.write_text("strain,stress\n0,0\n")
+    with pytest.raises(InputError, match="no line with compression_mm"):
+        public_data.ecoflex_cylinder(file)

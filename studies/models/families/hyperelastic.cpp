@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/mesh/refinement.hpp"
+#include "core/support/input_error.hpp"
 #include "core/support/processes/mpi_session.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
@@ -47,6 +48,13 @@ bool is_collective(const Discretisation &discretisation) {
     return support::mpi_num_ranks() > 1 && discretisation.formulation == fem_reference::Formulation::mixed;
 }
 
+/// Whether all materials of a body have the constants of a law.
+bool has_all_constants(const hyperelastic::MaterialLaw &law, const core::Problem &problem) {
+    return std::ranges::all_of(problem.body->materials, [&](const core::Material &material) {
+        return hyperelastic::has_constants(law, material);
+    });
+}
+
 core::Solution solve(const core::Problem &problem, const std::string &law, const Discretisation &discretisation) {
     hyperelastic::LoadPath path;
     path.fractions = problem.load_case.path;
@@ -55,6 +63,10 @@ core::Solution solve(const core::Problem &problem, const std::string &law, const
         path.fractions = {1.0};
     const core::Problem dead{problem.body, core::without_follower_pressures(problem.load_case)};
     const auto &material = hyperelastic::material_law(law);
+    if (!has_all_constants(material, problem))
+        throw support::InputError("the materials of {} have no constants of the law {}; give them as 'laws' in an "
+                                  "experiment, or leave the model out",
+                                  problem.body->name, law);
     if (problem.load_case.slow_history)
         return hyperelastic::solve_history(dead, material, discretisation, tolerance, follower_pressures(problem));
     const bool has_surface_springs = problem.load_case.is_touched() || problem.load_case.foundation;
@@ -138,13 +150,6 @@ constexpr std::array<HyperelasticElements, 7> all_elements{
       .summary = "Yeoh's law with constants that the material has, Taylor and Hood",
       .law = "yeoh",
       .discretisation = mixed_elements}}};
-
-/// Whether all materials of a body have the constants of a law.
-bool has_all_constants(const hyperelastic::MaterialLaw &law, const core::Problem &problem) {
-    return std::ranges::all_of(problem.body->materials, [&](const core::Material &material) {
-        return hyperelastic::has_constants(law, material);
-    });
-}
 
 core::Model model(const HyperelasticElements &elements) {
     return {.name = std::string(elements.name),

@@ -98,7 +98,9 @@ TEST(MovingInsertion, MeetsSlowlyWhatTheStaticNeedleDoes) {
                 continue;
             // Forces in steps are means from record to record.
             EXPECT_NEAR(found.force[j], 0.5 * (expected.force[j - 1] + expected.force[j]), 0.02 * largest);
-            EXPECT_LT((found.target[j] - expected.target[j]).norm(), 0.02 * farthest);
+            // Beside a bed of springs the target follows more slowly where places are let go on the way out.
+            EXPECT_LT((found.target[j] - expected.target[j]).norm(),
+                      (side_stiffness == rigid ? 0.02 : 0.06) * farthest);
             ++num_compared;
         }
         EXPECT_GT(num_compared, 0.8 * expected.num_records());

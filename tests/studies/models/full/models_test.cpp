@@ -57,10 +57,13 @@ TEST(ModelTable, HasTheReferenceTheBaselineAndEverySpringLaw) {
         EXPECT_TRUE(names.contains(law.name)) << law.name;
 }
 
+/// A material with the constants of every law.
+const core::Material tissue_of_all_laws{1060.0, 5e3, 0.25, {{"mooney_rivlin", {0.1}}, {"yeoh", {0.05, 0.02}}}};
+
 /// A constrained block under an acceleration small enough to be linear: every model says where it is in the problem's
 /// shapes.
 TEST(EveryModel, SolvesInTheShapesOfTheProblem) {
-    const auto body = tests::make_body(tests::box_mesh({0.1, 0.05, 0.05}, {4, 2, 2}), {1060.0, 5e3, 0.25});
+    const auto body = tests::make_body(tests::box_mesh({0.1, 0.05, 0.05}, {4, 2, 2}), tissue_of_all_laws);
     auto load_case = tests::empty_load_case(body->mesh);
     tests::prescribe(load_case, body->mesh, "x_min", core::Vector3::Zero());
     load_case.acceleration = {0.0, 0.0, -0.01};
@@ -79,7 +82,7 @@ TEST(EveryModel, SolvesInTheShapesOfTheProblem) {
 
 /// The whole field of every second record: it begins with the static solution, and its probes are the probes.
 TEST(EveryModel, ThatMovesKeepsFramesOfItsMotion) {
-    const auto body = tests::make_body(tests::box_mesh({0.1, 0.05, 0.05}, {4, 1, 1}), {1060.0, 5e3, 0.25});
+    const auto body = tests::make_body(tests::box_mesh({0.1, 0.05, 0.05}, {4, 1, 1}), tissue_of_all_laws);
     auto load_case = tests::empty_load_case(body->mesh);
     tests::prescribe(load_case, body->mesh, "x_min", core::Vector3::Zero());
     tests::pull(load_case, body->mesh, "x_max", {0.0, 0.0, 0.5});
@@ -113,7 +116,7 @@ TEST(EveryModel, ThatMovesKeepsFramesOfItsMotion) {
 /// A body that is let go begins where the model itself is at rest under the whole load: its reactions balance the load
 /// there, and springs and hyperelastic elements are not in proportion to it. Linear models are, all of the time.
 TEST(EveryModel, IsLetGoFromItsOwnLargeEquilibrium) {
-    const auto body = tests::make_body(tests::box_mesh({0.1, 0.03, 0.03}, {6, 2, 2}), {1060.0, 5e3, 0.25});
+    const auto body = tests::make_body(tests::box_mesh({0.1, 0.03, 0.03}, {6, 2, 2}), tissue_of_all_laws);
     const int tip = body->mesh.num_nodes() - 1;
     const auto pulled = [&](double traction) {
         auto load_case = tests::empty_load_case(body->mesh);
@@ -154,7 +157,7 @@ TEST(EveryModel, IsLetGoFromItsOwnLargeEquilibrium) {
 }
 
 TEST(EveryModel, FollowsARigidTranslationOfAllThatIsPrescribed) {
-    const auto body = tests::make_body(tests::box_mesh({0.1, 0.05, 0.05}, {4, 2, 2}), {1060.0, 5e3, 0.25});
+    const auto body = tests::make_body(tests::box_mesh({0.1, 0.05, 0.05}, {4, 2, 2}), tissue_of_all_laws);
     auto load_case = tests::empty_load_case(body->mesh);
     const core::Vector3 shift(0.001, -0.002, 0.003);
     tests::prescribe(load_case, body->mesh, "x_min", shift);
