@@ -137,7 +137,8 @@ Layout force_table(const ExperimentResult &result) {
         std::vector<double> spread;
         for (std::size_t j = 1; j < measured.way.size(); ++j)
             spread.push_back(measured.deviation[j] / measured.force[j]);
-        add({.name = "standard deviation of the tests", .errors = spread}, false);
+        if (std::ranges::any_of(spread, [](double part) { return part > 0.0; })) // unknown of one test
+            add({.name = "standard deviation of the tests", .errors = spread}, false);
         if (const auto change = change_between_meshes(measured, result.reference); !change.empty())
             add({.name = "reference, uncertainty of its mesh", .errors = change}, false);
         for (const auto &row : nulls_of(measured))

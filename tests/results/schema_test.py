@@ -48,7 +48,7 @@ def general(path, file):
     path = re.sub(r"^/timings/[^@]+?(/seconds)?(?=@|$)", r"/timings/<benchmark>\1", path)
     path = re.sub(r"^/needles/\d+(/models/[^/@]+)?",
                   lambda found: "/needles/<n>" + ("/models/<model>" if found[1] else ""), path)
-    path = re.sub(r"^/experiment/ring_downs/\d+", "/experiment/ring_downs/<n>", path)
+    path = re.sub(r"^/experiment/(ring_downs|forces)/\d+", r"/experiment/\1/<n>", path)
     path = re.sub(r"^/cut/models/[^/@]+", "/cut/models/<model>", path)
     for model in file.get("/solutions", ()):
         path = re.sub(rf"(/solutions/|/comparisons/|/modes/|displacement_|error_){model}(?=[/@]|$)", r"\1<model>", path)

@@ -239,8 +239,8 @@ TEST(ExperimentTables, HaveModelsWithoutASolutionLast) {
     for (const auto &note : notes_on_nulls(result))
         notes += note + "\n";
     expect_golden("experiment", to_text(experiment_table(result)) + "\n" + to_text(marker_table(result)) + "\n" +
-                                    to_text(force_table(result)) + notes + "\n" + to_text(ring_down_table(result)) +
-                                    ring_down_note(result) + "\n");
+                                    to_text(force_table(result)) + to_text(fit_table(result)) + notes + "\n" +
+                                    to_text(ring_down_table(result)) + ring_down_note(result) + "\n");
     result.ring_downs.clear();
     EXPECT_TRUE(ring_down_table(result).rows.empty());
     EXPECT_EQ(ring_down_note(result), "");

@@ -274,6 +274,12 @@ inline results::ExperimentResult sample_experiment() {
                                 .seconds = 0.5},
                                {.model = "elements", .tetrahedra = 1, .force = {2.0, 6.3, 15.0}, .seconds = 1.0},
                                {.model = "elements", .tetrahedra = 8, .force = {2.0, 6.4, 16.0}, .seconds = 8.0}}}};
+    result.fits = {{.model = "springs",
+                    .error = 2e-4,
+                    .young_modulus = 4e3,
+                    .error_of_modulus = 1e-4,
+                    .poisson_ratio = 0.49,
+                    .error_of_ratio = 1.5e-4}};
     result.ring_downs = {sample_ring_down()};
     result.damping_from = "much";
     return result;
