@@ -49,14 +49,14 @@ void read_body(const toml::table &table, const std::filesystem::path &file, Expe
         return read_solid(body, material_of(support::required_table(table, "material")), experiment);
     if (table.contains("material"))
         support::refuse(*table.get("material"), "a body of a file has its materials there; leave [material] out");
-    const auto of_file = [&](const char *key) {
+    const auto body_from = [&](const char *key) {
         return [path = file.parent_path() / support::required_string(body, key)](double) {
             return meshes::read_body(path);
         };
     };
-    experiment.body = of_file("file");
+    experiment.body = body_from("file");
     if (body.contains("finer"))
-        experiment.finer_body = of_file("finer");
+        experiment.finer_body = body_from("finer");
 }
 
 toml::array &states_of(toml::table &table) {

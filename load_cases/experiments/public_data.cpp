@@ -143,7 +143,8 @@ Experiment experiment_of(const toml::table &data, const std::string &name) {
     read_solid(data, material_of(support::required_table(data, "material")), experiment);
     experiment.damping_from = support::required_string(data, "damping_from");
     if (data.contains("markers")) {
-        const auto names = support::required_strings(data, "markers"), drives = support::required_strings(data, "drives");
+        const auto names = support::required_strings(data, "markers"),
+                   drives = support::required_strings(data, "drives");
         const auto positions = vectors_of(*data["positions"].as_array());
         for (std::size_t k = 0; k < names.size(); ++k)
             experiment.markers.push_back({names[k], positions[k], drives[k]});

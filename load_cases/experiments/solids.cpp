@@ -26,7 +26,7 @@ core::TetraMesh moved(core::TetraMesh mesh, const Vector3 &by) {
     return mesh;
 }
 
-/// How a solid is meshed with edges of a length.
+/// Meshes of a solid by the length of edges.
 struct Solid {
     std::function<core::TetraMesh(double)> mesh;
     std::function<double(double)> side_of_cube; ///< of about its volume [m]
@@ -75,11 +75,11 @@ core::Material material_of(const toml::table &table) {
 
 void read_solid(const toml::table &table, const core::Material &material, Experiment &experiment) {
     const std::string key = table.contains("box") ? "box" : table.contains("cylinder") ? "cylinder" : "sphere";
-    const auto &of_solid = support::required_table(table, key);
-    experiment.edge_length = support::required_number(of_solid, "edge_length");
-    const auto solid = key == "box"        ? read_box(of_solid)
-                       : key == "cylinder" ? read_cylinder(of_solid)
-                                           : read_sphere(of_solid);
+    const auto &solid_table = support::required_table(table, key);
+    experiment.edge_length = support::required_number(solid_table, "edge_length");
+    const auto solid = key == "box"        ? read_box(solid_table)
+                       : key == "cylinder" ? read_cylinder(solid_table)
+                                           : read_sphere(solid_table);
     experiment.expected_tetrahedra = [solid](double edge) {
         return meshes::expected_tetrahedra(solid.side_of_cube(edge), edge);
     };

@@ -55,7 +55,7 @@ struct ShapeRow {
     double size() const { return mean_size(errors); }
 };
 
-/// What needs no mesh, in the order of the table.
+/// Rows without a mesh, in the order of the table.
 std::vector<ShapeRow> nulls_of(const ForceResult &measured) {
     std::vector<ShapeRow> rows{
         {.name = "straight line", .errors = errors_of_shape(measured, straight_force(measured))}};
@@ -128,8 +128,8 @@ Layout force_table(const ExperimentResult &result) {
             for (const double error : row.errors)
                 cells.push_back(percent_cell(error, is_signed));
             cells.push_back(std::isfinite(row.modulus) ? fixed(1e-3 * row.modulus, 2) : "");
-            const double of_all = 1e-3 * measured.young_modulus * row.best.factor;
-            cells.push_back(std::isfinite(of_all) ? fixed(of_all, 2) : "");
+            const double kilopascals = 1e-3 * measured.young_modulus * row.best.factor;
+            cells.push_back(std::isfinite(kilopascals) ? fixed(kilopascals, 2) : "");
             cells.push_back(std::isfinite(row.best.error) ? fixed(100.0 * row.best.error, 1) : "");
             cells.push_back(row.tetrahedra > 0 ? fixed(row.seconds, 1) : "");
             layout.rows.push_back(std::move(cells));

@@ -90,12 +90,12 @@ void compare_with_reference(ExperimentResult &result) {
         const auto squares = squared_distances(result, run);
         if (squares.size() < 2 || !std::isfinite(run.error) || !std::isfinite(found->second->error))
             continue;
-        auto &of_reference = samples[run.state];
-        if (of_reference.empty())
-            of_reference = sampled_errors(squared_distances(result, *found->second));
+        auto &reference_samples = samples[run.state];
+        if (reference_samples.empty())
+            reference_samples = sampled_errors(squared_distances(result, *found->second));
         auto differences = sampled_errors(squares);
         for (std::size_t i = 0; i < differences.size(); ++i)
-            differences[i] -= of_reference[i];
+            differences[i] -= reference_samples[i];
         run.beyond_reference = {run.error - found->second->error, quantile(differences, tail),
                                 quantile(differences, 1.0 - tail)};
     }

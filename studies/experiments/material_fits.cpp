@@ -16,23 +16,23 @@ struct Least {
 Least golden_section(double low, double high, double width, const std::function<double(double)> &function) {
     const double part = 2.0 - std::numbers::phi;
     double a = low + part * (high - low), b = high - part * (high - low);
-    double of_a = function(a), of_b = function(b);
+    double value_a = function(a), value_b = function(b);
     while (high - low > width) {
-        if (of_a <= of_b) {
+        if (value_a <= value_b) {
             high = b;
             b = a;
-            of_b = of_a;
+            value_b = value_a;
             a = low + part * (high - low);
-            of_a = function(a);
+            value_a = function(a);
         } else {
             low = a;
             a = b;
-            of_a = of_b;
+            value_a = value_b;
             b = high - part * (high - low);
-            of_b = function(b);
+            value_b = function(b);
         }
     }
-    return of_a <= of_b ? Least{a, of_a} : Least{b, of_b};
+    return value_a <= value_b ? Least{a, value_a} : Least{b, value_b};
 }
 
 constexpr double hundredth = 0.01; ///< of a constant, as a difference of logarithms

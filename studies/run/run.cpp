@@ -327,7 +327,7 @@ ProblemSet wanted_problems(const RunOptions &options) {
     return read;
 }
 
-/// What a model lacks that does not follow an event.
+/// Clause on a model that does not follow an event.
 const char *lack_of(const core::TouchingTool &) {
     return "know no ball that touches";
 }

@@ -4,7 +4,7 @@ namespace livermark::hyperelastic::materials {
 
 namespace {
 
-/// What is added to a neo-Hookean material: mu / 2 (c2 x^2 + c3 x^3) with x = I1 bar - 3.
+/// Terms that are added to a neo-Hookean material: mu / 2 (c2 x^2 + c3 x^3) with x = I1 bar - 3.
 struct YeohTerms {
     explicit YeohTerms(const core::Material &material)
         : half_modulus(0.5 * material.shear_modulus()), c2(material.law_constants.at("yeoh").at(0)),

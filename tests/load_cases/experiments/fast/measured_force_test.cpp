@@ -54,7 +54,7 @@ patch = "z_max"
 displacement = ["free", "free", -0.0045]
 )";
 
-    /// Of stretches l along and s across the sides are free, mu (s^2 - 1) + lambda ln J = 0, and
+    /// Force at stretches l along and s across where the sides are free, mu (s^2 - 1) + lambda ln J = 0, and
     /// P = mu (l - 1 / l) + lambda / l ln J.
     static double force(double way) {
         const core::Material material{1000.0, modulus, 0.3};
