@@ -63,9 +63,9 @@ core::Material read_material(const toml::table &table, std::string_view further_
     refuse_unknown_material_keys(table, further_key);
     if (table.contains("source"))
         support::required_string(table, "source");
-    const core::Material material{.density = support::required_number(table, "density"),
-                                  .young_modulus = support::required_number(table, "young_modulus"),
-                                  .poisson_ratio = support::required_number(table, "poisson_ratio")};
+    core::Material material{.density = support::required_number(table, "density"),
+                            .young_modulus = support::required_number(table, "young_modulus"),
+                            .poisson_ratio = support::required_number(table, "poisson_ratio")};
     check_material(material, support::place_of(table));
     return material;
 }
