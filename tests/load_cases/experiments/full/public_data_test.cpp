@@ -45,6 +45,30 @@ const results::ExperimentRun &run_of(const results::ExperimentResult &result, co
     });
 }
 
+struct EcoflexCylinder : WithPublicData {
+    void SetUp() override { read("ecoflex_EF10_75T"); }
+};
+
+/// Between plates without friction the stress is uniform, so elements have the force of the closed form.
+TEST_F(EcoflexCylinder, HasAUniformStressBetweenFreePlates) {
+    ASSERT_EQ(experiment_.states.size(), 2u);
+    experiment_.states.resize(1);
+    EXPECT_NEAR(experiment_.states[0].force->force[0], 0.92, 0.01); // as the table of the owners says at 1.5 mm
+    EXPECT_NEAR(experiment_.states[0].force->force[4], 23.7, 0.1);
+    studies::ExperimentOptions options;
+    options.models = {"fem_p1_neo_hookean", "nodal_neo_hookean_f"};
+    options.refines_reference = false;
+    const auto result = studies::evaluate_experiment(experiment_, options, "test", {});
+    const auto &measured = result.forces.at(0);
+    const auto uniform = results::errors_of_shape(measured, measured.uniform);
+    for (const auto &run : measured.runs) {
+        EXPECT_EQ(run.status, core::SolutionStatus::ok) << run.message;
+        const auto errors = results::errors_of_shape(measured, run.force);
+        for (std::size_t j = 0; j < errors.size(); ++j)
+            EXPECT_NEAR(errors[j], uniform[j], 0.003) << run.model << ' ' << measured.way[j + 1];
+    }
+}
+
 TEST_F(TruthCube, HasTheBeadsOfItsFile) {
     EXPECT_EQ(experiment_.markers.size(), 343u);
     EXPECT_EQ(std::ranges::count(experiment_.markers, "", &Marker::drives), 245);
