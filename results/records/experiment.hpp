@@ -123,7 +123,7 @@ struct ForceResult {
 std::vector<double> errors_of_shape(const ForceResult &measured, const std::vector<double> &force);
 
 /// The material with which a model is nearest to the markers of all states, one constant at a time. Errors are root
-/// mean squares over states and markers [m]. NaN where the constant has no effect or there is no solution.
+/// mean squares over states and markers [m]. NaN where no value of the constant is better than the given one.
 struct FittedMaterial {
     std::string model;
     double error = 0.0;                                              ///< with the material of the experiment

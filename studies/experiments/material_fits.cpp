@@ -37,6 +37,7 @@ Least golden_section(double low, double high, double width, const std::function<
 
 constexpr double hundredth = 0.01; ///< of a constant, as a difference of logarithms
 constexpr double largest_change = 4.0;
+constexpr double least_gain = 1e-4; ///< of the error, below which a constant has no effect
 constexpr double least_ratio = 0.25, largest_ratio = 0.4999;
 
 } // namespace
@@ -45,7 +46,7 @@ results::FittedMaterial fit_material(const std::string &model, const core::Mater
                                      const std::function<double(const core::Material &)> &error) {
     results::FittedMaterial fit{.model = model, .error = error(given)};
     const auto take = [&](const Least &least, double constant, double &value, double &error_then) {
-        if (std::isfinite(least.value)) {
+        if (least.value < (1.0 - least_gain) * fit.error) {
             value = constant;
             error_then = least.value;
         }
