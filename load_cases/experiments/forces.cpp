@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/ranges.h>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <span>
 #include <utility>
@@ -44,33 +46,30 @@ MeasuredForce read_force_table(const std::filesystem::path &file, double metres_
     if (rows.size() < 2 || rows.front().cells != std::vector<std::string>{"way", "force", "deviation"})
         throw support::InputError("{}: a table of forces has the first line {}, and lines of three numbers; correct it",
                                   file.string(), header);
-    const auto lines = std::span(rows).subspan(1);
-    std::vector<double> way;
-    for (const auto &row : lines) {
+    std::vector<std::array<double, 3>> points; // way [m], force and deviation [N]
+    for (const auto &row : std::span(rows).subspan(1)) {
         if (row.cells.size() != 3)
             throw support::InputError("{}: the line has {} cells and not 3; correct it", row.place, row.cells.size());
-        const double next = metres_per_unit * number_in(row, 0);
-        if (!way.empty() && !(next > way.back()))
+        const std::array point{metres_per_unit * number_in(row, 0), number_in(row, 1), number_in(row, 2)};
+        if (!points.empty() && !(point[0] > points.back()[0]))
             throw support::InputError("{}: the way does not grow; sort the lines by it", row.place);
-        way.push_back(next);
+        points.push_back(point);
     }
     constexpr double rounding = 1e-9;
     MeasuredForce measured{.place = {}, .way = std::move(at), .force = {}, .deviation = {}};
     for (const double wanted : measured.way) {
-        const auto after = std::ranges::lower_bound(way, wanted * (1.0 - rounding)) - way.begin();
-        if (after == std::ssize(way) || (after == 0 && way.front() > wanted * (1.0 + rounding)))
+        const auto after =
+            std::ranges::lower_bound(points, wanted * (1.0 - rounding), {}, [](const auto &point) { return point[0]; });
+        if (after == points.end() || (after == points.begin() && (*after)[0] > wanted * (1.0 + rounding)))
             throw support::InputError("{}: the table goes from {:g} to {:g} mm, and the force at {:g} mm is asked for; "
                                       "change fit_at or compare_at, or the unit",
-                                      file.string(), core::millimetres * way.front(), core::millimetres * way.back(),
-                                      core::millimetres * wanted);
-        const auto before = std::max<std::ptrdiff_t>(after - 1, 0);
+                                      file.string(), core::millimetres * points.front()[0],
+                                      core::millimetres * points.back()[0], core::millimetres * wanted);
+        const auto before = after == points.begin() ? after : std::prev(after);
         const double part =
-            after == before ? 1.0 : std::clamp((wanted - way[before]) / (way[after] - way[before]), 0.0, 1.0);
-        const auto between = [&](std::size_t column) {
-            return (1.0 - part) * number_in(lines[before], column) + part * number_in(lines[after], column);
-        };
-        measured.force.push_back(between(1));
-        measured.deviation.push_back(between(2));
+            after == before ? 1.0 : std::clamp((wanted - (*before)[0]) / ((*after)[0] - (*before)[0]), 0.0, 1.0);
+        measured.force.push_back(std::lerp((*before)[1], (*after)[1], part));
+        measured.deviation.push_back(std::lerp((*before)[2], (*after)[2], part));
     }
     return measured;
 }

@@ -13,17 +13,13 @@ namespace livermark::results {
 
 namespace {
 
-std::string in_mm(double length, int decimals = 2) {
-    return length_cell(length, decimals);
-}
-
 std::string with_decimals(double value, int decimals) {
     return std::isfinite(value) ? fixed(value, decimals) : "-";
 }
 
 /// A length that is 0 where it is not known.
 std::string in_mm_if_known(double length) {
-    return length > 0.0 ? in_mm(length) : "-";
+    return length > 0.0 ? length_cell(length) : "-";
 }
 
 using hdf5::Of;
@@ -38,7 +34,7 @@ template <class At> void describe_states(At at, Of<At, std::vector<ExperimentSta
     auto columns = hdf5::columns_of(at, states);
     columns.texts("names", &ExperimentState::name);
     const auto length = [&](const char *name, double ExperimentState::*value, const char *title, int decimals = 2) {
-        columns.column(name, value, "m", {title, [decimals](double error) { return in_mm(error, decimals); }});
+        columns.column(name, value, "m", {title, [decimals](double error) { return length_cell(error, decimals); }});
     };
     columns.column("noise", &ExperimentState::noise, "m", {"noise of the measurement", in_mm_if_known});
     length("no_motion", &ExperimentState::no_motion, "no motion");
@@ -140,7 +136,7 @@ template <class At> void describe_force(At at, Of<At, ForceResult> &force) {
 template <class At> void describe_fits(At at, Of<At, std::vector<FittedMaterial>> &fits) {
     auto columns = hdf5::columns_of(at, fits);
     columns.texts("models", &FittedMaterial::model, {"model"});
-    const auto error = [](double length) { return in_mm(length); };
+    const auto error = [](double length) { return length_cell(length); };
     columns.column("error", &FittedMaterial::error, "m", {"error [mm]", error});
     columns.column("young_modulus", &FittedMaterial::young_modulus, "Pa",
                    {"best modulus [kPa]", [](double modulus) { return with_decimals(1e-3 * modulus, 1); }});
@@ -178,7 +174,7 @@ template <class At> void describe_experiment(At root, Of<At, ExperimentResult> &
 }
 
 std::string cell_of(const ExperimentRun &run) {
-    const auto error = in_mm(run.error);
+    const auto error = length_cell(run.error);
     return run.status == core::SolutionStatus::ok ? error : fmt::format("{} ({})", error, core::to_string(run.status));
 }
 
@@ -289,8 +285,8 @@ Layout ring_down_table(const ExperimentResult &result) {
              fixed(ring_down.damping_uncertainty, 3), in_mm_if_known(ring_down.swing_noise),
              in_mm_if_known(ring_down.noise)});
         if (std::isfinite(ring_down.rigid_motion))
-            add({"rigid motion, fitted to each record", "", "", "", "", "", in_mm(ring_down.rigid_motion)});
-        add({"no motion", "", "", "", "", "", in_mm(ring_down.no_motion)});
+            add({"rigid motion, fitted to each record", "", "", "", "", "", length_cell(ring_down.rigid_motion)});
+        add({"no motion", "", "", "", "", "", length_cell(ring_down.no_motion)});
         auto runs = ring_down.runs;
         std::ranges::stable_sort(
             runs, {}, [](const RingDownRun &run) { return std::isfinite(run.error) ? run.error : HUGE_VAL; });
@@ -300,7 +296,7 @@ Layout ring_down_table(const ExperimentResult &result) {
                      : fmt::format("{} ({})", run.model, core::to_string(run.status)),
                  std::to_string(run.tetrahedra), with_decimals(run.frequency, 2),
                  percent_off(run.frequency, ring_down.frequency), with_decimals(run.damping_ratio, 3),
-                 in_mm(run.swing_error), in_mm(run.error), fixed(run.seconds, 1)});
+                 length_cell(run.swing_error), length_cell(run.error), fixed(run.seconds, 1)});
     }
     return layout;
 }

@@ -179,7 +179,7 @@ ExperimentResult read_experiment(const std::filesystem::path &path);
 Layout experiment_table(const ExperimentResult &result);
 
 /// A length in millimetres; "-" where it is not known.
-std::string length_cell(double length, int decimals);
+std::string length_cell(double length, int decimals = 2);
 
 /// Errors of the components of each model in each state, in millimetres, and how far its error is beyond that of the
 /// reference, with the interval of 95 % over markers; in brackets where it contains zero, so that markers do not tell

@@ -19,11 +19,6 @@ double mean_size(const std::vector<double> &errors) {
     return sum / static_cast<double>(errors.size());
 }
 
-/// Force that grows with the way in a straight line.
-std::vector<double> straight_force(const ForceResult &measured) {
-    return measured.way;
-}
-
 /// The factor of a force with which it is nearest to the measurement at all ways, and the root mean square of the
 /// relative errors that are left.
 struct BestModulus {
@@ -57,8 +52,7 @@ struct ShapeRow {
 
 /// Rows without a mesh, in the order of the table.
 std::vector<ShapeRow> nulls_of(const ForceResult &measured) {
-    std::vector<ShapeRow> rows{
-        {.name = "straight line", .errors = errors_of_shape(measured, straight_force(measured))}};
+    std::vector<ShapeRow> rows{{.name = "straight line", .errors = errors_of_shape(measured, measured.way)}};
     if (!measured.uniform.empty())
         rows.push_back({.name = "uniform body, neo-Hookean", .errors = errors_of_shape(measured, measured.uniform)});
     return rows;

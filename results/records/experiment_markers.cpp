@@ -119,7 +119,7 @@ Layout marker_table(const ExperimentResult &result) {
         for (const auto *run : runs) {
             std::vector<std::string> row{printable(result.states[s].name), run->model, std::to_string(run->tetrahedra)};
             for (const double component : run->component_error)
-                row.push_back(length_cell(component, 2));
+                row.push_back(length_cell(component));
             const auto &[beyond, low, high] =
                 std::array{run->beyond_reference[0], run->beyond_reference[1], run->beyond_reference[2]};
             const auto text = fmt::format("{:+.3f}, {:+.3f} to {:+.3f}", core::millimetres * beyond,
