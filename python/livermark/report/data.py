@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Iterator, Optional
 
 import h5py
+import numpy
 
 from livermark.errors import InputError
 from livermark.hdf5_files import damaged, open_hdf5
@@ -153,6 +154,15 @@ def read_result(path: pathlib.Path, told: dict) -> Result:
                       assumptions=cleaned(result.assumptions), provenance=cleaned(result.provenance),
                       uncertainty=cleaned(result.reference), models={model.name: model for model in models},
                       counts=told["counts"], leaves_regime=told["leaves_regime"], remarks=told["remarks"])
+
+
+def scaled_forces(group) -> tuple[numpy.ndarray, numpy.ndarray]:
+    """Forces of the runs beside a measured one, multiplied so that they are right at the first way, (runs, J) [N]; and their mean
+    absolute relative error at the others, (runs), which is NaN where a path ends early.
+    """
+    measured, force = group["force"][:], group["runs/force"][:]
+    scaled = force / force[:, :1] * measured[0]
+    return scaled, numpy.abs(scaled / measured - 1.0)[:, 1:].mean(axis=1)
 
 
 def attributes_of(group) -> dict[str, Any]:

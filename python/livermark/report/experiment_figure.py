@@ -17,6 +17,8 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 
+from livermark.report.data import attributes_of, scaled_forces, texts_of
+
 MILLIMETRES = 1e3
 MOST_CURVES = 5  # beside the measurement
 VIEWS = (1, 0)  # axes along which the body is seen
@@ -157,13 +159,6 @@ def draw(path):
     return target
 
 
-def scaled_forces(group):
-    """Forces of each run, multiplied so that they are right at the first way: (runs, J) [N]; and their mean absolute error."""
-    measured, force = group["force"][()], group["runs/force"][()]
-    scaled = force / force[:, :1] * measured[0]
-    return scaled, np.abs(scaled / measured - 1.0)[:, 1:].mean(axis=1)
-
-
 def draw_forces(path):
     """Force over the way in each state, over the force at the first way; None where none was measured."""
     with h5py.File(path, "r") as file:
@@ -173,7 +168,7 @@ def draw_forces(path):
         figure, axes = plt.subplots(1, len(parent), figsize=(5.5 * len(parent), 4.6), squeeze=False)
         for plot, name in zip(axes[0], sorted(parent, key=int)):
             group, runs = parent[name], parent[name]["runs"]
-            text = lambda value: value.decode() if isinstance(value, bytes) else str(value)
+            models = texts_of(runs, "models")
             way, measured = MILLIMETRES * group["way"][()], group["force"][()]
             plot.errorbar(way, measured, 2.0 * group["deviation"][()], fmt="ko", markersize=3.5, capsize=3, zorder=3,
                           label="measured, two standard deviations")
@@ -183,8 +178,8 @@ def draw_forces(path):
             scaled, error = scaled_forces(group)
             order = np.argsort(np.where(np.isfinite(error), error, np.inf), kind="stable")
             for r in order[:MOST_CURVES]:
-                plot.plot(way, scaled[r], linewidth=1.0, label=f"{text(runs.attrs['models'][r])}, {runs['tetrahedra'][r]}")
-            plot.set_title(text(group.attrs["state"]), fontsize=10)
+                plot.plot(way, scaled[r], linewidth=1.0, label=f"{models[r]}, {runs['tetrahedra'][r]}")
+            plot.set_title(attributes_of(group)["state"], fontsize=10)
             plot.set_xlabel("way [mm]")
             plot.set_ylabel("force [N], each model with its own modulus")
             plot.legend(fontsize=7, loc="upper left")

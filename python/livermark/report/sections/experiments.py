@@ -8,7 +8,7 @@ import numpy
 from markupsafe import Markup
 
 from livermark.report import colours, figures
-from livermark.report.data import ReportData, attributes_of, table_of, texts_of
+from livermark.report.data import ReportData, attributes_of, scaled_forces, table_of, texts_of
 from livermark.report.parts import Section, bullets, figure, paragraph, plots, subsection, table
 from livermark.studies.tables import MILLIMETRES, fixed
 
@@ -162,9 +162,8 @@ def _ring_downs(file, told: dict, command: str) -> Markup:
 def _force_plot(group) -> Markup:
     """Force over the way, each model with the modulus with which it is right at the first way."""
     made, runs = attributes_of(group), group["runs"]
-    way, measured, force = MILLIMETRES * group["way"][:], group["force"][:], runs["force"][:]
-    scaled = force / force[:, :1] * measured[0]
-    error = numpy.abs(scaled / measured - 1.0).mean(axis=1)
+    way, measured = MILLIMETRES * group["way"][:], group["force"][:]
+    scaled, error = scaled_forces(group)
     names = texts_of(runs, "models")
     axes = figures.new_plot(f"Pressed: {made['state']}", "way [mm]", "force [N]")
     with matplotlib.rc_context(figures.SETTINGS):
