@@ -105,39 +105,34 @@ Vector3 straight_line(const PlaceMotion &from, const PlaceMotion &to, const Vect
     return (1.0 - part) * from.motion.at(point) + part * to.motion.at(point);
 }
 
-RigidMotion best_rigid_motion(std::span<const Vector3> points, std::span<const Vector3> targets) {
-    RigidMotion motion{.from = mean(points), .to = mean(targets)};
+AffineMotion best_rigid_motion(std::span<const Vector3> points, std::span<const Vector3> targets) {
+    AffineMotion motion{.from = mean(points), .to = mean(targets)};
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     for (std::size_t k = 0; k < points.size(); ++k)
         covariance += (targets[k] - motion.to) * (points[k] - motion.from).transpose();
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
     Vector3 signs = Vector3::Ones();
     signs[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0; // no reflection
-    motion.rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+    motion.gradient = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
     return motion;
 }
 
-std::optional<std::function<Vector3(const Vector3 &)>> best_affine_map(std::span<const Vector3> points,
-                                                                       std::span<const Vector3> targets) {
+std::optional<AffineMotion> best_affine_motion(std::span<const Vector3> points, std::span<const Vector3> targets) {
     constexpr double thinnest = 1e-6; // of the extent, below which points lie in a plane
     const auto count = static_cast<Eigen::Index>(points.size());
     if (count < 4)
         return std::nullopt;
-    Vector3 middle = Vector3::Zero(), middle_of_targets = Vector3::Zero();
+    AffineMotion motion{.from = mean(points), .to = mean(targets)};
+    Eigen::MatrixXd from(count, 3), to(count, 3);
     for (Eigen::Index k = 0; k < count; ++k) {
-        middle += points[k] / static_cast<double>(count);
-        middle_of_targets += targets[k] / static_cast<double>(count);
+        from.row(k) = (points[k] - motion.from).transpose();
+        to.row(k) = (targets[k] - motion.to).transpose();
     }
-    Eigen::MatrixX3d from(count, 3), to(count, 3);
-    for (Eigen::Index k = 0; k < count; ++k) {
-        from.row(k) = (points[k] - middle).transpose();
-        to.row(k) = (targets[k] - middle_of_targets).transpose();
-    }
-    const Eigen::JacobiSVD<Eigen::MatrixX3d> parts(from, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const Eigen::JacobiSVD<Eigen::MatrixXd> parts(from, Eigen::ComputeThinU | Eigen::ComputeThinV);
     if (!(parts.singularValues()[2] > thinnest * parts.singularValues()[0]))
         return std::nullopt;
-    const Eigen::Matrix3d gradient = parts.solve(to).transpose();
-    return [=](const Vector3 &point) { return Vector3(gradient * (point - middle) + middle_of_targets); };
+    motion.gradient = parts.solve(to).transpose();
+    return motion;
 }
 
 MarkerMotion mean_motion(std::span<const MarkerMotion> repeats) {

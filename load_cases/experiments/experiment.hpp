@@ -60,12 +60,12 @@ void drive(core::LoadCase &load_case, const core::TetraMesh &mesh, const PlaceMo
 /// The displacement that is linear between two places that move: what no mechanics at all gives.
 core::Vector3 straight_line(const PlaceMotion &from, const PlaceMotion &to, const core::Vector3 &point);
 
-/// x -> rotation (x - from) + to.
-struct RigidMotion {
-    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+/// x -> gradient (x - from) + to; a rigid motion where the gradient is a rotation.
+struct AffineMotion {
+    Eigen::Matrix3d gradient = Eigen::Matrix3d::Identity();
     core::Vector3 from = core::Vector3::Zero(), to = core::Vector3::Zero(); ///< [m]
 
-    core::Vector3 at(const core::Vector3 &point) const { return rotation * (point - from) + to; }
+    core::Vector3 at(const core::Vector3 &point) const { return gradient * (point - from) + to; }
 };
 
 /// Fewest points whose rigid motion says anything: one is met exactly, and two but for their distance.
@@ -74,12 +74,12 @@ inline constexpr std::size_t fewest_of_rigid_motion = 3;
 /// The rigid motion of least sum |x' - y|^2 over points x that it takes to x' (Kabsch 1976, Acta Cryst. A32).
 /// @param points   x, at least one [m]
 /// @param targets  y [m]
-RigidMotion best_rigid_motion(std::span<const core::Vector3> points, std::span<const core::Vector3> targets);
+AffineMotion best_rigid_motion(std::span<const core::Vector3> points, std::span<const core::Vector3> targets);
 
-/// The affine map of least sum |x' - y|^2, or nothing where points lie in a plane or are fewer than four.
+/// The affine motion of least sum |x' - y|^2, or nothing where points lie in a plane or are fewer than four.
 /// @param points, targets  x and y [m]
-std::optional<std::function<core::Vector3(const core::Vector3 &)>>
-best_affine_map(std::span<const core::Vector3> points, std::span<const core::Vector3> targets);
+std::optional<AffineMotion> best_affine_motion(std::span<const core::Vector3> points,
+                                               std::span<const core::Vector3> targets);
 
 /// Displacements of markers at equal intervals of time.
 struct MarkerMotion {

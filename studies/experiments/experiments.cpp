@@ -162,10 +162,10 @@ results::ExperimentState without_models(const experiments::Experiment &experimen
             rigid.emplace_back(fitted.at(position) - position);
         state.rigid_motion = error(rigid);
     }
-    if (const auto map = experiments::best_affine_map(points, targets)) {
+    if (const auto fitted = experiments::best_affine_motion(points, targets)) {
         std::vector<Vector3> affine;
         for (const auto &position : result.positions)
-            affine.emplace_back((*map)(position)-position);
+            affine.emplace_back(fitted->at(position) - position);
         state.affine_map = error(affine);
     }
     const auto places = experiments::driven_places(experiment, measured);

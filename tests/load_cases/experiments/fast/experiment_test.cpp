@@ -113,13 +113,12 @@ TEST(BestRigidMotion, FindsALargeRotation) {
     for (const auto &point : points)
         targets.emplace_back(rotation * point + Vector3(0.1, 0.0, -0.2));
     const auto found = best_rigid_motion(points, targets);
-    EXPECT_LT((found.rotation - rotation).norm(), 1e-14);
+    EXPECT_LT((found.gradient - rotation).norm(), 1e-14);
     for (std::size_t k = 0; k < points.size(); ++k)
         EXPECT_LT((found.at(points[k]) - targets[k]).norm(), 1e-14);
 }
 
-/// A reflection would fit better, and no body does that.
-TEST(BestAffineMap, IsExactForAffineMotionAndNoneInAPlane) {
+TEST(BestAffineMotion, IsExactForAffineMotionAndNoneInAPlane) {
     Eigen::Matrix3d gradient;
     gradient << 1.2, 0.1, 0.0, -0.2, 0.9, 0.3, 0.0, 0.1, 0.8;
     std::vector<Vector3> points{
@@ -127,22 +126,23 @@ TEST(BestAffineMap, IsExactForAffineMotionAndNoneInAPlane) {
     std::vector<Vector3> targets;
     for (const auto &point : points)
         targets.emplace_back(gradient * point + Vector3(0.5, -0.1, 0.2));
-    const auto map = best_affine_map(points, targets);
-    ASSERT_TRUE(map);
+    const auto motion = best_affine_motion(points, targets);
+    ASSERT_TRUE(motion);
     const Vector3 elsewhere(-0.3, 0.2, 0.1);
-    EXPECT_LT(((*map)(elsewhere) - (gradient * elsewhere + Vector3(0.5, -0.1, 0.2))).norm(), 1e-12);
+    EXPECT_LT((motion->at(elsewhere) - (gradient * elsewhere + Vector3(0.5, -0.1, 0.2))).norm(), 1e-12);
     for (auto &point : points)
         point.z() = 0.0;
-    EXPECT_FALSE(best_affine_map(points, targets));
-    EXPECT_FALSE(best_affine_map(std::span(points).first(3), std::span(targets).first(3)));
+    EXPECT_FALSE(best_affine_motion(points, targets));
+    EXPECT_FALSE(best_affine_motion(std::span(points).first(3), std::span(targets).first(3)));
 }
 
+/// A reflection would fit better, and no body does that.
 TEST(BestRigidMotion, IsNoReflection) {
     const std::vector<Vector3> points{{1, 0, 0}, {0, 1, 0}, {0, 0, 0.1}, {-1, -1, -0.1}};
     std::vector<Vector3> targets;
     for (const auto &point : points)
         targets.emplace_back(point.x(), point.y(), -point.z());
-    EXPECT_NEAR(best_rigid_motion(points, targets).rotation.determinant(), 1.0, 1e-12);
+    EXPECT_NEAR(best_rigid_motion(points, targets).gradient.determinant(), 1.0, 1e-12);
 }
 
 /// A short column that is clamped below and was pulled aside at its top.
