@@ -25,6 +25,10 @@ std::string with_error(double value, double reference, int decimals) {
                        std::isnan(value) ? "-" : fmt::format("{:+.1f}", percent * (value / reference - 1.0)));
 }
 
+std::string friction_cell(const FittedNeedle &run) {
+    return run.has_friction ? fixed(run.friction, 1) : fmt::format("none below {:.0f}", run.friction);
+}
+
 template <class At> void describe_needle_arena_runs(At at, hdf5::Of<At, NeedleArena> &arena) {
     using Run = NeedleArenaRun;
     const auto num_records = arena.depth.size();
@@ -331,7 +335,7 @@ Layout fitted_needle_table(const MeasuredNeedle &measured) {
     const auto work = [](double value) { return fixed(core::millijoules * value, 1); };
     table.text("model", cells([](auto &run) { return run.model; }, "measured"));
     table.number("stiffness, fitted", cells([](auto &run) { return fmt::format("x {:.2f}", run.stiffness); }));
-    table.number("friction, fitted [N/m]", cells([](auto &run) { return fixed(run.friction, 1); }));
+    table.number("friction, fitted [N/m]", cells([](auto &run) { return friction_cell(run); }));
     table.number("off before the puncture [N]", cells([](auto &run) { return fixed(run.error_before, 2); }));
     table.number("off behind it [N]", cells([](auto &run) { return fixed(run.error, 2); }));
     table.number("work [mJ]", cells([&](const auto &run) { return work(run.work); }, work(measured.work)));
@@ -352,7 +356,7 @@ Layout needle_records_table(std::span<const MeasuredNeedle> records) {
     table.number("lowest behind it [N]", [](auto *record) { return fixed(record->lowest_behind, 2); });
     table.number("slope behind it [N/m]", [](auto *record) { return fixed(record->slope, 1); });
     table.number("friction, " + records.front().runs.front().model + " [N/m]",
-                 [](auto *record) { return fixed(record->runs.front().friction, 1); });
+                 [](auto *record) { return friction_cell(record->runs.front()); });
     table.number("held for [s]", [](auto *record) { return fixed(record->held_for, 1); });
     table.number("force then, from [N]", [](auto *record) { return fixed(record->held_from, 2); });
     table.number("to [N]", [](auto *record) { return fixed(record->held_to, 2); });

@@ -136,6 +136,7 @@ struct FittedNeedle {
     std::string model;
     double stiffness = 1.0;    ///< by which all of Young's moduli are multiplied, fitted to the depth of the puncture
     double friction = 0.0;     ///< fitted to the forces behind the puncture [N/m]
+    bool has_friction = true;  ///< it is below the most that is tried; else no friction follows the forces
     core::Insertion insertion; ///< on the way in and out
     std::vector<double> force; ///< (B) its mean in each stretch of the measurement [N]; NaN where it has no record
     double error = 0.0;        ///< root mean square of force less measured mean, behind the puncture [N]

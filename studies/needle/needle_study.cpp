@@ -185,7 +185,11 @@ results::FittedNeedle fitted(const Eigen::MatrixXd &compliance, const core::Need
             right = at(low + golden * (high - low));
         }
     }
-    return left.error <= right.error ? left : right;
+    auto best = left.error <= right.error ? left : right;
+    best.has_friction = best.friction < most_friction - 10.0 * friction_tolerance;
+    if (!best.has_friction)
+        best.friction = most_friction;
+    return best;
 }
 
 /// The record by itself, before any model.

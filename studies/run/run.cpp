@@ -343,6 +343,7 @@ const char *lack_of(const core::Foundation &) {
 /// @throws support::InputError on several ranks where time passes in the material, which is followed on one
 std::vector<std::string> without_part(const Run &run) {
     std::vector<std::string> sentences;
+    std::set<std::string> explained;
     for (const auto &problem : run.problems) {
         const auto &load_case = problem.load_case;
         if (load_case.slow_history && support::mpi_num_ranks() > 1)
@@ -357,6 +358,7 @@ std::vector<std::string> without_part(const Run &run) {
                     names.push_back(model.name);
             if (names.empty())
                 return;
+            explained.insert(names.begin(), names.end());
             auto sentence = fmt::format("{}: these models {}, and are left out: {}", load_case.name, lack_of(*event),
                                         fmt::join(names, ", "));
             if (std::ranges::find(sentences, sentence) == sentences.end())
@@ -368,6 +370,7 @@ std::vector<std::string> without_part(const Run &run) {
     }
     for (const auto &model : run.models)
         if (std::ranges::find(run.options.models, model.name) != run.options.models.end() &&
+            !explained.contains(model.name) &&
             std::ranges::none_of(run.problems,
                                  [&](const core::Problem &problem) { return model.takes_part_in(problem); }))
             sentences.push_back(fmt::format("{} takes part in none of these load cases: another regime, something that "

@@ -193,6 +193,9 @@ TEST(NeedleTables, HaveTheWayOutAndTheHoldOfRecordsThatHaveThem) {
     held.held_to = 0.25;
     EXPECT_EQ(fitted_needle_table(held).rows.front().back(), "0.40");
     EXPECT_EQ(fitted_needle_table(held).rows.back().back(), "0.15");
+    auto steeper = measured;
+    steeper.runs.front().has_friction = false;
+    EXPECT_EQ(fitted_needle_table(steeper).rows.front()[2], "none below 30");
     const std::vector<MeasuredNeedle> both{measured, held};
     const auto table = needle_records_table(both);
     const std::vector<std::string> first{"a record", "0.2", "0.4", "0.90", "0.05", "210.0", "30.0", "-", "-", "-", "-"},
