@@ -1,14 +1,15 @@
 // The files that Livermark exchanges with an engine (results/schema.md, "The problem" and "Tool scenes"), for the
 // adapters that Node runs. Fields of points are arrays x0 y0 z0 x1 y1 z1 ... N is the number of nodes, M of tetrahedra,
 // R of materials, T of nodes of the tool, K of records, the first at t = 0.
-import { existsSync, unlinkSync, writeFileSync } from 'node:fs';
+import { existsSync, readFileSync, unlinkSync, writeFileSync } from 'node:fs';
 import * as hdf5 from 'h5wasm/node';
 
 await hdf5.ready;
 
-/** Calls read({values, number, has}) on an open HDF5 file. Throws an Error where the file or an entry is missing. */
+/** Calls read({values, attribute, has, body}) on an open HDF5 file. Throws an Error where the file or an entry is missing. */
 function open(path, command, read) {
   if (!existsSync(path)) throw new Error(`${path} does not exist; write it with livermark export ${command}`);
+  if (readFileSync(path).toString('latin1', 1, 4) !== 'HDF') throw new Error(`${path} is no HDF5 file; write it with livermark export ${command}`);
   const file = new hdf5.File(path, 'r');
   try {
     const has = (name) => file.get(name) !== null;
@@ -16,7 +17,7 @@ function open(path, command, read) {
       if (!has(name)) throw new Error(`${path} has no /${name}; write it with livermark export ${command}`);
       return file.get(name).value;
     };
-    const attribute = (name, key) => file.get(name).attrs[key]?.value;
+    const attribute = (name, key) => file.get(name)?.attrs[key]?.value;
     const body = () => ({
       density: Float64Array.from(values('materials/density')),
       youngModulus: Float64Array.from(values('materials/young_modulus')),

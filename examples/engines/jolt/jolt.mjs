@@ -1,6 +1,8 @@
 // Moves tissue of Livermark with the soft bodies of Jolt (npm jolt-physics, WebAssembly, one thread).
-//   node jolt.mjs PROBLEM.problem.h5 SOLUTION.csv [--substeps 20] [--damping 20]     at rest
-//   node jolt.mjs SCENE.scene.h5 MOTION.h5 [--substeps 20]                           in motion
+//   node jolt.mjs PROBLEM.problem.h5 SOLUTION.csv     at rest
+//   node jolt.mjs SCENE.scene.h5 MOTION.h5            in motion
+// --substeps 20 of a frame of 1/60 s; --corrected 1: compliances as below. At rest also --damping 12 [1/s] of velocities,
+// --longest 10 [s], and --part 0.01: the part of the body's size that small loads are enlarged to move it by.
 //
 // A soft body of Jolt is vertices with masses, edges that keep their length and tetrahedra that keep their volume, each
 // with a compliance. In each substep of h seconds (mNumIterations of them in a frame) each constraint C moves its nodes
@@ -176,7 +178,7 @@ async function rest(problem, constraints, settings) {
   const relaxed = (value) => relax(problem, constraints, value, settings);
   if (depth > 0) { // by secants from the origin, from a guess
     multiple = 0.1 * problem.youngModulus[0] * size * depth;
-    for (let error = 1; error > (problem.isLarge ? 1e-3 : 0.2); ) {
+    for (let error = 1, turns = 0; error > (problem.isLarge ? 1e-3 : 0.2) && turns < 10; ++turns) {
       run = await relaxed(multiple);
       error = Math.abs(work(problem, run.u) / depth - 1);
       multiple *= depth / work(problem, run.u);
@@ -192,41 +194,46 @@ async function rest(problem, constraints, settings) {
   return { u, report: { relaxed_seconds: seconds, last_change: change, work: work(problem, u) } };
 }
 
+const processorSeconds = () => 1e-6 * (process.cpuUsage().user + process.cpuUsage().system);
+
+/** The scene in frames; the tool moves its nodes by their velocities. Set-up is all until the first frame. */
 async function move(scene, constraints, { substeps, corrected }) {
-  const { points, tool, time, way } = scene, isTool = new Uint8Array(points.length / 3), isHeld = new Uint8Array(points.length / 3);
+  const { points, tool, time, way } = scene, numNodes = points.length / 3;
+  const isTool = new Uint8Array(numNodes), isHeld = new Uint8Array(numNodes);
   for (const node of tool) isTool[node] = isHeld[node] = 1;
   for (const node of scene.held) isHeld[node] = 1;
   const engine = await softBody(scene, constraints, isHeld, (time[1] - time[0]) / substeps, scene.massDamping, corrected);
-  const setupSeconds = process.uptime(), motion = { displacement: new Float32Array(time.length * points.length), force: new Float64Array(3 * time.length) };
-  let microseconds = 0;
+  const setupSeconds = processorSeconds();
+  const motion = { displacement: new Float32Array(time.length * points.length), force: new Float64Array(3 * time.length) };
+  let seconds = 0;
   for (let k = 1; k < time.length; ++k) {
-    const seconds = time[k] - time[k - 1], isTouched = k <= scene.lastRecordHeld;
+    const duration = time[k] - time[k - 1], isTouched = k <= scene.lastRecordHeld;
     tool.forEach((node, n) => {
       for (let c = 0; c < 3 && isTouched; ++c) {
         const i = 3 * node + c, goal = points[i] + way[3 * (k * tool.length + n) + c];
-        engine.velocity.set(i, (goal - engine.position.get(i)) / seconds);
+        engine.velocity.set(i, (goal - engine.position.get(i)) / duration);
       }
       if (k === scene.lastRecordHeld + 1) engine.release(node);
     });
-    const before = process.cpuUsage();
-    engine.step(seconds, substeps);
-    const { user, system } = process.cpuUsage(before);
-    microseconds += user + system;
+    const before = processorSeconds();
+    engine.step(duration, substeps);
+    seconds += processorSeconds() - before;
     const u = displacement(engine, points);
     motion.displacement.set(u, k * u.length);
     if (isTouched) motion.force.set(forceOn(isTool, scene, constraints, u.map((value, i) => value + points[i])), 3 * k);
   }
-  return { ...motion, secondsPerFrame: (1e-6 * microseconds) / (time.length - 1), setupSeconds };
+  return { ...motion, secondsPerFrame: seconds / (time.length - 1), setupSeconds };
 }
 
-const usage = 'node jolt.mjs PROBLEM.problem.h5 SOLUTION.csv | SCENE.scene.h5 MOTION.h5 [--substeps 20] [--corrected 1] [--damping 12] [--longest 10]';
-const { input, output, isScene, settings } = commandLine(usage, { substeps: 20, corrected: 1, damping: 12, longest: 10, part: 0.01 });
+const defaults = { substeps: 20, corrected: 1, damping: 12, longest: 10, part: 0.01 };
+const usage = 'node jolt.mjs PROBLEM.problem.h5 SOLUTION.csv | SCENE.scene.h5 MOTION.h5 [--OPTION NUMBER]...';
+const { input, output, isScene, settings } = commandLine(usage, defaults);
 const report = { engine: 'jolt', version: createRequire(import.meta.url)('jolt-physics/package.json').version, settings };
 try {
   if (isScene) {
     const scene = readScene(input), motion = await move(scene, constraintsOf(scene), settings);
     writeMotion(output, motion);
-    report.seconds_per_frame = motion.secondsPerFrame;
+    Object.assign(report, { seconds_per_frame: motion.secondsPerFrame, setup_seconds: motion.setupSeconds });
   } else {
     const problem = readProblem(input), solution = await rest(problem, constraintsOf(problem), settings);
     writeSolution(output, problem.points, solution.u);
