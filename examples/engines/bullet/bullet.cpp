@@ -63,32 +63,30 @@ int count(const std::string &name, const char *text) {
 
 Settings read_settings(int argc, char **argv) {
     Settings settings;
+    const std::map<std::string, int *> counts{{"iterations", &settings.iterations},
+                                              {"newton", &settings.newton},
+                                              {"substeps", &settings.substeps},
+                                              {"steps", &settings.steps}};
+    const std::map<std::string, double *> numbers{{"stiffness_damping", &settings.stiffness_damping},
+                                                  {"mass_damping", &settings.mass_damping},
+                                                  {"time_step", &settings.time_step},
+                                                  {"load_factor", &settings.load_factor}};
     for (int i = 3; i < argc; i += 2) {
         const std::string word = argv[i], name = word.substr(std::min<std::size_t>(2, word.size()));
         if (word.substr(0, 2) != "--" || i + 1 == argc)
             stop("options are --NAME VALUE; see README.md");
         if (name == "law")
             settings.law = argv[i + 1];
-        else if (const auto counts = std::map<std::string, int *>{{"iterations", &settings.iterations},
-                                                                  {"newton", &settings.newton},
-                                                                  {"substeps", &settings.substeps},
-                                                                  {"steps", &settings.steps}};
-                 counts.contains(name))
+        else if (counts.contains(name))
             *counts.at(name) = count(name, argv[i + 1]);
-        else if (const auto numbers =
-                     std::map<std::string, double *>{{"stiffness_damping", &settings.stiffness_damping},
-                                                     {"mass_damping", &settings.mass_damping},
-                                                     {"time_step", &settings.time_step},
-                                                     {"load_factor", &settings.load_factor}};
-                 numbers.contains(name))
+        else if (numbers.contains(name))
             *numbers.at(name) = number(name, argv[i + 1]);
         else
             stop("there is no setting --" + name + "; see README.md");
     }
-    if (settings.law != "corotational" && settings.law != "neo_hookean")
-        stop("--law is corotational or neo_hookean");
-    if (settings.time_step == 0.0 || settings.load_factor == 0.0)
-        stop("--time_step and --load_factor are above 0");
+    if ((settings.law != "corotational" && settings.law != "neo_hookean") || settings.time_step == 0.0 ||
+        settings.load_factor == 0.0)
+        stop("--law is corotational or neo_hookean, and --time_step and --load_factor are above 0");
     return settings;
 }
 
@@ -139,11 +137,10 @@ void read_rest(Input &input, hid_t file, const std::string &problem) {
             stop(std::string("the problem has ") + part + ", which nodal forces cannot say; choose another load case");
     if (H5Aexists_by_name(file, "/load_case", "press_depth", H5P_DEFAULT) > 0)
         H5LTget_attribute_double(file, "/load_case", "press_depth", &input.press_depth);
-    const std::string ending = ".problem.h5";
-    const auto stem = problem.substr(0, problem.size() - std::min(problem.size(), ending.size()));
-    input.prescribed = read_vtu(stem + ".vtu", "prescribed_displacement", input.points.size());
-    input.force = read_vtu(stem + ".vtu", "nodal_force", input.points.size());
-    const auto is_prescribed = read_vtu(stem + ".vtu", "is_prescribed", input.points.size());
+    const auto vtu = problem.substr(0, problem.rfind(".problem.h5")) + ".vtu";
+    input.prescribed = read_vtu(vtu, "prescribed_displacement", input.points.size());
+    input.force = read_vtu(vtu, "nodal_force", input.points.size());
+    const auto is_prescribed = read_vtu(vtu, "is_prescribed", input.points.size());
     for (int i = 0; i < input.num_nodes(); ++i) {
         const double components = is_prescribed[3 * i] + is_prescribed[3 * i + 1] + is_prescribed[3 * i + 2];
         if (components == 3.0)
@@ -322,6 +319,7 @@ struct Rest {
 /// Steps until a step moves no node by more than 2e-6 of the largest displacement per damping time.
 bool relax(World &world, const Input &input, const Settings &settings, Rest &rest) {
     const double part = 2e-6 * std::min(1.0, settings.time_step * std::max(settings.mass_damping, 1.0));
+    std::vector<btVector3> before(input.num_nodes());
     int quiet = 0;
     while (rest.steps < settings.steps) {
         for (const int i : input.held) // to where they are prescribed, in the first step
@@ -329,9 +327,8 @@ bool relax(World &world, const Input &input, const Settings &settings, Rest &res
                 (world.points[i] + static_cast<btScalar>(settings.load_factor) * vector(input.prescribed, i) -
                  world.body->m_nodes[i].m_x) /
                 static_cast<btScalar>(settings.time_step);
-        std::vector<btVector3> before;
         for (int i = 0; i < input.num_nodes(); ++i)
-            before.push_back(world.body->m_nodes[i].m_x);
+            before[i] = world.body->m_nodes[i].m_x;
         world.step(settings.time_step);
         ++rest.steps;
         double motion = 0.0, peak = 0.0;
