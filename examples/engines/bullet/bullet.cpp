@@ -2,7 +2,6 @@
 //
 //   bullet PROBLEM.problem.h5 SOLUTION.csv [--NAME VALUE]...   at rest, with the nodal forces of the .vtu beside it
 //   bullet SCENE.scene.h5 MOTION.h5 [--NAME VALUE]...          in motion
-//
 // Tetrahedra of btDeformableLinearElasticityForce (co-rotational) or btDeformableNeoHookeanForce in implicit steps. One
 // step in a frame, one iteration of Newton's method and at most 300 of conjugate gradients are what Bullet takes by
 // itself. Constrained nodes have zero mass: Bullet moves them with their velocity, whatever pulls. README.md has the
@@ -308,9 +307,8 @@ struct Report {
     std::string more{}; ///< further entries
 };
 
-/// Displacement at rest (N, 3) [m].
 struct Rest {
-    std::vector<double> displacement;
+    std::vector<double> displacement; ///< (N, 3) [m]
     int steps = 0;
     double force = 0.0; ///< total of the tools that press to a depth [N]
     bool is_at_rest = false;
