@@ -101,18 +101,30 @@ set_tests_properties(Examples.PythonReadsAResultFile PROPERTIES
   PASS_REGULAR_EXPRESSION "blown_up: diverged.*springs: 20.00 % off fem_p2, at most [0-9.]+ mm")
 set_tests_properties(Examples.CppReadsAResultFile Examples.PythonReadsAResultFile PROPERTIES LABELS full TIMEOUT 60 FIXTURES_REQUIRED sample_result)
 
-# Bullet as somebody else's program: what docs/howto/judge_my_engine.md shows.
+# Engines as somebody else's programs: what docs/howto/judge_my_engine.md shows.
+set(bullet_adapter "")
 if(BULLET_FOUND)
-  add_executable(move_with_bullet ${PROJECT_SOURCE_DIR}/examples/move_with_bullet.cpp)
-  target_compile_features(move_with_bullet PRIVATE cxx_std_20)
-  target_link_libraries(move_with_bullet PRIVATE livermark_hdf5 livermark_bullet livermark_build_options)
+  add_executable(bullet_adapter ${PROJECT_SOURCE_DIR}/examples/engines/bullet/bullet.cpp)
+  target_compile_features(bullet_adapter PRIVATE cxx_std_20)
+  target_link_libraries(bullet_adapter PRIVATE livermark_hdf5 livermark_bullet livermark_build_options)
   # Whatever the tests are compiled with: it is an example of something fast.
-  target_compile_options(move_with_bullet PRIVATE -O2)
+  target_compile_options(bullet_adapter PRIVATE -O2)
+  set(bullet_adapter $<TARGET_FILE:bullet_adapter>)
   add_test(NAME Examples.BulletMovesABody
-    COMMAND ${vtk_python} ${CMAKE_CURRENT_SOURCE_DIR}/peer/move_with_bullet_test.py $<TARGET_FILE:move_with_bullet>
-      $<TARGET_FILE:livermark> ${CMAKE_CURRENT_BINARY_DIR}/peer_runs/move_with_bullet)
+    COMMAND ${vtk_python} ${CMAKE_CURRENT_SOURCE_DIR}/peer/bullet_example_test.py ${bullet_adapter} $<TARGET_FILE:livermark>
+      ${CMAKE_CURRENT_BINARY_DIR}/peer_runs/bullet_example)
   set_tests_properties(Examples.BulletMovesABody PROPERTIES LABELS full TIMEOUT 300)
 endif()
+foreach(engine jolt mujoco bullet calculix)
+  add_test(NAME Engines.${engine}
+    COMMAND ${vtk_python} ${CMAKE_CURRENT_SOURCE_DIR}/peer/compare_engines_test.py ${engine} $<TARGET_FILE:livermark>
+      "${bullet_adapter}" ${CMAKE_CURRENT_BINARY_DIR}/peer_runs/compare_engines)
+  set_tests_properties(Engines.${engine} PROPERTIES LABELS full TIMEOUT 300 SKIP_RETURN_CODE 77)
+endforeach()
+add_test(NAME Engines.FilesOfFebioAndSofaComeBack
+  COMMAND ${vtk_python} ${CMAKE_CURRENT_SOURCE_DIR}/peer/engine_files_test.py $<TARGET_FILE:livermark>
+    ${CMAKE_CURRENT_BINARY_DIR}/peer_runs/engine_files)
+set_tests_properties(Engines.FilesOfFebioAndSofaComeBack PROPERTIES LABELS full TIMEOUT 300)
 
 # Somebody else's program against the installed package.
 add_test(NAME Package.ServesAProgramOfSomebodyElse

@@ -52,18 +52,26 @@ TEST(CalculixExample, ScoresAsLinearElements) {
     EXPECT_NEAR(error_of("calculix"), error_of("fem_p1"), 1e-6);
 }
 
-/// examples/score_calculix.py, which docs/studies/peers.md shows. Linear tetrahedra with CalculiX's own energy of a
-/// change of volume find what it scores, to the seven digits that CalculiX writes.
+/// examples/engines/calculix/calculix.py, which docs/studies/peers.md shows. Linear tetrahedra with CalculiX's own
+/// energy of a change of volume find what it scores, to the seven digits that CalculiX writes.
 TEST(CalculixExample, ScoresLargeDeformationsAsLinearElementsWithItsEnergy) {
     const auto ccx = tests::find_ccx();
     if (ccx.empty())
         GTEST_SKIP() << "there is no ccx";
     const auto folder = std::filesystem::path(LIVERMARK_PEER_RUNS) / "score_calculix";
     std::filesystem::remove_all(folder);
-    const auto scored = tests::run_command(
-        fmt::format("OMP_NUM_THREADS=1 LIVERMARK='{}' /usr/bin/python3 '{}/examples/score_calculix.py' liver_healthy "
-                    "large_traction '{}'",
-                    LIVERMARK_BINARY, LIVERMARK_SOURCE_DIR, folder.string()));
+    const auto exported = tests::livermark(fmt::format("export liver_healthy large_traction -o {}", folder.string()));
+    ASSERT_EQ(exported.status, 0) << exported.output;
+    const auto problem = folder / "liver_healthy" / "large_traction.problem.h5", solution = folder / "solution.csv";
+    const auto solved =
+        tests::run_command(fmt::format("/usr/bin/python3 '{}/examples/engines/calculix/calculix.py' '{}' '{}'",
+                                       LIVERMARK_SOURCE_DIR, problem.string(), solution.string()));
+    ASSERT_EQ(solved.status, 0) << solved.output;
+    EXPECT_NE(solved.output.find(R"({"engine": "calculix", "version": )"), std::string::npos) << solved.output;
+    const auto scored =
+        tests::livermark(fmt::format("score liver_healthy large_traction {} --name calculix --model fem_p1_neo_hookean "
+                                     "--reference-on-mesh --markdown --output {}",
+                                     solution.string(), folder.string()));
     ASSERT_EQ(scored.status, 0) << scored.output;
     EXPECT_NE(scored.output.find("| liver_healthy | large_traction | calculix | 12.36 |"), std::string::npos)
         << scored.output; // as in docs/studies/peers.md

@@ -1,7 +1,8 @@
-"""move_with_bullet_test.py <move_with_bullet> <livermark> <folder>: the example of docs/howto/judge_my_engine.md.
+"""bullet_example_test.py <bullet> <livermark> <folder>: the adapter of examples/engines/bullet/ on a scene.
 
 Bullet moves the body as corotational_implicit of the arena does, once its conjugate gradients converge.
 """
+import json
 import pathlib
 import shutil
 import subprocess
@@ -28,7 +29,8 @@ def scored(name):
 
 run(livermark, "export", "liver_healthy", "press_and_slide", "-o", folder)
 scene = folder / "liver_healthy" / "press_and_slide.scene.h5"
-run(program, scene, folder / "motion.h5")
+report = json.loads(run(program, scene, folder / "motion.h5").splitlines()[-1])
+assert report["engine"] == "bullet" and report["settings"]["substeps"] == 1 and report["memory_bytes"] > 0, report
 table = run(livermark, "score", "liver_healthy", "press_and_slide", folder / "motion.h5", "--name", "bullet", "--output",
             folder)
 assert "unverified cost" in table
@@ -42,7 +44,8 @@ assert bullet["frame_seconds"][0] > 0.0
 run(livermark, "export", "liver_tumours", "press_and_slide", "-o", folder)
 tumours = folder / "liver_tumours" / "press_and_slide.scene.h5"
 for arguments, said in (([tumours, folder / "none.h5"], "several materials"), ([folder / "motion.h5", folder / "none.h5"], "no scene"),
-                        ([folder / "missing.h5", folder / "none.h5"], "cannot be read"), ([], "usage")):
+                        ([scene, folder / "none.h5", "--iterations", "none"], "no number"),
+                        ([scene, folder / "none.h5", "--softness", "1"], "no setting"), ([folder / "missing.h5", folder / "none.h5"], "cannot be read"), ([], "usage")):
     refused = subprocess.run([program, *arguments], capture_output=True, text=True)
     assert refused.returncode == 2 and said in refused.stderr, refused
 assert not (folder / "none.h5").exists()

@@ -1,0 +1,144 @@
+"""engine_files_test.py <livermark> <folder>: the adapters of FEBio and SOFA around programs that are not theirs.
+
+The stand-in for febio4 writes tables as FEBio documents them; the one for runSofa plays the part of SOFA's Python: it loads the
+scene, and moves its nodes. Both put nodes where the test says, so files have to come out as they went in.
+"""
+import csv
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import h5py
+import numpy
+
+ENGINES = pathlib.Path(__file__).resolve().parents[2] / "examples" / "engines"
+livermark, folder = sys.argv[1], pathlib.Path(sys.argv[2])
+shutil.rmtree(folder, ignore_errors=True)
+programs = folder / "programs"
+programs.mkdir(parents=True)
+
+FEBIO = '''#!/usr/bin/python3
+import pathlib, re, sys
+job = pathlib.Path(sys.argv[sys.argv.index("-i") + 1])
+text = job.read_text()
+points = [[float(x) for x in row.split(",")] for row in re.findall(r'<node id="\\d+">([^<]*)</node>', text.split("</Nodes>")[0])]
+times = [0.5, 1.0] if "STATIC" in text else [0.25 / 60.0 * step for step in range(1, 4 * 96 + 1)]
+print("version 4.0.0")
+with open(re.search(r'file="([^"]*displacement.csv)"', text)[1], "w") as out:
+    for step, time in enumerate(times, 1):
+        print(f"*Step  = {step}\\n*Time  = {time:.9g}\\n*Data  = ux;uy;uz", file=out)
+        for node, (x, y, z) in enumerate(points, 1):
+            print(f"{node},{1e-3 * time * x:.9g},{-2e-3 * time * y:.9g},{0:.9g}", file=out)
+'''
+SOFA = '''#!/usr/bin/python3
+import importlib.util, sys, types
+import numpy
+
+class Position(numpy.ndarray):
+    value = property(lambda self: numpy.asarray(self))
+
+class Controller:
+    def __init__(self, *arguments, **keywords):
+        pass
+
+class Node:
+    def __init__(self, root=None):
+        self.root, self.recorders, self.kinds = root or self, [], []
+    def addChild(self, name):
+        child = Node(self.root)
+        setattr(self, name, child)
+        return child
+    def addObject(self, kind, **data):
+        self.root.kinds.append(kind)
+        if isinstance(kind, Controller):
+            self.root.recorders.append(kind)
+        elif kind == "MechanicalObject":
+            rest = numpy.array(data["position"], float)
+            self.nodes = types.SimpleNamespace(rest=rest, position=rest.copy().view(Position))
+            self.root.moved = self.nodes
+
+sofa = types.ModuleType("Sofa")
+sofa.Core = types.SimpleNamespace(Controller=Controller)
+sys.modules["Sofa"] = sofa
+found = importlib.util.spec_from_file_location("scene", sys.argv[-1])
+scene = importlib.util.module_from_spec(found)
+found.loader.exec_module(scene)
+root = Node()
+scene.createScene(root)
+for step in range(1, int(sys.argv[sys.argv.index("-n") + 1]) + 1):
+    root.moved.position[:] = root.moved.rest * (1.0 + step * root.dt * numpy.array([1e-3, -2e-3, 0.0]))
+    for recorder in root.recorders:
+        recorder.onAnimateEndEvent(None)
+'''
+for name, text in (("febio4", FEBIO), ("runSofa", SOFA)):
+    (programs / name).write_text(text)
+    (programs / name).chmod(0o755)
+with_programs = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
+
+
+def adapter(name, *arguments, env=with_programs):
+    done = subprocess.run(["/usr/bin/python3", str(ENGINES / name / f"{name}.py"), *map(str, arguments)], capture_output=True, text=True,
+                          env=env)
+    print(name, done.stdout, done.stderr)
+    return done
+
+
+def export(*arguments):
+    subprocess.run([livermark, "export", *arguments, "-o", folder], check=True, stdout=subprocess.DEVNULL)
+
+
+export("beam", "beam_bend", "--format", "febio", "vtu")
+export("liver_healthy", "press_and_slide")
+problem, scene = folder / "beam" / "beam_bend.problem.h5", folder / "liver_healthy" / "press_and_slide.scene.h5"
+with h5py.File(scene) as file:
+    points, time, last = file["points"][:], file["tool/time"][:], int(file["tool"].attrs["last_record_held"])
+for name, whole in (("febio", 1.0), ("sofa", 20.0)):
+    done = adapter(name, problem, folder / f"{name}.csv")
+    assert done.returncode == 0 and f'"engine": "{name}"' in done.stdout, done
+    with open(folder / f"{name}.csv") as file:
+        rows = numpy.array([[float(value) for value in row.values()] for row in csv.DictReader(file)])
+    assert numpy.allclose(rows[:, 3:], whole * rows[:, :3] * [1e-3, -2e-3, 0.0], atol=1e-9), name
+    done = adapter(name, scene, folder / f"{name}.h5")
+    assert done.returncode == 0, done
+    with h5py.File(folder / f"{name}.h5") as file:
+        displacement, force = file["displacement"][:], file["force"][:]
+        assert file.attrs["seconds_per_frame"] > 0.0
+    expected = time[:, None, None] * points * [1e-3, -2e-3, 0.0]
+    assert numpy.allclose(displacement, expected, atol=1e-7), name
+    assert abs(force[1:last + 1]).max() > 0.0 and not force[last + 1:].any() and numpy.allclose(force[0], 0.0, atol=1e-12), name
+
+# A stretched body under its own law: the force on the tool is that of finite differences of the energy.
+sys.path.insert(0, str(ENGINES))
+import files  # noqa: E402
+
+corners = numpy.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, 0.0, 0.01]])
+body = files.SimpleNamespace(points=corners, tetrahedra=numpy.array([[0, 1, 2, 3]]), region=numpy.zeros(1, int), tool=numpy.array([1, 2]),
+                             young_modulus=numpy.array([5000.0]), poisson_ratio=numpy.array([0.45]), last_held=0)
+u = numpy.array([[0.0, 0.0, 0.0], [1e-3, 2e-4, 0.0], [0.0, -5e-4, 1e-4], [3e-4, 0.0, 5e-4]])
+
+
+def energy(moved):
+    f = numpy.linalg.solve(corners[1:], (corners + moved)[1:] - (corners + moved)[0]).T
+    mu, lame, log = 5000.0 / 2.9, 5000.0 * 0.45 / (1.45 * 0.1), numpy.log(numpy.linalg.det(f))
+    return 1e-6 / 6.0 * (0.5 * mu * (numpy.trace(f.T @ f) - 3.0) - mu * log + 0.5 * lame * log ** 2)
+
+
+for c in range(3):
+    step = numpy.zeros((4, 3))
+    step[[1, 2], c] = 1e-7
+    slope = (energy(u + step) - energy(u - step)) / 2e-7
+    assert abs(files.neo_hookean_forces_on_tool(body, u[None])[0, c] + slope) < 1e-6 * abs(slope) + 1e-9
+
+# Programs that are missing, or stop early.
+for name, program in (("febio", "febio4"), ("sofa", "runSofa")):
+    missing = adapter(name, problem, folder / "none.csv", env={**os.environ, "PATH": "/nowhere"})
+    assert missing.returncode == 2 and f"there is no {program} on the PATH" in missing.stderr, missing
+(programs / "febio4").write_text(FEBIO.replace("[0.5, 1.0]", "[0.5]"))
+early = adapter("febio", problem, folder / "none.csv")
+assert early.returncode == 2 and "stopped at 0.5 of the load" in early.stderr, early
+(programs / "runSofa").write_text("#!/bin/sh\necho '[ERROR] no such plugin'\n")
+early = adapter("sofa", problem, folder / "none.csv")
+assert early.returncode == 2 and "no such plugin" in early.stderr, early
+assert not (folder / "none.csv").exists()
