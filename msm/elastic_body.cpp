@@ -151,6 +151,13 @@ std::vector<double> lumped_masses(const core::Body &body) {
     return masses;
 }
 
+NodalConditions free_nodes(std::size_t num_nodes) {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    return {.displacement = std::vector<core::Vector3>(num_nodes, core::Vector3::Constant(nan)),
+            .constraint = std::vector<std::array<int, 3>>(num_nodes, {-1, -1, -1}),
+            .force = std::vector<core::Vector3>(num_nodes, core::Vector3::Zero())};
+}
+
 namespace {
 
 /// Prescribes the components that a facet prescribes, unless a constraint of lower index has done so.

@@ -256,6 +256,9 @@ std::vector<double> lumped_masses(const core::Body &body);
 
 using core::NodalConditions;
 
+/// Conditions of nodes that are all free and that nothing pulls.
+NodalConditions free_nodes(std::size_t num_nodes);
+
 /// Takes the conditions of a load case from its facets to the nodes: a third of each facet's traction to its corners,
 /// the acceleration by node mass. Where several constraints meet at a node, each component takes value and reaction
 /// from the constraint of lowest index that prescribes it.

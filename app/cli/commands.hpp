@@ -39,6 +39,7 @@ Command add_reference(CLI::App &parent, const std::string &command_line);
 Command add_run(CLI::App &parent, const std::string &command_line);
 Command add_report(CLI::App &parent, const std::string &command_line);
 Command add_sensitivity(CLI::App &parent, const std::string &command_line);
+Command add_springs(CLI::App &parent, const std::string &command_line);
 Command add_stability(CLI::App &parent, const std::string &command_line);
 
 /// Faults of the command line as one sentence with the remedy, where CLI11 would take several lines, show numbers of

@@ -155,6 +155,7 @@ int run(int argc, char **argv) {
     const std::vector<livermark::cli::Command> commands{
         livermark::cli::add_list(app),
         livermark::cli::add_advise(app, command_line),
+        livermark::cli::add_springs(app, command_line),
         livermark::cli::add_modes(app, command_line),
         livermark::cli::add_needle(app, command_line),
         livermark::cli::add_cut(app, command_line),

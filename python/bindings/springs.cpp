@@ -7,9 +7,11 @@
 #include <set>
 #include <span>
 #include <utility>
+#include <variant>
 
 #include "core/mesh/plausible_liver.hpp"
 #include "core/support/input_error.hpp"
+#include "msm/engine_parameters.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/springs.hpp"
 #include "python/bindings/arrays.hpp"
@@ -30,6 +32,47 @@ Springs make_coupled_springs(const py::object &points, const py::object &tetrahe
                              const py::object &poisson_ratio, const std::string &model, const py::object &density) {
     auto body = std::make_shared<const core::Body>(to_body(points, tetrahedra, young_modulus, poisson_ratio, density));
     return springs_of_body({std::move(body), model, {}, true});
+}
+
+/// Rows of an array of an engine, without a second axis where it has one column.
+template <class Scalar> py::array_t<Scalar> rows_of(const std::vector<Scalar> &values, std::size_t columns) {
+    std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(values.size() / columns)};
+    if (columns > 1)
+        shape.push_back(static_cast<py::ssize_t>(columns));
+    py::array_t<Scalar> array(shape);
+    std::copy(values.begin(), values.end(), array.mutable_data());
+    return array;
+}
+
+py::dict parameters_of_engine(const py::object &points, const py::object &tetrahedra, const py::object &young_modulus,
+                              const py::object &poisson_ratio, const std::string &engine, const std::string &law,
+                              const py::object &density, std::optional<int> substeps, double frame) {
+    const auto body = to_body(points, tetrahedra, young_modulus, poisson_ratio, density);
+    const auto parameters = msm::engine_parameters(body, engine, {law, substeps, frame});
+    py::dict settings, arrays, units, meanings;
+    const auto describe = [&](const auto &item) {
+        units[py::str(item.name)] = item.unit;
+        meanings[py::str(item.name)] = item.meaning;
+    };
+    for (const auto &setting : parameters.settings) {
+        settings[py::str(setting.name)] = setting.value;
+        describe(setting);
+    }
+    for (const auto &array : parameters.arrays) {
+        arrays[py::str(array.name)] =
+            std::visit([&](const auto &values) -> py::object { return rows_of(values, array.columns); }, array.values);
+        describe(array);
+    }
+    py::dict result;
+    result["engine"] = parameters.engine;
+    result["settings"] = settings;
+    result["arrays"] = arrays;
+    result["units"] = units;
+    result["meanings"] = meanings;
+    result["notes"] = parameters.notes;
+    result["cannot"] = parameters.cannot;
+    result["text"] = parameters.text ? py::object(py::str(parameters.text->text)) : py::object(py::none());
+    return result;
 }
 
 void refuse_not_positive(const std::vector<double> &values, const char *name) {
@@ -212,6 +255,17 @@ void add_springs(py::module_ &module) {
                "Springs that are coupled to each other, the most accurate ones here. model: one of "
                "coupled_spring_models().\nOther arguments as of springs(). Returns Springs without edges of their own. "
                "Raises InputError.");
+    module.def("engine_parameters", &parameters_of_engine, py::arg("points"), py::arg("tetrahedra"),
+               py::arg("young_modulus"), py::arg("poisson_ratio"), py::arg("engine"), py::arg("law") = "lloyd",
+               py::arg("density") = 1060.0, py::arg("substeps") = py::none(), py::arg("frame") = 1.0 / 60.0,
+               "What brings an engine nearest to tissue, as `livermark springs` writes it.\n\n"
+               "engine: one of engines(). substeps: in a frame, by default what suits the engine. frame [s]. Other "
+               "arguments as of\nsprings(). Returns a dict: engine; settings, numbers by name; arrays, numpy arrays by "
+               "name; units and meanings of\nboth, by name; notes and cannot, sentences; text, such as a model file, "
+               "or None. SI units. Raises InputError.");
+    module.def(
+        "engines", [] { return support::names_of(msm::all_engines()); },
+        "Names of the engines, for engine_parameters().");
     module.def("_doubts_about_unit",
                [](const py::object &points) { return core::doubts_about_unit(to_vectors(points, "points")); });
     module.def(

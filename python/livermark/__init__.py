@@ -27,14 +27,14 @@ if _TYPE_CHECKING:
 
 __all__ = [
     "CutBody", "DivergedError", "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solid", "Solution", "Springs",
-    "ToolScene", "advise", "bodies", "calibrate", "coupled_spring_models", "coupled_springs", "critical_time_step", "cut", "from_febio", "from_meshio", "integrators",
+    "ToolScene", "advise", "bodies", "calibrate", "coupled_spring_models", "coupled_springs", "critical_time_step", "cut", "engine_parameters", "engines", "from_febio", "from_meshio", "integrators",
     "largest_angular_frequency", "load_cases", "mass_proportional_damping", "models", "open", "problem",
     "rayleigh_damping", "read_tool_scene", "score", "solve", "spring_laws", "springs",
     "stiffness_proportional_damping", "to_febio", "to_pyvista", "to_slicer", "to_sofa", "to_vtk",
     "tool_scene_to_febio", "tool_scene_to_sofa", "two_mode_damping", "volume_terms"]
 try:
     from livermark._livermark import (RayleighDamping, Simulation, Springs, coupled_spring_models, coupled_springs, critical_time_step,
-                                      integrators, largest_angular_frequency, mass_proportional_damping,
+                                      engine_parameters, engines, integrators, largest_angular_frequency, mass_proportional_damping,
                                       rayleigh_damping, spring_laws, springs,
                                       stiffness_proportional_damping, two_mode_damping, volume_terms)
 except ModuleNotFoundError as _error:  # result files are read without compiled code

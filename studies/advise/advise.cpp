@@ -30,13 +30,6 @@ namespace {
 constexpr double timing_seconds = 0.25;
 constexpr int least_timed_steps = 5, most_timed_steps = 200;
 
-msm::NodalConditions nothing_constrained(std::size_t num_nodes) {
-    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    return {.displacement = std::vector<core::Vector3>(num_nodes, core::Vector3::Constant(nan)),
-            .constraint = std::vector<std::array<int, 3>>(num_nodes, {-1, -1, -1}),
-            .force = std::vector<core::Vector3>(num_nodes, core::Vector3::Zero())};
-}
-
 double shortest_time(const std::function<void()> &step) {
     double shortest = std::numeric_limits<double>::infinity(), sum = 0.0;
     for (int s = 0; s < most_timed_steps && (s < least_timed_steps || sum < timing_seconds); ++s) {
@@ -306,12 +299,12 @@ int StepCost::steps_per_frame() const {
 
 double critical_time_step(const core::Body &body, const msm::ElasticBody &springs) {
     const auto &positions = body.mesh.points;
-    return 2.0 / msm::largest_angular_frequency(springs, positions, nothing_constrained(positions.size()));
+    return 2.0 / msm::largest_angular_frequency(springs, positions, msm::free_nodes(positions.size()));
 }
 
 StepCost step_cost(const core::Body &body, const msm::ElasticBody &springs) {
     const auto &positions = body.mesh.points;
-    const auto conditions = nothing_constrained(positions.size());
+    const auto conditions = msm::free_nodes(positions.size());
     StepCost cost;
     cost.critical_time_step = critical_time_step(body, springs);
     auto steps = msm::FastSteps::prepare(springs, positions, conditions, {}, "symplectic_euler", cost.safe_time_step());
@@ -322,7 +315,7 @@ StepCost step_cost(const core::Body &body, const msm::ElasticBody &springs) {
 }
 
 double scaled_critical_time_step(const core::Body &body, const msm::ElasticBody &springs) {
-    const auto conditions = nothing_constrained(body.mesh.points.size());
+    const auto conditions = msm::free_nodes(body.mesh.points.size());
     const auto scaling = msm::scale_masses(body, springs, conditions);
     return 2.0 / msm::largest_angular_frequency(springs, body.mesh.points, conditions, scaling);
 }

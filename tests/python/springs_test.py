@@ -25,6 +25,26 @@ def test_springs_beside_a_volume_term_are_those_of_the_program(bending, term):
         assert numpy.array_equal(getattr(ours, name), theirs[name][:]), name
 
 
+@pytest.mark.parametrize("engine", livermark.engines())
+def test_parameters_of_engines_are_arrays_with_units(bending, engine):
+    found = livermark.engine_parameters(**arguments_of(bending), engine=engine)
+    assert found["engine"] == engine and found["notes"] and found["cannot"]
+    names = set(found["settings"]) | set(found["arrays"])
+    assert names == set(found["units"]) == set(found["meanings"])
+    assert found["arrays"]["points"].shape[1] == 3
+    assert (found["text"] is None) == (engine != "mujoco")
+
+
+def test_jolt_gets_the_compliance_of_springs_beside_a_volume(bending):
+    body = arguments_of(bending)
+    springs = livermark.springs(**body, volume_term="tetrahedral_volume")
+    found = livermark.engine_parameters(**body, engine="jolt", substeps=100000)["arrays"]
+    assert numpy.array_equal(found["edges"], springs.edges)
+    assert numpy.allclose(found["edge_compliance"] * springs.stiffness, 1.0, rtol=1e-3)
+    with pytest.raises(livermark.InputError, match="no engine 'unity'; known are: bullet, godot, jolt, mujoco, newton, sofa"):
+        livermark.engine_parameters(**body, engine="unity")
+
+
 @pytest.mark.parametrize("model, make", [
     ("lloyd", lambda body: livermark.springs(**body)),
     ("van_gelder_nodal_volume", lambda body: livermark.springs(**body, law="van_gelder", volume_term="nodal_volume")),

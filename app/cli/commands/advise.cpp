@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +14,7 @@
 #include "core/tool/tool_stiffness.hpp"
 #include "core/units.hpp"
 #include "msm/dynamics/time_step.hpp"
+#include "msm/engine_parameters.hpp"
 #include "results/tables/table.hpp"
 #include "results/tables/table_layout.hpp"
 #include "studies/advise/advise.hpp"
@@ -137,6 +139,9 @@ void print_advice(const studies::Advice &advice, bool markdown) {
                   markdown);
     print_ranking("For engines whose springs have one stiffness on each edge, by the stiffness at the tool",
                   advice.uncoupled, advice.linear_tetrahedra, markdown);
+    fmt::print(
+        "For a game engine or simulator `livermark springs BODY --for ENGINE` writes the numbers to type in: {}\n\n",
+        fmt::join(support::names_of(msm::all_engines()), ", "));
     if (!advice.over_budget.empty())
         fmt::print("Not ranked, because a frame takes longer than {:g} ms: {}\n\n", milliseconds * *advice.budget,
                    fmt::join(advice.over_budget, ", "));

@@ -1,39 +1,14 @@
-#include <cmath>
 #include <fmt/format.h>
 #include <ostream>
 #include <string>
 
 #include "core/support/processes/child_process.hpp"
 #include "studies/exchange/formats/export_format.hpp"
+#include "studies/exchange/formats/json_text.hpp"
 
 namespace livermark::exchange {
 
 namespace {
-
-std::string json(double value) {
-    return std::isnan(value) ? "NaN" : fmt::format("{}", value); // as Python reads and writes it
-}
-
-std::string json(int value) {
-    return fmt::format("{}", value);
-}
-
-std::string json(const std::string &text) {
-    std::string quoted = "\"";
-    for (const char c : text)
-        if (const auto byte = static_cast<unsigned char>(c); byte < 0x20)
-            quoted += fmt::format("\\u{:04x}", byte);
-        else
-            quoted += c == '"' || c == '\\' ? std::string{'\\', c} : std::string{c};
-    return quoted + '"';
-}
-
-template <class Values> std::string json(const Values &values) {
-    std::string text;
-    for (const auto &value : values)
-        text += (text.empty() ? "" : ",") + json(value);
-    return '[' + text + ']';
-}
 
 /// Job of FEBio 4 (febio_spec 4.0), by python/livermark/convert/febio.py: linear tetrahedra of FEBio's "neo-Hookean",
 /// dead forces at nodes, and pressures that follow the surface. FEBio writes <load case>.displacement.csv beside it.

@@ -82,14 +82,40 @@ TEST(AdviseCommand, NamesModelsStepsErrorsAndCaveatsOfAMeshAlone) {
     const auto mesh = (folder_with_bar("advise") / "bar.msh").string();
     const auto advised = livermark("advise " + mesh);
     ASSERT_EQ(advised.status, 0) << advised.output;
-    for (const auto *part : {"For touch", "For position", "one stiffness on each edge", "What matters on this body",
-                             "critical step [ms]", "results/cohorts/", "one layer of tetrahedra thick", "  3. "})
+    for (const auto *part :
+         {"For touch", "For position", "one stiffness on each edge", "What matters on this body", "critical step [ms]",
+          "results/cohorts/", "one layer of tetrahedra thick", "  3. ", "livermark springs BODY --for ENGINE"})
         EXPECT_TRUE(says(advised, part)) << part << '\n' << advised.output;
     EXPECT_FALSE(says(advised, "nan")) << advised.output;
     EXPECT_FALSE(says(advised, "about 0 ")) << advised.output;
     expect_outcome(livermark("advise " + mesh + " --budget 1e-9"), 2, {"every model takes longer"});
     const auto json = livermark("advise --body " + mesh + " --poisson 0.3 --json");
     expect_outcome(json, 0, {"{\n    \"body\" : {", "\"poisson_ratio\" : 0.29999999999999999"});
+}
+
+TEST(SpringsCommand, WritesAFileForEveryEngineAndSaysWhatWasNotMeasured) {
+    const auto folder = folder_with_bar("springs_command", 0.02, pressure_ratio);
+    const auto body = (folder / "bar.toml").string(), out = (folder / "out").string();
+    expect_outcome(livermark("springs " + body + " --for jolt --substeps 40 -o " + out), 0,
+                   {"bar for jolt: edges and tetrahedra", "mNumIterations", "40", "edge_compliance", "How to use them",
+                    "xpected error", "bar.jolt.json"});
+    expect_outcome(livermark("springs " + body + " --for mujoco --poisson 0.3 -o " + out), 0,
+                   {"0.3", "bar.mujoco.json", "bar.mujoco.xml"});
+    for (const auto *engine : {"bullet", "godot", "newton", "sofa"})
+        expect_outcome(livermark(fmt::format("springs {} --for {} --markdown -o {}", body, engine, out)), 0,
+                       {"| setting |", fmt::format("bar.{}.json", engine)});
+    const auto read = run_command(
+        fmt::format("/usr/bin/python3 -c \"import json; j = json.load(open('{}/bar.jolt.json')); a = j['arrays']; "
+                    "print(len(a['points']['values']) == a['points']['shape'][0], a['edge_compliance']['unit'], "
+                    "j['settings'][0]['value'])\"",
+                    out));
+    expect_outcome(read, 0, {"True m/N 40"});
+    expect_outcome(livermark("springs " + body + " --for unity -o " + out), 2,
+                   {"no engine 'unity'; known are: bullet, godot, jolt, mujoco, newton, sofa"});
+    expect_outcome(livermark("springs " + body + " --for jolt --law loyd -o " + out), 2, {"no spring law 'loyd'"});
+    expect_outcome(livermark("springs " + body + " --for jolt --substeps 0 -o " + out), 2, {"0 substeps in a frame"});
+    expect_outcome(livermark("springs " + body + " --for jolt --frame -1 -o " + out), 2, {"above zero"});
+    expect_outcome(livermark("springs " + body + " -o " + out), 2, {"--for"});
 }
 
 TEST(BodyArgument, IsTheSameBehindTheCommandAndBehindAnOption) {
