@@ -13,6 +13,8 @@
 
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
+#include "core/units.hpp"
+#include "results/tables/table_layout.hpp"
 
 namespace livermark::results {
 
@@ -25,12 +27,13 @@ template <class Record> struct EntryField {
     bool is_required = false;
 };
 
-constexpr std::array<EntryField<EngineProblem>, 17> problem_fields{{
+constexpr std::array<EntryField<EngineProblem>, 18> problem_fields{{
     {"body", &EngineProblem::body, true},
     {"load_case", &EngineProblem::load_case, true},
     {"kind", &EngineProblem::kind, true},
     {"regime", &EngineProblem::regime},
-    {"seed", &EngineProblem::seed},
+    {"variant", &EngineProblem::variant},
+    {"target_tetrahedra", &EngineProblem::target_tetrahedra},
     {"tetrahedra", &EngineProblem::tetrahedra},
     {"digest", &EngineProblem::digest},
     {"relative_l2", &EngineProblem::relative_l2},
@@ -46,12 +49,13 @@ constexpr std::array<EntryField<EngineProblem>, 17> problem_fields{{
 }};
 constexpr EntryField<EngineProblem> message_field{"message", &EngineProblem::message};
 
-constexpr std::array<EntryField<EngineEntry>, 8> entry_fields{{
+constexpr std::array<EntryField<EngineEntry>, 9> entry_fields{{
     {"engine", &EngineEntry::engine, true},
     {"version", &EngineEntry::version, true},
     {"url", &EngineEntry::url},
     {"machine", &EngineEntry::machine},
     {"notes", &EngineEntry::notes},
+    {"board", &EngineEntry::board},
     {"livermark", &EngineEntry::livermark},
     {"git_commit", &EngineEntry::git_commit},
     {"created", &EngineEntry::created},
@@ -323,8 +327,8 @@ EngineProblem problem_of(const toml::node &node, const std::string &place) {
     take_field(problem, *table, message_field, place);
     if (problem.kind != at_rest && problem.kind != in_motion)
         refuse_key(place, "kind", "is neither rest nor motion");
-    if (problem.outcome != scored_outcome && problem.outcome != failed_outcome)
-        refuse_key(place, "outcome", "is neither ok nor failed");
+    if (!problem.is_scored() && !problem.has_failed() && problem.outcome != cannot_outcome)
+        refuse_key(place, "outcome", "is neither ok, cannot nor failed");
     return problem;
 }
 
@@ -383,6 +387,32 @@ void write_engine_entry(const std::filesystem::path &path, const EngineEntry &en
 
 EngineEntry read_engine_entry(const std::filesystem::path &path) {
     return parse_engine_entry(support::read_text(path), path.string());
+}
+
+Layout engine_entry_table(const EngineEntry &entry) {
+    using Problem = EngineProblem;
+    TableOf<Problem> table(entry.problems);
+    table.text("body", &Problem::body);
+    table.text("load case", &Problem::load_case);
+    table.number("tetrahedra",
+                 [](const Problem &row) { return row.tetrahedra > 0 ? std::to_string(row.tetrahedra) : "-"; });
+    table.text("outcome", &Problem::outcome);
+    table.number("L2 [%]", &Problem::relative_l2, core::percent, 2);
+    table.signed_number("tool [%]", &Problem::stiffness_at_tool, core::percent, 1);
+    table.number("in contact [%]", &Problem::in_contact, core::percent, 1);
+    table.number("force [%]", &Problem::force, core::percent, 1);
+    table.number("+- [%]", &Problem::reference_error, core::percent, 2);
+    table.text("reference", [](const Problem &row) { return row.reference.empty() ? "-" : row.reference; });
+    table.number("frame [ms]", &Problem::seconds_per_frame, core::milliseconds, 2);
+    table.number("set-up [s]", &Problem::setup_seconds, 1.0, 2);
+    table.number("memory [MB]", &Problem::memory_bytes, 1e-6, 0);
+    return table.layout();
+}
+
+std::string engine_entry_legend() {
+    return "L2: error of the displacement of the whole body at rest; tool: of the stiffness at the tool, positive is "
+           "too stiff; in contact and force: of displacements and of the force on the tool in motion; +-: estimated "
+           "error of the reference in L2, or in contact; frame, set-up and memory: as the maker says\n";
 }
 
 } // namespace livermark::results

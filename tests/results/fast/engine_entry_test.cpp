@@ -15,7 +15,8 @@ EngineEntry sample_entry() {
     EngineProblem rest{.body = "liver_variant_12",
                        .load_case = "palpation",
                        .regime = "small",
-                       .seed = 12,
+                       .variant = 12,
+                       .target_tetrahedra = 4000,
                        .tetrahedra = 4011,
                        .digest = "0123456789abcdef",
                        .relative_l2 = 0.175,
@@ -33,6 +34,7 @@ EngineEntry sample_entry() {
             .url = "https://example.org/jelly",
             .machine = "a laptop, \xc2\xb5",
             .notes = "",
+            .board = 3,
             .cannot = {"It has no tumours.", "It has no \\ either."},
             .settings = toml::table{{"substeps", 20}, {"damping", 0.5}, {"solver", toml::table{{"name", "pcg"}}}},
             .livermark = "0.1.0",
@@ -60,15 +62,22 @@ TEST(EngineEntry, IsTheSameAfterItWasWrittenAndRead) {
     EXPECT_EQ(again.settings, entry.settings);
     ASSERT_EQ(again.problems.size(), 2U);
     EXPECT_EQ(again.problems[0].relative_l2, 0.175);
-    EXPECT_EQ(again.problems[0].seed, 12);
+    EXPECT_EQ(again.problems[0].variant, 12);
     EXPECT_TRUE(std::isnan(again.problems[0].force));
-    EXPECT_TRUE(again.problems[1].failed());
+    EXPECT_TRUE(again.problems[1].has_failed());
     EXPECT_EQ(again.problems[1].message, entry.problems[1].message);
 }
 
 TEST(EngineEntry, HasNullForWhatIsNotKnown) {
     EXPECT_NE(engine_entry_text(sample_entry()).find("\"memory_bytes\": null"), std::string::npos);
     EXPECT_EQ(engine_entry_text(sample_entry()).find("nan"), std::string::npos);
+}
+
+TEST(EngineEntry, HasATableWithSigns) {
+    const auto text = to_text(engine_entry_table(sample_entry()));
+    for (const auto *part : {"17.50", "-2.5", "4011", "failed", "2.50"})
+        EXPECT_NE(text.find(part), std::string::npos) << part << '\n' << text;
+    EXPECT_EQ(text.find("nan"), std::string::npos) << text;
 }
 
 TEST(EngineEntry, TakesTheEscapesOfJson) {
@@ -100,7 +109,8 @@ TEST(EngineEntry, SaysWhatIsWrongAndWhere) {
     expect(head + "3]}", "problem 1: 'problems'");
     expect(head + problem + R"(, "relative_l2": "x"}]})", "problem 1: 'relative_l2' has to be a number");
     expect(head + problem + R"(, "tetrahedra": -3}]})", "'tetrahedra' has to be a whole number");
-    expect(head + R"({"body": "b", "load_case": "c", "kind": "rest", "outcome": "good"}]})", "neither ok nor failed");
+    expect(head + R"({"body": "b", "load_case": "c", "kind": "rest", "outcome": "good"}]})",
+           "neither ok, cannot nor failed");
     expect(head + problem + "}]} {}", "more behind the end");
     expect(R"({"settings": )" + std::string(100000, '['), "too deep");
 }
