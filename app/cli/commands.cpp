@@ -191,9 +191,9 @@ void add_constraints(CLI::App &command, std::string &load_case) {
                        "the first shipped one that does");
 }
 
-void add_output(CLI::App &command, std::string &output, const std::string &help, const char *folder) {
+CLI::Option *add_output(CLI::App &command, std::string &output, const std::string &help, const char *folder) {
     output = (support::root_folder() / "results" / folder).string();
-    command.add_option("--output", output, help)->capture_default_str();
+    return command.add_option("--output", output, help)->capture_default_str();
 }
 
 CLI::Option *add_data(CLI::App &command, std::string &data) {

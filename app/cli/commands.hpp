@@ -98,7 +98,7 @@ CLI::Option *add_body(CLI::App &command, std::string &body);
 void add_constraints(CLI::App &command, std::string &load_case);
 
 /// --output, a folder below results/ where none is named.
-void add_output(CLI::App &command, std::string &output, const std::string &help, const char *folder = "runs");
+CLI::Option *add_output(CLI::App &command, std::string &output, const std::string &help, const char *folder = "runs");
 
 /// --data, a folder of public data.
 CLI::Option *add_data(CLI::App &command, std::string &data);

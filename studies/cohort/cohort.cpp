@@ -67,37 +67,6 @@ std::string generator_in(const std::filesystem::path &file) {
     }
 }
 
-/// The body file of one body of a cohort, <folder>/liver_variant_<number>.toml.
-std::filesystem::path cohort_body_file(const std::filesystem::path &folder, int number) {
-    return folder / (body_name(number) + ".toml");
-}
-
-/// Refuses a body file that is there and was not made by the same number and options. One that is not TOML passes:
-/// reading the body says what is wrong with it.
-/// @throws support::InputError if it was made otherwise
-void check_cohort_body(const std::filesystem::path &file, int number, int tetrahedra) {
-    std::error_code error;
-    if (!std::filesystem::exists(file, error))
-        return;
-    if (const auto generator = generator_in(file); !generator.empty() && generator != generator_of(number, tetrahedra))
-        throw support::InputError(
-            fmt::format("{}: this body was made by another command than `{}`; give the --tetrahedra that it was made "
-                        "with, or another --output",
-                        file.string(), generator_of(number, tetrahedra)));
-}
-
-/// Makes the body if its file is not there; else it stays as it is, so that materials put into it stay too.
-/// @param file  of cohort_body_file(), in a folder that exists
-/// @throws support::InputError, std::runtime_error as meshes::generate_liver() and write_liver_body()
-void make_cohort_body(const std::filesystem::path &file, const meshes::LiverVariant &variant, int tetrahedra) {
-    // The body file is written after the mesh, so where it is the mesh was whole.
-    if (std::error_code error; std::filesystem::exists(file, error))
-        return;
-    auto mesh_file = file;
-    meshes::write_liver_body(mesh_file.replace_extension(".msh"), meshes::generate_liver(variant, tetrahedra), variant,
-                             generator_of(variant.number, tetrahedra));
-}
-
 /// The drawn numbers of a body, as a cohort file has them.
 results::CohortBody drawn_body(const meshes::LiverVariant &variant) {
     results::CohortBody body{.number = variant.number,
@@ -236,6 +205,30 @@ void run_body(int number, const CohortOptions &options, RunOptions run, const Pr
 }
 
 } // namespace
+
+std::filesystem::path cohort_body_file(const std::filesystem::path &folder, int number) {
+    return folder / (body_name(number) + ".toml");
+}
+
+void check_cohort_body(const std::filesystem::path &file, int number, int tetrahedra) {
+    std::error_code error;
+    if (!std::filesystem::exists(file, error))
+        return;
+    if (const auto generator = generator_in(file); !generator.empty() && generator != generator_of(number, tetrahedra))
+        throw support::InputError(
+            fmt::format("{}: this body was made by another command than `{}`; give the --tetrahedra that it was made "
+                        "with, or another --output",
+                        file.string(), generator_of(number, tetrahedra)));
+}
+
+void make_cohort_body(const std::filesystem::path &file, const meshes::LiverVariant &variant, int tetrahedra) {
+    // The body file is written after the mesh, so where it is the mesh was whole.
+    if (std::error_code error; std::filesystem::exists(file, error))
+        return;
+    auto mesh_file = file;
+    meshes::write_liver_body(mesh_file.replace_extension(".msh"), meshes::generate_liver(variant, tetrahedra), variant,
+                             generator_of(variant.number, tetrahedra));
+}
 
 std::vector<int> body_numbers(const std::string &text) {
     std::vector<int> numbers;

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
+#include "meshes/generators/liver_shape.hpp"
 #include "results/records/cohort.hpp"
 #include "studies/run/run.hpp"
 #include "studies/study.hpp"
@@ -13,6 +15,19 @@ namespace livermark::studies {
 /// @return ascending, at least one
 /// @throws support::InputError for anything else, for a number that is there twice, and for more than a thousand
 std::vector<int> body_numbers(const std::string &text);
+
+/// The body file of a drawn liver, <folder>/liver_variant_<number>.toml.
+std::filesystem::path cohort_body_file(const std::filesystem::path &folder, int number);
+
+/// Refuses a body file that is there and was not made by the same number and options. One that is not TOML passes:
+/// reading the body says what is wrong with it.
+/// @throws support::InputError if it was made otherwise
+void check_cohort_body(const std::filesystem::path &file, int number, int tetrahedra);
+
+/// Makes the body if its file is not there; else it stays as it is, so that materials put into it stay too.
+/// @param file  of cohort_body_file(), in a folder that exists
+/// @throws support::InputError, std::runtime_error as meshes::generate_liver() and write_liver_body()
+void make_cohort_body(const std::filesystem::path &file, const meshes::LiverVariant &variant, int tetrahedra);
 
 /// Options of `livermark cohort`.
 struct CohortOptions {

@@ -348,7 +348,7 @@ MotionScore score_motion(const ScoreOptions &options, const std::string &command
     judge_shape(run, problem.body->mesh, motion.history, reference.history);
     run.errors = core::compare(problem.body->mesh, *problem.load_case.tool, motion.history, reference.history);
     run.force = motion.history.force;
-    MotionScore score{empty_arena(problem, &reference, command_line), file.path(), std::move(notes)};
+    MotionScore score{empty_arena(problem, &reference, command_line), problem, file.path(), std::move(notes)};
     score.arena.runs.push_back(std::move(run));
     results::write_arena(score.file, score.arena);
     return score;

@@ -79,9 +79,10 @@ results::Result score_displacement(const core::Problem &problem, const std::vect
 /// @throws support::InputError for bad input, and where the file cannot be written
 Score score(const ScoreOptions &options, const std::string &command_line, const ProgressReport &report);
 
-/// The comparison, as an arena of one run, and the file that it is in.
+/// The comparison, as an arena of one run, its problem, and the file that it is in.
 struct MotionScore {
     results::Arena arena;
+    core::Problem problem;
     std::filesystem::path file;
     std::vector<std::string> notes;
 };

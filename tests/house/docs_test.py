@@ -90,6 +90,32 @@ class GeneratedParts(unittest.TestCase):
         self.assertEqual(docs.with_generated(new, PROGRAM), new)
 
 
+class TablesOfEngines(unittest.TestCase):
+    def entry(self, engine, **problem):
+        known = {"body": "beam", "load_case": "bend", "kind": "rest", "regime": "small", "tetrahedra": 40, "relative_l2": None,
+                 "stiffness_at_tool": None, "in_contact": None, "force": None, "reference": "fem", "reference_error": None,
+                 "seconds_per_frame": None, "setup_seconds": None, "memory_bytes": None, "outcome": "ok", "message": ""}
+        return {"engine": engine, "version": "1", "url": "", "machine": "a | b", "cannot": [], "settings": {"substeps": 2},
+                "livermark": "0.1.0", "created": "2026-11-29T12:00:00Z", "problems": [known | problem]}
+
+    def test_have_the_smallest_error_first_and_a_dash_for_what_is_not_known(self):
+        entries = [self.entry("a", relative_l2=0.2, stiffness_at_tool=0.5), self.entry("b"), self.entry("c", relative_l2=0.1),
+                   self.entry("d", relative_l2=0.1, regime="large"), self.entry("e", relative_l2=0.1, outcome="failed")]
+        rows = docs.engine_scores(entries, "rest", "small").splitlines()[2:]
+        self.assertEqual([row.split(" | ")[3] for row in rows], ["c", "a", "b"])
+        self.assertIn("| 20.00 | +50.0 | - | fem | - | - |", rows[1])
+
+    def test_of_motion_have_both_errors_and_the_frame(self):
+        entry = self.entry("a", kind="motion", regime="large", in_contact=0.165, force=0.355, seconds_per_frame=0.0039)
+        row = docs.engine_scores([entry], "motion", "motion").splitlines()[2]
+        self.assertIn("| a | 16.50 | 35.5 | - | fem | 3.9 | - | - |", row)
+
+    def test_name_settings_and_failures(self):
+        self.assertIn("| a | 1 | substeps: 2 | a \\| b | - | 0.1.0, 2026-11-29 |", docs.engine_list([self.entry("a")]))
+        failed = docs.engine_failures([self.entry("a", outcome="cannot", message="No tool.")])
+        self.assertIn("| a | beam | bend | cannot | No tool. |", failed)
+
+
 class PlacesOfLoadCases(unittest.TestCase):
     def test_have_a_row_for_each_selector(self):
         page = (ROOT / "docs/reference/load_cases.md").read_text()

@@ -148,6 +148,8 @@ std::vector<BadInput> bad_command_lines() {
           "score beam beam_bend solution.csv --name fem_p1 --output out",
           "score beam beam_bend solution.csv --name a/b --output out",
           "score beam beam_bend",
+          "score --entry entry.toml beam",
+          "export --board 7 beam",
           "export beam palpatoin",
           "export beam beam_bend --format vtk",
           "run --jobs 0",

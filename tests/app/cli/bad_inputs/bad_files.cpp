@@ -284,6 +284,13 @@ std::vector<BadInput> bad_solutions() {
          "score bar.toml case.toml solution.csv --reference-on-mesh --output scores",
          {{"case.toml", good_release}, {"solution.csv", csv(1.0)}},
          write_bar},
+        {"an entry that is not there", "score --entry entry.toml --output scores"},
+        {"an entry without problems",
+         "score --entry entry.toml --output scores",
+         {{"entry.toml", "engine = \"jelly\"\nversion = \"1\"\nmachine = \"a laptop\"\n"}}},
+        {"an entry with a misspelt key",
+         "score --entry entry.toml --output scores",
+         {{"entry.toml", "engin = \"jelly\"\n"}}},
     };
 }
 
