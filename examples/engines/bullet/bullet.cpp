@@ -301,7 +301,7 @@ class World {
     std::clock_t ticks_ = 0;
 };
 
-/// What an engine says of itself: the last line of its output.
+/// Report of an engine on its own run: the last line of its output.
 struct Report {
     double seconds_per_frame = 0.0, setup_seconds = 0.0, solve_seconds = 0.0;
     std::string more{}; ///< further entries
