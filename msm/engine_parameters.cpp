@@ -101,9 +101,9 @@ std::string note_on_springs(const core::SpringNetwork &springs, const Body &body
                        choices.law, mean_shear_modulus_ratio(springs.stiffness, springs.rest_length, body));
 }
 
-/// A pass over constraints, one after the other, sees each of them between the prediction of the substep and its end.
-/// At the prediction a constraint with the inverse mass w is softer by w h^2 than its compliance says, and at the end
-/// it is as its compliance says; the middle is taken off. examples/engines/jolt does the same.
+/// Constraints that come later in a substep h move the nodes of earlier ones again, which softens each by h^2 w / 2 in
+/// the mean, with w the sum of |grad C|^2 / m. This part of h^2 w is taken off its compliance, as in
+/// examples/engines/jolt.
 constexpr double part_of_prediction = 0.5;
 
 /// Soft bodies of Jolt: edges with the energy (l - l0)^2 / (2 a), tetrahedra with (6 V - 6 V0)^2 / (2 a), each
@@ -159,10 +159,8 @@ EngineParameters jolt(const Body &body, const EngineChoices &choices) {
         {"volume_compliance", "m^5/N", "Volume::mCompliance, for 6 V - 6 V0", std::move(volume_compliance)}};
     parameters.notes = {
         note_on_springs(springs, body, choices),
-        fmt::format(
-            "Each constraint is satisfied once in a substep, so compliances are for these substeps: {:g} of the "
-            "softness of a predicted position is taken off",
-            part_of_prediction),
+        "Compliances are for this number of substeps: later constraints of a substep soften earlier ones, and what "
+        "that makes in the mean is taken off",
         "Set compliances before SoftBodySharedSettings::Optimize(), which changes the order of edges and volumes",
         "mUpdatePosition = false keeps positions in the coordinates of the mesh"};
     if (is_too_compressible)
