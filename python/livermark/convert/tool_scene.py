@@ -50,7 +50,9 @@ def read_tool_scene(path: Path) -> ToolScene:
     try:
         with open_hdf5(path) as file:
             material = [file["materials"][name][:] for name in ("young_modulus", "poisson_ratio", "density")]
-            return ToolScene(str(file.attrs["title"]), file["points"][:], file["tetrahedra"][:].astype(int),
+            title = file.attrs["title"]  # bytes, where the text has a fixed length
+            title = title.decode() if isinstance(title, bytes) else title
+            return ToolScene(title, file["points"][:], file["tetrahedra"][:].astype(int),
                              file["region"][:].astype(int), *material, file["held"][:].astype(int),
                              file["tool/nodes"][:].astype(int), file["tool/time"][:], file["tool/displacement"][:],
                              int(file["tool"].attrs["last_record_held"]), float(file["tool"].attrs["mass_damping"]))
