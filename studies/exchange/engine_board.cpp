@@ -181,6 +181,10 @@ class EntryScorer {
         } catch (const std::exception &error) {
             scored.outcome = results::failed_outcome;
             scored.message = support::reason_of(error, "take a mesh of fewer tetrahedra");
+            // The entry is for others, whom the place of these files does not concern.
+            const auto place = folder_.string() + "/";
+            for (auto at = scored.message.find(place); at != std::string::npos; at = scored.message.find(place))
+                scored.message.erase(at, place.size());
         }
         return scored;
     }
@@ -318,10 +322,10 @@ ScoredEntry score_entry(const EntryOptions &options, const std::string &command_
     scored.entry.created = provenance.created;
     EntryScorer scorer(options, file, command_line);
     for (const auto &problem : file.problems) {
-        const auto place = fmt::format("problem {} of {}", scored.entry.problems.size() + 1, file.problems.size());
-        const auto report_on_problem = [&](int step, int num_steps, const std::string &about) {
+        const auto step = static_cast<int>(scored.entry.problems.size()) + 1;
+        const auto report_on_problem = [&](int, int, const std::string &about) {
             if (report)
-                report(step, num_steps, fmt::format("{}: {}", place, about));
+                report(step, static_cast<int>(file.problems.size()), about);
         };
         scored.entry.problems.push_back(scorer.score(problem, report_on_problem));
     }
