@@ -59,7 +59,7 @@ template <class Row> class TableOf {
     template <class Value> void signed_number(std::string title, Value value, double factor, int decimals) {
         number(std::move(title), [&](const Row &row) {
             const double shown = factor * std::invoke(value, row);
-            return (shown > 0.0 ? "+" : "") + fixed(shown, decimals);
+            return shown > 0.0 ? fixed(shown, decimals).insert(0, 1, '+') : fixed(shown, decimals);
         });
     }
     const Layout &layout() const { return layout_; }
