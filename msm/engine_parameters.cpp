@@ -186,36 +186,22 @@ template <class Values> std::string words(const Values &values) {
     return text;
 }
 
-/// Part of the critical step of springs with volumes that MuJoCo's linear elements of the same moduli bear: the usual
-/// margin of 0.8, and 0.77, the least of their critical steps over those of the springs on the bodies that ship, at
-/// Poisson's ratios from 0.3 to 0.45.
-constexpr double part_of_step = 0.8 * 0.77;
-constexpr double longest_mujoco_step = 1e-3; // [s], above which people see flexes blow up (mujoco#1141, #2109)
+constexpr double mujoco_step = 2e-3;    // [s], the default of MuJoCo
+constexpr double mujoco_force = 1e6;    // units of force in a newton, and of mass in a kilogram, of the model
 
-/// Flexes of MuJoCo: linear elements of the Saint Venant-Kirchhoff law with E and nu as they are. Every point has the
-/// same mass.
+/// Flexes of MuJoCo: linear elements of the Saint Venant-Kirchhoff law. Every point has the same mass.
 EngineParameters mujoco(const Body &body, const EngineChoices &choices) {
     const auto &mesh = body.mesh;
-    const auto &material = body.materials[main_region(body)];
+    const auto material = mujoco_material(body.materials[main_region(body)]);
     const double mass = total_mass(body);
-    int steps = choices.substeps.value_or(0);
-    if (steps == 0) {
-        auto springs =
-            springs_with_volume(
-                body, springs_beside_volume(body, support::find_named(all_spring_laws(), "lloyd", "spring law")),
-                find_volume_term("tetrahedral_volume"))
-                .body;
-        springs.node_mass.assign(mesh.points.size(), mass / static_cast<double>(mesh.points.size()));
-        const double critical =
-            2.0 / largest_angular_frequency(springs, mesh.points, free_nodes(mesh.points.size()), {}, 1e-3);
-        steps = static_cast<int>(std::ceil(choices.frame / std::min(part_of_step * critical, longest_mujoco_step)));
-    }
+    const int steps =
+        choices.substeps.value_or(static_cast<int>(std::ceil(choices.frame / mujoco_step - 1e-9)));
     const double time_step = choices.frame / steps;
     EngineParameters parameters;
     parameters.settings = {
         {"mass", mass, "kg", "flexcomp mass, of all points together"},
-        {"young", material.young_modulus, "Pa", "elasticity young, the tissue's own"},
-        {"poisson", material.poisson_ratio, "", "elasticity poisson, the tissue's own"},
+        {"young", material.young_modulus, "Pa", "elasticity young, for lambda twice"},
+        {"poisson", material.poisson_ratio, "", "elasticity poisson, for lambda twice"},
         {"damping", 0.0, "s", "elasticity damping, a part of the stiffness"},
         {"timestep", time_step, "s", "option timestep"},
         substep_setting("steps", steps, choices, "calls of mj_step"),
@@ -224,8 +210,8 @@ EngineParameters mujoco(const Body &body, const EngineChoices &choices) {
     const auto nodes = flat(mesh.tetrahedra);
     parameters.text = EngineText{
         ".xml", fmt::format("<mujoco model=\"{0}\">\n"
-                            "  <!-- {1} steps in a frame of {2:.4g} ms; metres, kilograms, pascals; no gravity -->\n"
-                            "  <option timestep=\"{3}\" gravity=\"0 0 0\"/>\n"
+                            "  <!-- {1} steps in a frame of {2:.4g} ms; metres, milligrams, micronewtons; no gravity -->\n"
+                            "  <option timestep=\"{3}\" integrator=\"discrete\" gravity=\"0 0 0\"/>\n"
                             "  <worldbody>\n"
                             "    <flexcomp name=\"tissue\" type=\"direct\" dim=\"3\" mass=\"{4}\" radius=\"0.001\"\n"
                             "      point=\"{5}\"\n"
@@ -236,13 +222,17 @@ EngineParameters mujoco(const Body &body, const EngineChoices &choices) {
                             "    </flexcomp>\n"
                             "  </worldbody>\n"
                             "</mujoco>\n",
-                            attribute(body.name), steps, 1e3 * choices.frame, time_step, mass,
-                            words(std::get<std::vector<double>>(points.values)), words(nodes), material.young_modulus,
-                            material.poisson_ratio)};
+                            attribute(body.name), steps, 1e3 * choices.frame, time_step, mujoco_force * mass,
+                            words(std::get<std::vector<double>>(points.values)), words(nodes),
+                            mujoco_force * material.young_modulus, material.poisson_ratio)};
     parameters.arrays = {points, tetrahedra_of(body)};
     parameters.notes = {
-        "Steps are explicit: the time step is the shorter one of 1 ms and of what linear elements of this mesh bear, "
-        "unless you give --substeps",
+        "The force of a flex has Lame's lambda twice in MuJoCo 3.3.7 to 3.14.0; young and poisson make up for it, and "
+        "with E and nu typed in as they are tissue of 0.45 is one of 0.474",
+        "The .xml is in milligrams and micronewtons, because MuJoCo ends its iterations at absolute forces; divide its "
+        "forces by 1e6",
+        "The integrator discrete is implicit, and is of MuJoCo 3.13 on; before, leave it out and take --substeps for steps "
+        "of 0.2 ms",
         "Forces on nodes are in xfrc_applied of the body of each point; nodes of a tool are points of <pin> on a mocap "
         "body"};
     parameters.cannot = one_material(body, "A flex");
@@ -445,7 +435,7 @@ std::span<const Engine> all_engines() {
         {"bullet", "linear tetrahedra, co-rotational or neo-Hookean, in implicit steps", "Bullet 3.24", bullet},
         {"godot", "edges of a surface with one coefficient of stiffness", "Godot 4.4 to 4.7, Godot Jolt", godot},
         {"jolt", "edges and tetrahedra with compliances, in substeps", "Jolt 5, June 2026", jolt},
-        {"mujoco", "linear tetrahedra of the Saint Venant-Kirchhoff law, in explicit steps", "MuJoCo 3, August 2026",
+        {"mujoco", "linear tetrahedra of the Saint Venant-Kirchhoff law, with lambda twice", "MuJoCo 3.3.7 to 3.14.0",
          mujoco},
         {"newton", "linear tetrahedra, of which each solver has its own law", "Newton, August 2026", newton},
         {"sofa", "linear tetrahedra, co-rotational, or springs, in implicit steps", "SOFA 24.12", sofa},
@@ -485,6 +475,14 @@ double godot_linear_stiffness(double stiffness, double point_mass, double step) 
 
 double godot_linear_stiffness_by_cube(double stiffness, double largest) {
     return std::min(1.0, std::cbrt(stiffness / largest));
+}
+
+core::Material mujoco_material(const core::Material &material) {
+    auto typed = material;
+    const double nu = material.poisson_ratio;
+    typed.poisson_ratio = nu / (2.0 - 2.0 * nu);
+    typed.young_modulus = material.young_modulus * (1.0 + typed.poisson_ratio) / (1.0 + nu);
+    return typed;
 }
 
 LameParameters stable_neo_hookean(const core::Material &material) {

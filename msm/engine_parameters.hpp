@@ -103,4 +103,8 @@ struct LameParameters {
 };
 LameParameters stable_neo_hookean(const core::Material &material);
 
+/// Material to type into a flex of MuJoCo, whose force has lambda twice, so that it is the material at small strains:
+/// nu' = nu / (2 - 2 nu), E' = E (1 + nu') / (1 + nu), which is mu' = mu and lambda' = lambda / 2.
+core::Material mujoco_material(const core::Material &material);
+
 } // namespace livermark::msm

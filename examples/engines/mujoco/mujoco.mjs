@@ -1,11 +1,11 @@
 // Moves tissue of Livermark with the flex bodies of MuJoCo (npm @mujoco/mujoco or mujoco-js, WebAssembly, one thread).
-//   node mujoco.mjs PROBLEM.problem.h5 SOLUTION.csv [--step 0.0005] [--corrected 1]     at rest
-//   node mujoco.mjs SCENE.scene.h5 MOTION.h5 [--step 0.0005] [--corrected 1]            in motion
+//   node mujoco.mjs PROBLEM.problem.h5 SOLUTION.csv [--step 1] [--corrected 0]        at rest
+//   node mujoco.mjs SCENE.scene.h5 MOTION.h5 [--step 0.002] [--corrected 0]           in motion
 //
 // A flex of dimension 3 is linear tetrahedra of the Saint Venant-Kirchhoff material. MuJoCo takes E and nu as `young` and
 // `poisson`, and makes mu and lambda of them, but its force has lambda twice: the energy of a tetrahedron is
 //   V (mu tr E^2 + lambda (tr E)^2)   in place of   V (mu tr E^2 + lambda / 2 (tr E)^2)
-// (MetricTensor in user_mesh.cc, where la would have to be la / 2). --corrected 1 types in what makes mu and lambda right:
+// (MetricTensor in user_mesh.cc, where la would have to be la / 2). What is typed in makes mu and lambda right, or is E and nu with --corrected 0:
 //   poisson = nu / (2 - 2 nu)     young = E (1 + poisson) / (1 + nu)
 // Each node is a body with its mass and three sliders. The damping of a slider is massDamping times the mass.
 import { commandLine, nodeMasses, readProblem, readScene, writeMotion, writeSolution } from '../files.mjs';
@@ -160,7 +160,7 @@ function move(scene, settings) {
   return { displacement, force, secondsPerFrame: used / (records - 1), engine, report: { steps_per_frame: perFrame } };
 }
 
-const { input, output, isScene, settings } = commandLine(usage, { step: 0, corrected: 0, tolerance: 1e-6, longest: 20000, load: 1 });
+const { input, output, isScene, settings } = commandLine(usage, { step: 0, corrected: 1, tolerance: 1e-6, longest: 20000, load: 1 });
 if (!settings.step) settings.step = !canBeImplicit ? 2e-4 : isScene ? 2e-3 : 1;
 try {
   const body = isScene ? readScene(input) : readProblem(input), result = isScene ? move(body, settings) : solve(body, settings);

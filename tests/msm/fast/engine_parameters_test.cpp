@@ -221,7 +221,7 @@ TEST(EngineParameters, StepsOfMuJoCoFillTheFrameAndItsModelHasAllPoints) {
     const auto body = tests::make_body(tests::box_mesh({0.04, 0.03, 0.02}, {4, 3, 2}), tissue_of_engines);
     const auto mujoco = msm::engine_parameters(*body, "mujoco", {});
     EXPECT_NEAR(setting_named(mujoco, "timestep") * setting_named(mujoco, "steps"), 1.0 / 60.0, 1e-12);
-    EXPECT_LE(setting_named(mujoco, "timestep"), 1e-3);
+    EXPECT_EQ(setting_named(mujoco, "steps"), 9.0);
     EXPECT_EQ(setting_named(msm::engine_parameters(*body, "mujoco", {.substeps = 40}), "steps"), 40.0);
     ASSERT_TRUE(mujoco.text);
     EXPECT_EQ(mujoco.text->ending, ".xml");
@@ -230,6 +230,18 @@ TEST(EngineParameters, StepsOfMuJoCoFillTheFrameAndItsModelHasAllPoints) {
     EXPECT_EQ(std::count(text.begin() + static_cast<std::ptrdiff_t>(from),
                          text.begin() + static_cast<std::ptrdiff_t>(to), ' '),
               4 * body->mesh.num_tetrahedra() - 1);
+}
+
+/// The stress of a flex along x and across it, under a strain along x, was found in MuJoCo: 8000 and 4000 Pa for E = 5 kPa
+/// and nu = 1/4, where it should be 6000 and 2000 Pa.
+TEST(EngineParameters, OfMuJoCoHaveHalfOfLambda) {
+    const core::Material tissue{.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = 0.25};
+    const auto typed = msm::mujoco_material(tissue);
+    EXPECT_NEAR(typed.shear_modulus(), tissue.shear_modulus(), 1e-9);
+    EXPECT_NEAR(2.0 * typed.lame_lambda(), tissue.lame_lambda(), 1e-9);
+    EXPECT_NEAR(2.0 * tissue.shear_modulus() + 2.0 * tissue.lame_lambda(), 8000.0, 1e-9) << "as it is typed by its users";
+    EXPECT_NEAR(2.0 * typed.shear_modulus() + 2.0 * typed.lame_lambda(), 6000.0, 1e-9);
+    EXPECT_NEAR(msm::mujoco_material({.density = 1.0, .young_modulus = 1.0, .poisson_ratio = 0.45}).poisson_ratio, 0.4091, 5e-5);
 }
 
 TEST(EngineParameters, WrongChoicesAreRefused) {
