@@ -71,8 +71,6 @@ function engineOf(body, isStill, isDriven, damping, settings) {
       free.forEach((node, k) => u.set(data.qpos.subarray(3 * k, 3 * k + 3), 3 * node));
       return u;
     },
-    memoryBytes: Number(model.nbuffer) + Number(data.maxuse_arena ?? 0) + Number(data.nbuffer ?? 0),
-    delete: () => [data, model].forEach((thing) => thing.delete()),
   };
 }
 
@@ -80,8 +78,6 @@ function seconds(begin) {
   const used = process.cpuUsage(begin);
   return (used.user + used.system) / 1e6;
 }
-
-const norm = (values) => Math.sqrt(values.reduce((sum, value) => sum + value * value, 0));
 
 /** Steps until forces balance to the part `settings.tolerance` of the load. Velocities are set to zero at each maximum of
  *  the kinetic energy (kinetic damping: Day 1965, Cundall 1976), so no damping has to be chosen. */
