@@ -37,11 +37,15 @@ function modelText(body, isStill, isDriven, damping, settings) {
     const own = [...material.keys()].filter((t) => material[t] === region).flatMap((t) => [...tetrahedra.subarray(4 * t, 4 * t + 4)]);
     const used = [...new Set(own)], number = new Map(used.map((node, k) => [node, k]));
     const { young, poisson } = typedMaterial(E, body.poissonRatio[region], settings.corrected);
-    return own.length === 0 ? '' : `<flex name="region${region}" dim="3" radius="1e-5" body="${used.join(' ')}" element="${own.map((node) => number.get(node)).join(' ')}">
+    const elements = own.map((node) => number.get(node)).join(' ');
+    return own.length === 0 ? '' : `<flex name="region${region}" dim="3" radius="1e-5" body="${used.join(' ')}" element="${elements}">
       <contact contype="0" conaffinity="0" selfcollide="none" internal="false"/><elasticity young="${young}" poisson="${poisson}"/></flex>`;
   });
-  return `<mujoco><option gravity="0 0 0" timestep="${settings.step}" integrator="${canBeImplicit ? 'discrete' : 'Euler'}" jacobian="sparse" iterations="1000" tolerance="1e-12"><flag contact="disable"/></option>
-    <size memory="${Math.ceil(20 + nodes.length / 50)}M"/><worldbody>${bodies.join('\n')}</worldbody><deformable>${flexes.join('\n')}</deformable></mujoco>`;
+  // The tolerance of a step is relative to meaninertia, which must not count those that are heavy.
+  return `<mujoco><option gravity="0 0 0" timestep="${settings.step}" integrator="${canBeImplicit ? 'discrete' : 'Euler'}"
+    jacobian="sparse" iterations="1000" tolerance="1e-12"><flag contact="disable"/></option>
+    <statistic meaninertia="${mass.reduce((sum, m) => sum + m) / mass.length}"/><size memory="${Math.ceil(20 + nodes.length / 50)}M"/>
+    <worldbody>${bodies.join('\n')}</worldbody><deformable>${flexes.join('\n')}</deformable></mujoco>`;
 }
 
 /** The engine with one body. Its q, v, spring and load are views (3N): displacement, velocity, elastic and given force. */
@@ -67,8 +71,6 @@ function engineOf(body, isStill, isDriven, damping, settings) {
       free.forEach((node, k) => u.set(data.qpos.subarray(3 * k, 3 * k + 3), 3 * node));
       return u;
     },
-    memoryBytes: Number(model.nbuffer) + Number(data.maxuse_arena ?? 0) + Number(data.nbuffer ?? 0),
-    delete: () => [data, model].forEach((thing) => thing.delete()),
   };
 }
 
@@ -76,8 +78,6 @@ function seconds(begin) {
   const used = process.cpuUsage(begin);
   return (used.user + used.system) / 1e6;
 }
-
-const norm = (values) => Math.sqrt(values.reduce((sum, value) => sum + value * value, 0));
 
 /** Steps until forces balance to the part `settings.tolerance` of the load. Velocities are set to zero at each maximum of
  *  the kinetic energy (kinetic damping: Day 1965, Cundall 1976), so no damping has to be chosen. */
