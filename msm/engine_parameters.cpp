@@ -212,19 +212,21 @@ EngineParameters mujoco(const Body &body, const EngineChoices &choices) {
         ".xml", fmt::format("<mujoco model=\"{0}\">\n"
                             "  <!-- {1} steps in a frame of {2:.4g} ms; metres, milligrams, micronewtons; no gravity -->\n"
                             "  <option timestep=\"{3}\" integrator=\"discrete\" gravity=\"0 0 0\"/>\n"
+                            "  <size memory=\"{9}M\"/>\n"
                             "  <worldbody>\n"
                             "    <flexcomp name=\"tissue\" type=\"direct\" dim=\"3\" mass=\"{4}\" radius=\"0.001\"\n"
                             "      point=\"{5}\"\n"
                             "      element=\"{6}\">\n"
                             "      <elasticity young=\"{7}\" poisson=\"{8}\" damping=\"0\"/>\n"
-                            "      <contact internal=\"false\" selfcollide=\"none\"/>\n"
+                            "      <contact internal=\"false\" selfcollide=\"none\" contype=\"0\" conaffinity=\"0\"/>\n"
                             "      <!-- nodes that do not move: <pin id=\"0 1 2\"/> -->\n"
                             "    </flexcomp>\n"
                             "  </worldbody>\n"
                             "</mujoco>\n",
                             attribute(body.name), steps, 1e3 * choices.frame, time_step, mujoco_force * mass,
                             words(std::get<std::vector<double>>(points.values)), words(nodes),
-                            mujoco_force * material.young_modulus, material.poisson_ratio)};
+                            mujoco_force * material.young_modulus, material.poisson_ratio,
+                            20 + mesh.points.size() / 50)}; // by itself MuJoCo asks for gigabytes
     parameters.arrays = {points, tetrahedra_of(body)};
     parameters.notes = {
         "The force of a flex has Lame's lambda twice in MuJoCo 3.3.7 to 3.14.0; young and poisson make up for it, and "

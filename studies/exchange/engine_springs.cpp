@@ -37,7 +37,8 @@ std::string settings_text(const toml::table &settings) {
     for (const auto &[name, value] : settings) {
         std::ostringstream shown;
         value.visit([&](const auto &node) { shown << node; });
-        text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", name.str(), shown.str());
+        const auto number = value.value_exact<double>();
+        text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", name.str(), number ? fmt::format("{}", *number) : shown.str());
     }
     return text;
 }
