@@ -13,7 +13,7 @@ import { commandLine, nodeMasses, readProblem, readScene, writeMotion, writeSolu
 const usage = 'node mujoco.mjs PROBLEM.problem.h5 SOLUTION.csv | SCENE.scene.h5 MOTION.h5 [--name value]...';
 const { default: load } = await import('@mujoco/mujoco').catch(() => import('mujoco-js'));
 const mujoco = await load();
-const canBeImplicit = 'mjINT_DISCRETE' in mujoco.mjtIntegrator; // since 3.13, and then stable for any step
+const canBeImplicit = 'mjINT_DISCRETE' in mujoco.mjtIntegrator; // 3.14 has it, 3.3.8 has not
 
 const unit = 1e6; // micronewtons and milligrams: MuJoCo stops its iterations where squares of forces are below 1e-15
 
