@@ -76,7 +76,7 @@ std::size_t main_region(const Body &body) {
     return static_cast<std::size_t>(std::ranges::max_element(volume) - volume.begin());
 }
 
-/// What an engine with one material cannot do for a body of several.
+/// Sentence on a body of several materials, for an engine that has one.
 std::vector<std::string> one_material(const Body &body, const std::string &noun) {
     if (body.materials.size() == 1)
         return {};
@@ -186,16 +186,15 @@ template <class Values> std::string words(const Values &values) {
     return text;
 }
 
-constexpr double mujoco_step = 2e-3;    // [s], the default of MuJoCo
-constexpr double mujoco_force = 1e6;    // units of force in a newton, and of mass in a kilogram, of the model
+constexpr double mujoco_step = 2e-3; // [s], the default of MuJoCo
+constexpr double mujoco_force = 1e6; // units of force in a newton, and of mass in a kilogram, of the model
 
 /// Flexes of MuJoCo: linear elements of the Saint Venant-Kirchhoff law. Every point has the same mass.
 EngineParameters mujoco(const Body &body, const EngineChoices &choices) {
     const auto &mesh = body.mesh;
     const auto material = mujoco_material(body.materials[main_region(body)]);
     const double mass = total_mass(body);
-    const int steps =
-        choices.substeps.value_or(static_cast<int>(std::ceil(choices.frame / mujoco_step - 1e-9)));
+    const int steps = choices.substeps.value_or(static_cast<int>(std::ceil(choices.frame / mujoco_step - 1e-9)));
     const double time_step = choices.frame / steps;
     EngineParameters parameters;
     parameters.settings = {
@@ -209,31 +208,33 @@ EngineParameters mujoco(const Body &body, const EngineChoices &choices) {
     const auto points = points_of(mesh.points);
     const auto nodes = flat(mesh.tetrahedra);
     parameters.text = EngineText{
-        ".xml", fmt::format("<mujoco model=\"{0}\">\n"
-                            "  <!-- {1} steps in a frame of {2:.4g} ms; metres, milligrams, micronewtons; no gravity -->\n"
-                            "  <option timestep=\"{3}\" integrator=\"discrete\" gravity=\"0 0 0\"/>\n"
-                            "  <size memory=\"{9}M\"/>\n"
-                            "  <worldbody>\n"
-                            "    <flexcomp name=\"tissue\" type=\"direct\" dim=\"3\" mass=\"{4}\" radius=\"0.001\"\n"
-                            "      point=\"{5}\"\n"
-                            "      element=\"{6}\">\n"
-                            "      <elasticity young=\"{7}\" poisson=\"{8}\" damping=\"0\"/>\n"
-                            "      <contact internal=\"false\" selfcollide=\"none\" contype=\"0\" conaffinity=\"0\"/>\n"
-                            "      <!-- nodes that do not move: <pin id=\"0 1 2\"/> -->\n"
-                            "    </flexcomp>\n"
-                            "  </worldbody>\n"
-                            "</mujoco>\n",
-                            attribute(body.name), steps, 1e3 * choices.frame, time_step, mujoco_force * mass,
-                            words(std::get<std::vector<double>>(points.values)), words(nodes),
-                            mujoco_force * material.young_modulus, material.poisson_ratio,
-                            20 + mesh.points.size() / 50)}; // by itself MuJoCo asks for gigabytes
+        ".xml",
+        fmt::format("<mujoco model=\"{0}\">\n"
+                    "  <!-- {1} steps in a frame of {2:.4g} ms; metres, milligrams, micronewtons; no gravity -->\n"
+                    "  <option timestep=\"{3}\" integrator=\"discrete\" gravity=\"0 0 0\"/>\n"
+                    "  <size memory=\"{9}M\"/>\n"
+                    "  <worldbody>\n"
+                    "    <flexcomp name=\"tissue\" type=\"direct\" dim=\"3\" mass=\"{4}\" radius=\"0.001\"\n"
+                    "      point=\"{5}\"\n"
+                    "      element=\"{6}\">\n"
+                    "      <elasticity young=\"{7}\" poisson=\"{8}\" damping=\"0\"/>\n"
+                    "      <contact internal=\"false\" selfcollide=\"none\" contype=\"0\" conaffinity=\"0\"/>\n"
+                    "      <!-- nodes that do not move: <pin id=\"0 1 2\"/> -->\n"
+                    "    </flexcomp>\n"
+                    "  </worldbody>\n"
+                    "</mujoco>\n",
+                    attribute(body.name), steps, 1e3 * choices.frame, time_step, mujoco_force * mass,
+                    words(std::get<std::vector<double>>(points.values)), words(nodes),
+                    mujoco_force * material.young_modulus, material.poisson_ratio,
+                    20 + mesh.points.size() / 50)}; // by itself MuJoCo asks for gigabytes
     parameters.arrays = {points, tetrahedra_of(body)};
     parameters.notes = {
         "The force of a flex has Lame's lambda twice in MuJoCo 3.3.7 to 3.14.0; young and poisson make up for it, and "
         "with E and nu typed in as they are tissue of 0.45 is one of 0.474",
         "The .xml is in milligrams and micronewtons, because MuJoCo ends its iterations at absolute forces; divide its "
         "forces by 1e6",
-        "The integrator discrete is implicit, and is of MuJoCo 3.13 on; before, leave it out and take --substeps for steps "
+        "The integrator discrete is implicit, and is of MuJoCo 3.13 on; before, leave it out and take --substeps for "
+        "steps "
         "of 0.2 ms",
         "Forces on nodes are in xfrc_applied of the body of each point; nodes of a tool are points of <pin> on a mocap "
         "body"};
@@ -461,13 +462,13 @@ EngineParameters engine_parameters(const core::Body &body, const std::string &en
 
 double mean_shear_modulus_ratio(const std::vector<double> &stiffness, const std::vector<double> &length,
                                 const core::Body &body) {
-    double of_springs = 0.0, of_body = 0.0;
+    double springs_sum = 0.0, body_sum = 0.0;
     for (std::size_t s = 0; s < stiffness.size(); ++s)
-        of_springs += stiffness[s] * length[s] * length[s];
+        springs_sum += stiffness[s] * length[s] * length[s];
     const auto volumes = core::tetrahedron_volumes(body.mesh);
     for (std::size_t t = 0; t < volumes.size(); ++t)
-        of_body += 15.0 * body.materials[body.mesh.region[t]].shear_modulus() * volumes[t];
-    return of_springs / of_body;
+        body_sum += 15.0 * body.materials[body.mesh.region[t]].shear_modulus() * volumes[t];
+    return springs_sum / body_sum;
 }
 
 double godot_linear_stiffness(double stiffness, double point_mass, double step) {

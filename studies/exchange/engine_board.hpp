@@ -25,7 +25,7 @@ struct EntryProblem {
     double memory_bytes = results::EngineProblem::unknown;      ///< [bytes]
 };
 
-/// What an entry file says: its engine, without scores, and its problems, at least one.
+/// Content of an entry file: its engine, without scores, and its problems, at least one.
 struct EntryFile {
     results::EngineEntry entry;
     std::vector<EntryProblem> problems;

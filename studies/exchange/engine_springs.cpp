@@ -38,7 +38,8 @@ std::string settings_text(const toml::table &settings) {
         std::ostringstream shown;
         value.visit([&](const auto &node) { shown << node; });
         const auto number = value.value_exact<double>();
-        text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", name.str(), number ? fmt::format("{}", *number) : shown.str());
+        text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", name.str(),
+                            number ? fmt::format("{}", *number) : shown.str());
     }
     return text;
 }

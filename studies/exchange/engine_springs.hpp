@@ -47,11 +47,11 @@ struct EngineErrors {
 
 EngineErrors errors_of(const results::EngineEntry &entry);
 
-/// Those of the entry of an engine in results/engines; nothing where it was not run.
+/// Errors of the entry of an engine in results/engines; nothing where it was not run.
 /// @throws support::InputError if its file is damaged
 std::optional<EngineErrors> measured_errors(const std::string &engine);
 
-/// What was written, and what a user should know of the input.
+/// Files that were written, and notes on the input.
 struct EngineSprings {
     std::string body;
     msm::EngineParameters parameters;

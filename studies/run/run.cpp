@@ -370,9 +370,9 @@ std::vector<std::string> without_part(const Run &run) {
     }
     for (const auto &model : run.models)
         if (std::ranges::find(run.options.models, model.name) != run.options.models.end() &&
-            !explained.contains(model.name) &&
-            std::ranges::none_of(run.problems,
-                                 [&](const core::Problem &problem) { return model.takes_part_in(problem); }))
+            !explained.contains(model.name) && std::ranges::none_of(run.problems, [&](const core::Problem &problem) {
+                return model.takes_part_in(problem);
+            }))
             sentences.push_back(fmt::format("{} takes part in none of these load cases: another regime, something that "
                                             "it does not follow, or no constants of its law",
                                             model.name));

@@ -101,19 +101,19 @@ TEST(EngineParameters, JoltsConstraintsHaveTheBulkModulusAndTheMeanShearModulusT
         auto choices = finest_substeps;
         choices.law = law;
         const auto jolt = msm::engine_parameters(*body, "jolt", choices);
-        const double of_springs = mean_ratio_of(jolt, *body);
+        const double springs_sum = mean_ratio_of(jolt, *body);
         const auto strains = strains_of_one_volume();
         double mean = 0.0;
         for (std::size_t s = 0; s < strains.size(); ++s) {
             const double ratio = energy_of_jolt(*body, jolt, strains[s]);
-            EXPECT_NEAR(ratio, of_springs, 0.2) << law << ": 0.16 is observed\n" << strains[s];
+            EXPECT_NEAR(ratio, springs_sum, 0.2) << law << ": 0.16 is observed\n" << strains[s];
             mean += ratio * (s < 3 ? 2.0 / 15.0 : 1.0 / 5.0);
         }
-        EXPECT_NEAR(mean, of_springs, 1e-4) << law;
+        EXPECT_NEAR(mean, springs_sum, 1e-4) << law;
         const double part_of_springs = 7.5 * mu / (3.0 * mu + 4.5 * lambda); // of the energy of swelling
-        EXPECT_NEAR(energy_of_jolt(*body, jolt, swelling), 1.0 + (of_springs - 1.0) * part_of_springs, 1e-4) << law;
+        EXPECT_NEAR(energy_of_jolt(*body, jolt, swelling), 1.0 + (springs_sum - 1.0) * part_of_springs, 1e-4) << law;
         // Lloyd's formula takes edges for shorter than they are where tetrahedra are not regular.
-        EXPECT_NEAR(of_springs, law == "lloyd" ? 1.17 : 1.0, law == "lloyd" ? 0.03 : 1e-6);
+        EXPECT_NEAR(springs_sum, law == "lloyd" ? 1.17 : 1.0, law == "lloyd" ? 0.03 : 1e-6);
     }
 }
 
@@ -232,16 +232,18 @@ TEST(EngineParameters, StepsOfMuJoCoFillTheFrameAndItsModelHasAllPoints) {
               4 * body->mesh.num_tetrahedra() - 1);
 }
 
-/// The stress of a flex along x and across it, under a strain along x, was found in MuJoCo: 8000 and 4000 Pa for E = 5 kPa
-/// and nu = 1/4, where it should be 6000 and 2000 Pa.
+/// The stress of a flex along x and across it, under a strain along x, was found in MuJoCo: 8000 and 4000 Pa for E = 5
+/// kPa and nu = 1/4, where it should be 6000 and 2000 Pa.
 TEST(EngineParameters, OfMuJoCoHaveHalfOfLambda) {
     const core::Material tissue{.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = 0.25};
     const auto typed = msm::mujoco_material(tissue);
     EXPECT_NEAR(typed.shear_modulus(), tissue.shear_modulus(), 1e-9);
     EXPECT_NEAR(2.0 * typed.lame_lambda(), tissue.lame_lambda(), 1e-9);
-    EXPECT_NEAR(2.0 * tissue.shear_modulus() + 2.0 * tissue.lame_lambda(), 8000.0, 1e-9) << "as it is typed by its users";
+    EXPECT_NEAR(2.0 * tissue.shear_modulus() + 2.0 * tissue.lame_lambda(), 8000.0, 1e-9)
+        << "as it is typed by its users";
     EXPECT_NEAR(2.0 * typed.shear_modulus() + 2.0 * typed.lame_lambda(), 6000.0, 1e-9);
-    EXPECT_NEAR(msm::mujoco_material({.density = 1.0, .young_modulus = 1.0, .poisson_ratio = 0.45}).poisson_ratio, 0.4091, 5e-5);
+    EXPECT_NEAR(msm::mujoco_material({.density = 1.0, .young_modulus = 1.0, .poisson_ratio = 0.45}).poisson_ratio,
+                0.4091, 5e-5);
 }
 
 TEST(EngineParameters, WrongChoicesAreRefused) {
