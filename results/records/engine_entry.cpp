@@ -308,7 +308,8 @@ void take_field(Record &record, const toml::table &table, const EntryField<Recor
 template <class Fields>
 void refuse_other_keys(const toml::table &table, const Fields &fields, std::initializer_list<std::string_view> more,
                        const std::string &place) {
-    for (const auto &[key, value] : table) {
+    for (const auto &entry : table) {
+        const auto &key = entry.first;
         const auto is_key = [&](std::string_view known) { return known == key.str(); };
         if (std::ranges::none_of(fields, [&](const auto &field) { return is_key(field.key); }) &&
             std::ranges::none_of(more, is_key))

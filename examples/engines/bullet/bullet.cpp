@@ -120,8 +120,9 @@ template <class T> std::vector<T> read(hid_t file, const std::string &path, hid_
 /// Values of an array at the nodes in a .vtu of livermark export, which is ASCII.
 std::vector<double> read_vtu(const std::string &path, const std::string &name, std::size_t size) {
     std::ifstream file(path);
+    const std::string quoted = '"' + name + '"';
     std::string line;
-    while (std::getline(file, line) && line.find('"' + name + '"') == std::string::npos) {
+    while (std::getline(file, line) && line.find(quoted) == std::string::npos) {
     }
     std::vector<double> values(size);
     for (double &value : values)
