@@ -126,8 +126,9 @@ std::vector<double> read_vtu(const std::string &path, const std::string &name, s
     }
     std::vector<double> values(size);
     for (double &value : values)
-        if (!(file >> value))
-            stop(path + " has no " + name + "; export the problem with the format vtu");
+        file >> value;
+    if (!file)
+        stop(path + " has no " + name + "; export the problem with the format vtu");
     return values;
 }
 
