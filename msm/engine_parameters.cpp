@@ -234,8 +234,7 @@ EngineParameters mujoco(const Body &body, const EngineChoices &choices) {
         "The .xml is in milligrams and micronewtons, because MuJoCo ends its iterations at absolute forces; divide its "
         "forces by 1e6",
         "The integrator discrete is implicit, and is of MuJoCo 3.13 on; before, leave it out and take --substeps for "
-        "steps "
-        "of 0.2 ms",
+        "steps of 0.2 ms",
         "Forces on nodes are in xfrc_applied of the body of each point; nodes of a tool are points of <pin> on a mocap "
         "body"};
     parameters.cannot = one_material(body, "A flex");
@@ -375,8 +374,8 @@ EngineParameters godot(const Body &body, const EngineChoices &choices) {
         "The body is hollow, so no number makes it tissue: the coefficient gives edges of the surface the stiffness "
         "that they have in the whole mesh",
         "Godot Physics, the engine before Jolt, moves the ends of an edge by a part of its elongation in each "
-        "iteration "
-        "and keeps no multipliers: its stiffness is that of its iterations, so no coefficient is given for it"};
+        "iteration and keeps no multipliers: its stiffness is that of its iterations, so no coefficient is given for "
+        "it"};
     parameters.cannot = {"SoftBody3D has no inside and no volume, only the pressure of a gas: no Poisson's ratio",
                          "all edges have one stiffness: no tumours, and long edges as stiff as short ones"};
     return parameters;

@@ -21,7 +21,7 @@ namespace {
 ErrorRange range_of(const results::EngineEntry &entry, double results::EngineProblem::*error) {
     std::vector<double> known;
     for (const auto &problem : entry.problems)
-        if (problem.outcome == results::scored_outcome && !std::isnan(problem.*error))
+        if (problem.is_scored() && !std::isnan(problem.*error))
             known.push_back(problem.*error);
     if (known.empty())
         return {};
@@ -107,8 +107,8 @@ EngineErrors errors_of(const results::EngineEntry &entry) {
                         .in_contact = range_of(entry, &Problem::in_contact),
                         .force = range_of(entry, &Problem::force),
                         .num_problems = entry.problems.size()};
-    errors.num_failed = static_cast<std::size_t>(std::ranges::count_if(
-        entry.problems, [](const Problem &problem) { return problem.outcome != results::scored_outcome; }));
+    errors.num_failed = static_cast<std::size_t>(
+        std::ranges::count_if(entry.problems, [](const Problem &problem) { return !problem.is_scored(); }));
     return errors;
 }
 

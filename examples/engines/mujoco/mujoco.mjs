@@ -1,4 +1,4 @@
-// Moves tissue of Livermark with the flex bodies of MuJoCo (npm @mujoco/mujoco or mujoco-js, WebAssembly, one thread).
+// Moves tissue of Livermark with the flex bodies of MuJoCo (npm @mujoco/mujoco, WebAssembly, one thread).
 //   node mujoco.mjs PROBLEM.problem.h5 SOLUTION.csv [--step 1] [--corrected 0]        at rest
 //   node mujoco.mjs SCENE.scene.h5 MOTION.h5 [--step 0.002] [--corrected 0]           in motion
 //
@@ -11,9 +11,8 @@
 import { commandLine, nodeMasses, readProblem, readScene, writeMotion, writeSolution } from '../files.mjs';
 
 const usage = 'node mujoco.mjs PROBLEM.problem.h5 SOLUTION.csv | SCENE.scene.h5 MOTION.h5 [--name value]...';
-const { default: load } = await import('@mujoco/mujoco').catch(() => import('mujoco-js'));
+const { default: load } = await import('@mujoco/mujoco');
 const mujoco = await load();
-const canBeImplicit = 'mjINT_DISCRETE' in mujoco.mjtIntegrator; // 3.14 has it, 3.3.8 has not
 
 const unit = 1e6; // micronewtons and milligrams: MuJoCo stops its iterations where squares of forces are below 1e-15
 
@@ -27,7 +26,7 @@ function typedMaterial(young, nu, isCorrected) {
 /** MJCF of a body: one flex for each material, which share the bodies of the nodes. Nodes in isStill have no sliders; those
  *  in isDriven (3N) are too heavy to be moved by forces, because an implicit step couples them with their neighbours. */
 function modelText(body, isStill, isDriven, damping, settings) {
-  const heavy = canBeImplicit ? 1e6 + 1e12 * settings.step ** 2 : 0; // over the mass; the stiffest sliders have some 1e6 / s^2
+  const heavy = 1e6 + 1e12 * settings.step ** 2; // over the mass; the stiffest sliders have some 1e6 / s^2
   const { points, tetrahedra, material } = body, mass = nodeMasses(body).map((m) => unit * m), nodes = [...mass.keys()];
   const sliders = (i) => ['1 0 0', '0 1 0', '0 0 1'].map((axis, c) => `<joint type="slide" axis="${axis}" damping="${damping * mass[i]}" ` +
     `armature="${isDriven[3 * i + c] ? heavy * mass[i] : 0}"/>`).join('');
@@ -42,7 +41,7 @@ function modelText(body, isStill, isDriven, damping, settings) {
       <contact contype="0" conaffinity="0" selfcollide="none" internal="false"/><elasticity young="${young}" poisson="${poisson}"/></flex>`;
   });
   // The tolerance of a step is relative to meaninertia, which must not count those that are heavy.
-  return `<mujoco><option gravity="0 0 0" timestep="${settings.step}" integrator="${canBeImplicit ? 'discrete' : 'Euler'}"
+  return `<mujoco><option gravity="0 0 0" timestep="${settings.step}" integrator="discrete"
     jacobian="sparse" iterations="1000" tolerance="1e-12"><flag contact="disable"/></option>
     <statistic meaninertia="${mass.reduce((sum, m) => sum + m) / mass.length}"/><size memory="${Math.ceil(20 + nodes.length / 50)}M"/>
     <worldbody>${bodies.join('\n')}</worldbody><deformable>${flexes.join('\n')}</deformable></mujoco>`;
@@ -161,7 +160,7 @@ function move(scene, settings) {
 }
 
 const { input, output, isScene, settings } = commandLine(usage, { step: 0, corrected: 1, tolerance: 1e-6, longest: 20000, load: 1 });
-if (!settings.step) settings.step = !canBeImplicit ? 2e-4 : isScene ? 2e-3 : 1;
+if (!settings.step) settings.step = isScene ? 2e-3 : 1;
 try {
   const body = isScene ? readScene(input) : readProblem(input), result = isScene ? move(body, settings) : solve(body, settings);
   if (isScene) writeMotion(output, result);
