@@ -13,6 +13,7 @@ endif()
 
 find_package(CLI11 REQUIRED)
 find_package(tomlplusplus REQUIRED)
+find_package(nlohmann_json REQUIRED)
 
 include(finite_elements)
 

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
-#include <cstdint>
 #include <fmt/format.h>
-#include <sstream>
+#include <functional>
+#include <limits>
+#include <set>
 #include <string_view>
-#include <utility>
 #include <variant>
 
 #include "core/support/files.hpp"
@@ -27,7 +25,7 @@ template <class Record> struct EntryField {
     bool is_required = false;
 };
 
-constexpr std::array<EntryField<EngineProblem>, 18> problem_fields{{
+constexpr std::array<EntryField<EngineProblem>, 19> problem_fields{{
     {"body", &EngineProblem::body, true},
     {"load_case", &EngineProblem::load_case, true},
     {"kind", &EngineProblem::kind, true},
@@ -46,8 +44,8 @@ constexpr std::array<EntryField<EngineProblem>, 18> problem_fields{{
     {"setup_seconds", &EngineProblem::setup_seconds},
     {"memory_bytes", &EngineProblem::memory_bytes},
     {"outcome", &EngineProblem::outcome, true},
+    {"message", &EngineProblem::message},
 }};
-constexpr EntryField<EngineProblem> message_field{"message", &EngineProblem::message};
 
 constexpr std::array<EntryField<EngineEntry>, 9> entry_fields{{
     {"engine", &EngineEntry::engine, true},
@@ -61,271 +59,111 @@ constexpr std::array<EntryField<EngineEntry>, 9> entry_fields{{
     {"created", &EngineEntry::created},
 }};
 
-std::string json_string(const std::string &text) {
-    std::ostringstream stream;
-    stream << toml::json_formatter(toml::value<std::string>(text));
-    return stream.str();
+using Json = nlohmann::ordered_json;
+
+/// Members of a record; numbers that are not known become null.
+template <class Record, class Fields> Json json_of(const Record &record, const Fields &fields) {
+    Json object = Json::object();
+    for (const auto &field : fields)
+        std::visit([&](const auto member) { object[field.key] = record.*member; }, field.member);
+    return object;
 }
 
-std::string json_value(const std::string &text) {
-    return json_string(text);
-}
-std::string json_value(int number) {
-    return fmt::format("{}", number);
-}
-/// JSON has no NaN.
-std::string json_value(double number) {
-    return std::isfinite(number) ? fmt::format("{}", number) : "null";
-}
-
-template <class Record> std::string json_member(const Record &record, const EntryField<Record> &field) {
-    return std::visit(
-        [&](const auto member) { return fmt::format("\"{}\": {}", field.key, json_value(record.*member)); },
-        field.member);
-}
-
-/// Text of JSON, read once from front to back. Objects become tables, and members that are null are left out.
-class JsonReader {
+/// Refusal of what the library takes in silence: keys that are there twice, and values too deep in one another.
+class StrictParsing {
   public:
-    JsonReader(std::string_view text, const std::string &file) : text_(text), file_(file) {}
+    explicit StrictParsing(const std::string &file) : file_(file) {}
 
-    toml::table document() {
-        skip_space();
-        if (peek() != '{')
-            refuse("an object has to begin here");
-        auto table = object(0);
-        skip_space();
-        if (at_ != text_.size())
-            refuse("there is more behind the end of the object");
-        return table;
+    bool operator()(int depth, Json::parse_event_t event, const Json &value) {
+        if (depth > deepest)
+            refuse("values are in one another too deep");
+        if (event == Json::parse_event_t::object_start)
+            keys_of_open_.emplace_back();
+        else if (event == Json::parse_event_t::object_end)
+            keys_of_open_.pop_back();
+        else if (event == Json::parse_event_t::key && !keys_of_open_.back().insert(value.get<std::string>()).second)
+            refuse(fmt::format("the key {} is there twice", support::shown(value.get<std::string>())));
+        return true;
+    }
+
+    [[noreturn]] void refuse(const std::string &fault) const {
+        throw support::InputError(fmt::format("{}: this is not JSON of an entry: {}; correct it", file_, fault));
     }
 
   private:
     static constexpr int deepest = 32;
 
-    [[noreturn]] void refuse(const char *fault) const {
-        const auto line = 1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(at_), '\n');
-        throw support::InputError(
-            fmt::format("{}:{}: this is not JSON of an entry: {}; correct the line", file_, line, fault));
-    }
-
-    char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
-
-    void skip_space() {
-        while (at_ < text_.size() && std::string_view(" \t\r\n").find(text_[at_]) != std::string_view::npos)
-            ++at_;
-    }
-
-    bool take(char letter) {
-        skip_space();
-        if (peek() != letter || at_ == text_.size())
-            return false;
-        ++at_;
-        return true;
-    }
-
-    void require(char letter, const char *fault) {
-        if (!take(letter))
-            refuse(fault);
-    }
-
-    bool take_word(std::string_view word) {
-        if (text_.substr(at_, word.size()) != word)
-            return false;
-        at_ += word.size();
-        return true;
-    }
-
-    /// Hands a value to an action, or calls nothing where it is null.
-    template <class Action> void value(int depth, const Action &action) {
-        if (depth > deepest)
-            refuse("values are in one another too deep");
-        skip_space();
-        const char first = peek();
-        if (first == '{')
-            action(object(depth + 1));
-        else if (first == '[')
-            action(array(depth + 1));
-        else if (first == '"')
-            action(string());
-        else if (take_word("true"))
-            action(true);
-        else if (take_word("false"))
-            action(false);
-        else if (!take_word("null"))
-            number(action);
-    }
-
-    toml::table object(int depth) {
-        toml::table table;
-        require('{', "an object has to begin here");
-        if (take('}'))
-            return table;
-        do {
-            skip_space();
-            const auto key = string();
-            require(':', "a colon is missing behind a key");
-            if (table.contains(key))
-                refuse("a key is there twice");
-            value(depth, [&](auto found) { table.insert(key, std::move(found)); });
-        } while (take(','));
-        require('}', "a comma or the end of the object is missing");
-        return table;
-    }
-
-    toml::array array(int depth) {
-        toml::array array;
-        require('[', "an array has to begin here");
-        if (take(']'))
-            return array;
-        do
-            value(depth, [&](auto found) { array.push_back(std::move(found)); });
-        while (take(','));
-        require(']', "a comma or the end of the array is missing");
-        return array;
-    }
-
-    template <class Action> void number(const Action &action) {
-        const auto begin = at_;
-        while (at_ < text_.size() && std::string_view("+-.0123456789eE").find(text_[at_]) != std::string_view::npos)
-            ++at_;
-        const auto digits = text_.substr(begin, at_ - begin);
-        const auto *const end = digits.data() + digits.size();
-        std::int64_t whole = 0;
-        if (const auto read = std::from_chars(digits.data(), end, whole); read.ec == std::errc{} && read.ptr == end)
-            return action(whole);
-        double real = 0.0;
-        const auto read = std::from_chars(digits.data(), end, real);
-        if (read.ec != std::errc{} || read.ptr != end)
-            refuse("a value is missing, or is no number");
-        action(real);
-    }
-
-    std::string string() {
-        require('"', "a text in quotes is missing");
-        std::string text;
-        while (peek() != '"') {
-            if (static_cast<unsigned char>(peek()) < 0x20)
-                refuse("the end of a text is missing");
-            if (peek() == '\\') {
-                ++at_;
-                add_escaped(text);
-            } else {
-                text += text_[at_++];
-            }
-        }
-        ++at_;
-        return text;
-    }
-
-    void add_escaped(std::string &text) {
-        static constexpr std::string_view letters = "\"\\/bfnrt", meanings = "\"\\/\b\f\n\r\t";
-        const char letter = peek();
-        ++at_;
-        if (letter == 'u') {
-            add_code_point(text);
-            return;
-        }
-        const auto found = letters.find(letter);
-        if (letter == '\0' || found == std::string_view::npos)
-            refuse("a backslash stands before a letter that needs none");
-        text += meanings[found];
-    }
-
-    unsigned four_digits() {
-        const auto digits = text_.substr(std::min(at_, text_.size()), 4);
-        unsigned code = 0;
-        const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), code, 16);
-        if (digits.size() != 4 || read.ptr != digits.data() + 4)
-            refuse("\\u needs four hexadecimal digits");
-        at_ += 4;
-        return code;
-    }
-
-    /// A character that was written in one or two groups of UTF-16, as UTF-8.
-    void add_code_point(std::string &text) {
-        unsigned code = four_digits();
-        if (code >= 0xd800 && code < 0xe000) {
-            if (code >= 0xdc00 || !take_word("\\u"))
-                refuse("half of a character is missing");
-            const unsigned low = four_digits();
-            if (low < 0xdc00 || low >= 0xe000)
-                refuse("half of a character is missing");
-            code = 0x10000 + ((code - 0xd800) << 10) + (low - 0xdc00);
-        }
-        const auto add = [&](unsigned byte) { text += static_cast<char>(byte); };
-        if (code < 0x80)
-            return add(code);
-        if (code < 0x800) {
-            add(0xc0 | code >> 6);
-        } else if (code < 0x10000) {
-            add(0xe0 | code >> 12);
-            add(0x80 | (code >> 6 & 0x3f));
-        } else {
-            add(0xf0 | code >> 18);
-            add(0x80 | (code >> 12 & 0x3f));
-            add(0x80 | (code >> 6 & 0x3f));
-        }
-        add(0x80 | (code & 0x3f));
-    }
-
-    std::string_view text_;
     const std::string &file_;
-    std::size_t at_ = 0;
+    std::vector<std::set<std::string>> keys_of_open_; ///< of the objects that have begun
 };
+
+Json parse_json(const std::string &text, const std::string &file) {
+    StrictParsing strict(file);
+    try {
+        auto document = Json::parse(text, std::ref(strict));
+        if (!document.is_object())
+            strict.refuse("it is no object");
+        return document;
+    } catch (const Json::exception &error) {
+        const std::string fault = error.what();
+        strict.refuse(fault.substr(std::min(fault.size(), fault.find("] ") + 2))); // behind the library's own number
+    }
+}
 
 [[noreturn]] void refuse_key(const std::string &place, const char *key, const char *fault) {
     throw support::InputError(
         fmt::format("{}: '{}' {}; write the file with `livermark score --entry`", place, key, fault));
 }
 
-void take_value(std::string &member, const toml::node &node, const std::string &place, const char *key) {
-    if (!node.is_string())
+void take_value(std::string &member, const Json &value, const std::string &place, const char *key) {
+    if (!value.is_string())
         refuse_key(place, key, "has to be a text");
-    member = node.value<std::string>().value();
+    member = value.get<std::string>();
 }
-void take_value(int &member, const toml::node &node, const std::string &place, const char *key) {
-    const auto number = node.value_exact<std::int64_t>();
-    if (!number || *number < 0 || *number > std::numeric_limits<int>::max())
+void take_value(int &member, const Json &value, const std::string &place, const char *key) {
+    if (!value.is_number_integer() || value < 0 || value > std::numeric_limits<int>::max())
         refuse_key(place, key, "has to be a whole number, and not below 0");
-    member = static_cast<int>(*number);
+    member = value.get<int>();
 }
-void take_value(double &member, const toml::node &node, const std::string &place, const char *key) {
-    if (!node.is_number())
+void take_value(double &member, const Json &value, const std::string &place, const char *key) {
+    if (!value.is_number())
         refuse_key(place, key, "has to be a number or null");
-    member = node.value<double>().value();
+    member = value.get<double>();
+}
+
+/// The value of a key, or nothing where it is missing or null.
+const Json *value_of(const Json &object, const char *key) {
+    const auto found = object.find(key);
+    return found == object.end() || found->is_null() ? nullptr : &*found;
 }
 
 template <class Record>
-void take_field(Record &record, const toml::table &table, const EntryField<Record> &field, const std::string &place) {
-    const auto *node = table.get(field.key);
-    if (!node && field.is_required)
+void take_field(Record &record, const Json &object, const EntryField<Record> &field, const std::string &place) {
+    const auto *value = value_of(object, field.key);
+    if (!value && field.is_required)
         refuse_key(place, field.key, "is missing");
-    if (node)
-        std::visit([&](const auto member) { take_value(record.*member, *node, place, field.key); }, field.member);
+    if (value)
+        std::visit([&](const auto member) { take_value(record.*member, *value, place, field.key); }, field.member);
 }
 
 template <class Fields>
-void refuse_other_keys(const toml::table &table, const Fields &fields, std::initializer_list<std::string_view> more,
+void refuse_other_keys(const Json &object, const Fields &fields, std::initializer_list<std::string_view> more,
                        const std::string &place) {
-    for (const auto &entry : table) {
-        const auto &key = entry.first;
-        const auto is_key = [&](std::string_view known) { return known == key.str(); };
-        if (std::ranges::none_of(fields, [&](const auto &field) { return is_key(field.key); }) &&
-            std::ranges::none_of(more, is_key))
-            refuse_key(place, support::shown(key.str()).c_str(), "is no key of an entry");
+    for (const auto &entry : object.items()) {
+        const auto &key = entry.key();
+        if (std::ranges::none_of(fields, [&](const auto &field) { return key == field.key; }) &&
+            std::ranges::find(more, key) == more.end())
+            refuse_key(place, support::shown(key).c_str(), "is no key of an entry");
     }
 }
 
-EngineProblem problem_of(const toml::node &node, const std::string &place) {
-    const auto *table = node.as_table();
-    if (!table)
+EngineProblem problem_of(const Json &object, const std::string &place) {
+    if (!object.is_object())
         refuse_key(place, "problems", "has to be a list of objects");
-    refuse_other_keys(*table, problem_fields, {message_field.key}, place);
+    refuse_other_keys(object, problem_fields, {}, place);
     EngineProblem problem;
     for (const auto &field : problem_fields)
-        take_field(problem, *table, field, place);
-    take_field(problem, *table, message_field, place);
+        take_field(problem, object, field, place);
     if (problem.kind != at_rest && problem.kind != in_motion)
         refuse_key(place, "kind", "is neither rest nor motion");
     if (!problem.is_scored() && !problem.has_failed() && problem.outcome != cannot_outcome)
@@ -336,49 +174,37 @@ EngineProblem problem_of(const toml::node &node, const std::string &place) {
 } // namespace
 
 std::string engine_entry_text(const EngineEntry &entry) {
-    std::string text = "{\n";
-    for (const auto &field : entry_fields)
-        text += fmt::format("  {},\n", json_member(entry, field));
-    std::vector<std::string> sentences;
-    for (const auto &sentence : entry.cannot)
-        sentences.push_back(json_string(sentence));
-    std::ostringstream settings;
-    settings << toml::json_formatter(entry.settings,
-                                     toml::json_formatter::default_flags & ~toml::format_flags::indentation);
-    text += fmt::format("  \"cannot\": [{}],\n  \"settings\": {},\n  \"problems\": [", fmt::join(sentences, ", "),
-                        settings.str());
-    for (std::size_t i = 0; i < entry.problems.size(); ++i) {
-        const auto &problem = entry.problems[i];
-        text += i == 0 ? "\n    {\n" : ",\n    {\n";
-        for (const auto &field : problem_fields)
-            text += fmt::format("      {},\n", json_member(problem, field));
-        text += fmt::format("      {}\n    }}", json_member(problem, message_field));
-    }
-    return text + (entry.problems.empty() ? "]\n}\n" : "\n  ]\n}\n");
+    auto object = json_of(entry, entry_fields);
+    object["cannot"] = entry.cannot;
+    object["settings"] = entry.settings;
+    auto &problems = object["problems"] = Json::array();
+    for (const auto &problem : entry.problems)
+        problems.push_back(json_of(problem, problem_fields));
+    return object.dump(2) + '\n';
 }
 
 EngineEntry parse_engine_entry(const std::string &text, const std::string &file) {
-    auto table = JsonReader(text, file).document();
-    refuse_other_keys(table, entry_fields, {"cannot", "settings", "problems"}, file);
+    const auto object = parse_json(text, file);
+    refuse_other_keys(object, entry_fields, {"cannot", "settings", "problems"}, file);
     EngineEntry entry;
     for (const auto &field : entry_fields)
-        take_field(entry, table, field, file);
-    if (auto *node = table.get("settings")) {
-        if (!node->is_table())
+        take_field(entry, object, field, file);
+    if (const auto *settings = value_of(object, "settings")) {
+        if (!settings->is_object())
             refuse_key(file, "settings", "has to be an object");
-        entry.settings = std::move(*node->as_table());
+        entry.settings = *settings;
     }
-    if (const auto *node = table.get("cannot")) {
-        if (!node->is_array())
+    if (const auto *cannot = value_of(object, "cannot")) {
+        if (!cannot->is_array())
             refuse_key(file, "cannot", "has to be a list of texts");
-        for (const auto &sentence : *node->as_array())
+        for (const auto &sentence : *cannot)
             take_value(entry.cannot.emplace_back(), sentence, file, "cannot");
     }
-    const auto *problems = table.get_as<toml::array>("problems");
-    if (!problems)
+    const auto *problems = value_of(object, "problems");
+    if (!problems || !problems->is_array())
         refuse_key(file, "problems", "is missing, or is no list");
     for (std::size_t i = 0; i < problems->size(); ++i)
-        entry.problems.push_back(problem_of(*problems->get(i), fmt::format("{}: problem {}", file, i + 1)));
+        entry.problems.push_back(problem_of((*problems)[i], fmt::format("{}: problem {}", file, i + 1)));
     return entry;
 }
 

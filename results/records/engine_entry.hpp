@@ -1,9 +1,8 @@
 #pragma once
 
-#include <toml++/toml.h>
-
 #include <filesystem>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -56,10 +55,10 @@ struct EngineEntry {
     std::string notes{};               ///< may be empty
     int board = 0;                     ///< seed of the board whose livers all variants are; 0 where they are of none
     std::vector<std::string> cannot{}; ///< what it cannot do, a sentence each
-    toml::table settings{};            ///< of the engine, free
-    std::string livermark{};           ///< version of the program that scored it
-    std::string git_commit{};          ///< of that program
-    std::string created{};             ///< ISO 8601, UTC
+    nlohmann::ordered_json settings = nlohmann::ordered_json::object(); ///< of the engine, free
+    std::string livermark{};                                            ///< version of the program that scored it
+    std::string git_commit{};                                           ///< of that program
+    std::string created{};                                              ///< ISO 8601, UTC
     std::vector<EngineProblem> problems{};
 };
 

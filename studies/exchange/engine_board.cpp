@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <initializer_list>
 #include <iterator>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -289,6 +290,12 @@ std::string entry_template(int seed) {
     return text;
 }
 
+nlohmann::ordered_json json_of(const toml::table &table) {
+    std::ostringstream text;
+    text << toml::json_formatter(table);
+    return nlohmann::ordered_json::parse(text.str());
+}
+
 } // namespace
 
 EntryFile parse_entry_file(const std::string &text, const std::filesystem::path &file) {
@@ -306,7 +313,7 @@ EntryFile parse_entry_file(const std::string &text, const std::filesystem::path 
         if (table.contains("cannot"))
             parsed.entry.cannot = support::required_strings(table, "cannot");
     if (table.contains("settings"))
-        parsed.entry.settings = support::required_table(table, "settings");
+        parsed.entry.settings = json_of(support::required_table(table, "settings"));
     parsed.problems = entry_problems_of(table, parsed.entry.board);
     return parsed;
 }

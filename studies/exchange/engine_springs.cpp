@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <sstream>
-#include <toml++/toml.h>
-#include <utility>
+#include <nlohmann/json.hpp>
+#include <variant>
 
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "results/records/result.hpp"
-#include "studies/exchange/formats/json_text.hpp"
 #include "studies/study.hpp"
 
 namespace livermark::studies {
@@ -32,67 +30,59 @@ ErrorRange range_of(const results::EngineEntry &entry, double results::EnginePro
     return {median, known.back(), known.size()};
 }
 
-std::string settings_text(const toml::table &settings) {
+using Json = nlohmann::ordered_json;
+
+std::string settings_text(const Json &settings) {
     std::string text;
-    for (const auto &[name, value] : settings) {
-        std::ostringstream shown;
-        value.visit([&](const auto &node) { shown << node; });
-        const auto number = value.value_exact<double>();
-        text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", name.str(),
-                            number ? fmt::format("{}", *number) : shown.str());
-    }
+    for (const auto &setting : settings.items())
+        text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", setting.key(), setting.value().dump());
     return text;
 }
 
-using exchange::json;
-
 /// An array as rows, or as numbers where it has one column.
-std::string json_rows(const msm::EngineArray &array) {
-    return std::visit(
+Json json_of(const msm::EngineArray &array) {
+    Json object{{"unit", array.unit}, {"meaning", array.meaning}, {"shape", {array.rows()}}};
+    if (array.columns > 1)
+        object["shape"].push_back(array.columns);
+    std::visit(
         [&](const auto &values) {
+            auto &rows = object["values"] = Json::array();
             if (array.columns == 1)
-                return json(values);
-            std::string rows;
-            for (std::size_t row = 0; row < array.rows(); ++row) {
-                rows += row == 0 ? "[" : ",[";
-                for (std::size_t c = 0; c < array.columns; ++c)
-                    rows += (c == 0 ? "" : ",") + json(values[array.columns * row + c]);
-                rows += ']';
-            }
-            return '[' + rows + ']';
+                rows = values;
+            else
+                for (std::size_t row = 0; row < array.rows(); ++row) {
+                    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(array.columns * row);
+                    rows.push_back(std::vector(begin, begin + static_cast<std::ptrdiff_t>(array.columns)));
+                }
         },
         array.values);
+    return object;
 }
 
-std::string json_object(const std::vector<std::pair<std::string, std::string>> &members, const char *between) {
-    std::string text;
-    for (const auto &[name, value] : members)
-        text += fmt::format("{}{}: {}", text.empty() ? "" : between, json(name), value);
-    return '{' + text + '}';
-}
-
-std::string json_range(const ErrorRange &range) {
+Json json_of(const ErrorRange &range) {
     if (range.number == 0)
-        return "null";
-    return json_object({{"median", json(range.median)},
-                        {"worst", json(range.worst)},
-                        {"problems", json(static_cast<int>(range.number))}},
-                       ", ");
+        return nullptr;
+    return {{"median", range.median}, {"worst", range.worst}, {"problems", range.number}};
 }
 
-std::string json_errors(const std::optional<EngineErrors> &errors) {
-    if (!errors)
-        return "null";
-    return json_object({{"version", json(errors->version)},
-                        {"settings", json(errors->settings)},
-                        {"machine", json(errors->machine)},
-                        {"relative_l2", json_range(errors->relative_l2)},
-                        {"stiffness_at_tool", json_range(errors->stiffness_at_tool)},
-                        {"in_contact", json_range(errors->in_contact)},
-                        {"force", json_range(errors->force)},
-                        {"problems", json(static_cast<int>(errors->num_problems))},
-                        {"failed", json(static_cast<int>(errors->num_failed))}},
-                       ", ");
+Json json_of(const EngineErrors &errors) {
+    return {{"version", errors.version},
+            {"settings", errors.settings},
+            {"machine", errors.machine},
+            {"relative_l2", json_of(errors.relative_l2)},
+            {"stiffness_at_tool", json_of(errors.stiffness_at_tool)},
+            {"in_contact", json_of(errors.in_contact)},
+            {"force", json_of(errors.force)},
+            {"problems", errors.num_problems},
+            {"failed", errors.num_failed}};
+}
+
+/// Members of an object on a line each: arrays are too long for a line a number.
+std::string in_lines(const Json &object) {
+    std::string text;
+    for (const auto &member : object.items())
+        text += fmt::format("{}{}: {}", text.empty() ? "" : ",\n ", Json(member.key()).dump(), member.value().dump());
+    return '{' + text + '}';
 }
 
 } // namespace
@@ -122,35 +112,22 @@ std::optional<EngineErrors> measured_errors(const std::string &engine) {
 std::string engine_springs_text(const EngineSprings &springs, const std::string &command_line) {
     const auto &parameters = springs.parameters;
     const auto provenance = results::current_provenance(command_line);
-    std::vector<std::string> settings;
+    auto settings = Json::array(), arrays = Json::object();
     for (const auto &[name, value, unit, meaning] : parameters.settings)
-        settings.push_back(json_object(
-            {{"name", json(name)}, {"value", json(value)}, {"unit", json(unit)}, {"meaning", json(meaning)}}, ", "));
-    std::vector<std::pair<std::string, std::string>> arrays;
-    for (const auto &array : parameters.arrays) {
-        const auto shape = array.columns == 1 ? fmt::format("[{}]", array.rows())
-                                              : fmt::format("[{}, {}]", array.rows(), array.columns);
-        arrays.emplace_back(array.name, json_object({{"unit", json(array.unit)},
-                                                     {"meaning", json(array.meaning)},
-                                                     {"shape", shape},
-                                                     {"values", json_rows(array)}},
-                                                    ", "));
-    }
-    std::string listed;
-    for (const auto &setting : settings)
-        listed += (listed.empty() ? "\n  " : ",\n  ") + setting;
-    return json_object({{"body", json(springs.body)},
-                        {"engine", json(parameters.engine)},
-                        {"software_version", json(provenance.software_version)},
-                        {"git_commit", json(provenance.git_commit)},
-                        {"created", json(provenance.created)},
-                        {"command", json(provenance.command)},
-                        {"settings", '[' + listed + ']'},
-                        {"arrays", json_object(arrays, ",\n  ")},
-                        {"notes", json(parameters.notes)},
-                        {"cannot", json(parameters.cannot)},
-                        {"errors", json_errors(springs.errors)}},
-                       ",\n ") +
+        settings.push_back({{"name", name}, {"value", value}, {"unit", unit}, {"meaning", meaning}});
+    for (const auto &array : parameters.arrays)
+        arrays[array.name] = json_of(array);
+    return in_lines({{"body", springs.body},
+                     {"engine", parameters.engine},
+                     {"software_version", provenance.software_version},
+                     {"git_commit", provenance.git_commit},
+                     {"created", provenance.created},
+                     {"command", provenance.command},
+                     {"settings", settings},
+                     {"arrays", arrays},
+                     {"notes", parameters.notes},
+                     {"cannot", parameters.cannot},
+                     {"errors", springs.errors ? json_of(*springs.errors) : Json()}}) +
            '\n';
 }
 

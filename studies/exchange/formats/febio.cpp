@@ -1,10 +1,9 @@
-#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <ostream>
 #include <string>
 
 #include "core/support/processes/child_process.hpp"
 #include "studies/exchange/formats/export_format.hpp"
-#include "studies/exchange/formats/json_text.hpp"
 
 namespace livermark::exchange {
 
@@ -22,31 +21,27 @@ void write_feb(std::ostream &out, const core::Problem &problem, const ExportChoi
         std::vector<double> values;
         for (const int region : mesh.region)
             values.push_back(problem.body->materials[region].*constant);
-        return json(values);
+        return values;
     };
-    std::string fields;
-    const auto add = [&](const char *name, const std::string &value) {
-        fields += fmt::format("{}\"{}\":{}", fields.empty() ? "" : ",", name, value);
-    };
-    add("load_case", json(load_case.name));
-    add("regime", json(std::string(core::to_string(load_case.regime))));
-    add("press_depth", json(load_case.press_depth));
-    add("points", json(mesh.points));
-    add("tetrahedra", json(mesh.tetrahedra));
-    add("region", json(mesh.region));
-    add("region_names", json(mesh.region_names));
-    add("young_modulus", tetrahedron_values(&core::Material::young_modulus));
-    add("poisson_ratio", tetrahedron_values(&core::Material::poisson_ratio));
-    add("density", tetrahedron_values(&core::Material::density));
+    nlohmann::json fields;
+    fields["load_case"] = load_case.name;
+    fields["regime"] = std::string(core::to_string(load_case.regime));
+    fields["press_depth"] = load_case.press_depth;
+    fields["points"] = mesh.points;
+    fields["tetrahedra"] = mesh.tetrahedra;
+    fields["region"] = mesh.region;
+    fields["region_names"] = mesh.region_names;
+    fields["young_modulus"] = tetrahedron_values(&core::Material::young_modulus);
+    fields["poisson_ratio"] = tetrahedron_values(&core::Material::poisson_ratio);
+    fields["density"] = tetrahedron_values(&core::Material::density);
     const auto fem = discretise(mesh, 1);
-    add("prescribed_displacement", json(prescribed_displacement(load_case, fem)));
-    add("dead_forces", json(nodal_forces({problem.body, core::without_follower_pressures(load_case)}, fem)));
-    add("boundary_triangles", json(mesh.boundary_triangles));
-    add("boundary_patch", json(mesh.boundary_patch));
-    add("patch_names", json(mesh.patch_names));
-    add("follower_pressure", json(pressure));
-    out << support::run_python("convert.febio", {load_case.name}, '{' + fields + '}', "a job for FEBio",
-                               "python3-numpy");
+    fields["prescribed_displacement"] = prescribed_displacement(load_case, fem);
+    fields["dead_forces"] = nodal_forces({problem.body, core::without_follower_pressures(load_case)}, fem);
+    fields["boundary_triangles"] = mesh.boundary_triangles;
+    fields["boundary_patch"] = mesh.boundary_patch;
+    fields["patch_names"] = mesh.patch_names;
+    fields["follower_pressure"] = pressure;
+    out << support::run_python("convert.febio", {load_case.name}, fields.dump(), "a job for FEBio", "python3-numpy");
 }
 
 } // namespace

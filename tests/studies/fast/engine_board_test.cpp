@@ -23,7 +23,7 @@ TEST(EntryFile, HasAnEngineItsSettingsAndItsProblems) {
     EXPECT_EQ(file.entry.engine, "jelly");
     EXPECT_EQ(file.entry.board, 7);
     EXPECT_EQ(file.entry.cannot.size(), 1U);
-    EXPECT_EQ(file.entry.settings["substeps"].value<int>(), 20);
+    EXPECT_EQ(file.entry.settings["substeps"], 20);
     ASSERT_EQ(file.problems.size(), 1U);
     EXPECT_EQ(file.problems[0].target_tetrahedra, 4000);
     EXPECT_EQ(file.problems[0].setup_seconds, 2.0);

@@ -27,7 +27,7 @@ TEST(EngineSprings, ErrorsAreMediansOfSizesAndTheWorstWithItsSign) {
     results::EngineEntry entry;
     entry.engine = "jolt";
     entry.version = "1.1.0";
-    entry.settings.insert("substeps", 20);
+    entry.settings["substeps"] = 20;
     entry.problems = {solved_problem(0.1, 0.2), solved_problem(0.3, -0.5), solved_problem(0.2, 0.1),
                       solved_problem(9.0, 9.0), results::EngineProblem{}};
     entry.problems[3].outcome = results::failed_outcome;
@@ -59,7 +59,7 @@ TEST(EngineSprings, EveryEngineHasItsFileWithUnitsAndMeanings) {
         EXPECT_EQ(written.files[0], folder / "out" / ("bar." + engine.name + ".json"));
         const auto text = support::read_text(written.files[0]);
         for (const auto &array : written.parameters.arrays)
-            EXPECT_NE(text.find("\"" + array.name + "\": {\"unit\": "), std::string::npos) << array.name;
+            EXPECT_NE(text.find("\"" + array.name + "\":{\"unit\":"), std::string::npos) << array.name;
         EXPECT_EQ(text.find("nan"), std::string::npos);
         EXPECT_EQ(text.find("inf"), std::string::npos);
     }
@@ -78,8 +78,8 @@ TEST(EngineSprings, AnEngineThatWasNotRunHasNoErrors) {
                                  {"mass", "kg", "of nodes", std::vector<double>{0.5, 1e-7}, 1}};
     const auto text = engine_springs_text(springs, "test");
     EXPECT_NE(text.find(R"("body": "a \"body\"")"), std::string::npos) << text;
-    EXPECT_NE(text.find(R"("shape": [2, 2], "values": [[0,1],[1,2]])"), std::string::npos) << text;
-    EXPECT_NE(text.find(R"("shape": [2], "values": [0.5,1e-07])"), std::string::npos) << text;
+    EXPECT_NE(text.find(R"("shape":[2,2],"values":[[0,1],[1,2]])"), std::string::npos) << text;
+    EXPECT_NE(text.find(R"("shape":[2],"values":[0.5,1e-07])"), std::string::npos) << text;
     EXPECT_NE(text.find(R"("errors": null)"), std::string::npos) << text;
 }
 

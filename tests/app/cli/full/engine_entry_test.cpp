@@ -56,7 +56,7 @@ TEST(EntryCommand, ScoresEachProblemAndSaysWhichOnesFailed) {
 
     const auto entry = results::read_engine_entry(folder / "jelly.json");
     EXPECT_EQ(results::engine_entry_text(entry), support::read_text(folder / "jelly.json"));
-    EXPECT_EQ(entry.settings["substeps"].value<int>(), 20);
+    EXPECT_EQ(entry.settings["substeps"], 20);
     EXPECT_FALSE(entry.livermark.empty());
     ASSERT_EQ(entry.problems.size(), 3U);
     const auto &pull = entry.problems[0];
