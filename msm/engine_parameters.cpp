@@ -440,7 +440,7 @@ std::span<const Engine> all_engines() {
         {"mujoco", "linear tetrahedra of the Saint Venant-Kirchhoff law, with lambda twice", "MuJoCo 3.3.7 to 3.14.0",
          mujoco},
         {"newton", "linear tetrahedra, of which each solver has its own law", "Newton, August 2026", newton},
-        {"sofa", "linear tetrahedra, co-rotational, or springs, in implicit steps", "SOFA 24.12", sofa},
+        {"sofa", "linear tetrahedra, co-rotational, or springs, in implicit steps", "SOFA 25.12", sofa},
     };
     return engines;
 }

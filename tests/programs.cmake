@@ -115,11 +115,12 @@ if(BULLET_FOUND)
       ${CMAKE_CURRENT_BINARY_DIR}/peer_runs/bullet_example)
   set_tests_properties(Examples.BulletMovesABody PROPERTIES LABELS full TIMEOUT 300)
 endif()
-foreach(engine jolt mujoco bullet calculix)
+foreach(engine jolt mujoco bullet calculix livermark_springs)
   add_test(NAME Engines.${engine}
     COMMAND ${vtk_python} ${CMAKE_CURRENT_SOURCE_DIR}/peer/compare_engines_test.py ${engine} $<TARGET_FILE:livermark>
       "${bullet_adapter}" ${CMAKE_CURRENT_BINARY_DIR}/peer_runs/compare_engines)
-  set_tests_properties(Engines.${engine} PROPERTIES LABELS full TIMEOUT 300 SKIP_RETURN_CODE 77)
+  set_tests_properties(Engines.${engine} PROPERTIES LABELS full TIMEOUT 300 SKIP_RETURN_CODE 77
+    ENVIRONMENT "PYTHONPATH=${PROJECT_BINARY_DIR}/python")
 endforeach()
 add_test(NAME Engines.FilesOfFebioAndSofaComeBack
   COMMAND ${vtk_python} ${CMAKE_CURRENT_SOURCE_DIR}/peer/engine_files_test.py $<TARGET_FILE:livermark>

@@ -120,6 +120,30 @@ def write_motion(path, displacement, force, seconds_per_frame=None):
             file.attrs["seconds_per_frame"] = seconds_per_frame
 
 
+def rest_under(problem, displacement_under, steps_of_large_loads=10):
+    """Displacement (N, 3) [m] under the whole load of a problem, and the force [N] of a tool that presses to a depth, or None.
+
+    displacement_under(force_factor, displacement_factor) is the displacement at rest under multiples of problem.force and
+    problem.prescribed. Large loads grow in steps; a depth is found by the secant method.
+    """
+    num_steps, factor, displacement = steps_of_large_loads if problem.is_large else 1, 1.0, None
+    for step in range(1, num_steps + 1):
+        part = step / num_steps
+        if problem.press_depth <= 0.0:
+            displacement = displacement_under(part, part)
+            continue
+        factors, depths, depth = [0.0], [0.0], part * problem.press_depth
+        while abs(depths[-1] - depth) > 1e-7 * depth:
+            if len(depths) > 20:
+                stop(f"no force was found that presses to {depth:g} m")
+            slope = (factors[-1] - factors[-2]) / (depths[-1] - depths[-2]) if len(depths) > 1 else 0.0
+            factor += slope * (depth - depths[-1])
+            displacement = displacement_under(factor, part)
+            factors.append(factor)
+            depths.append(float((problem.force * displacement).sum()))
+    return displacement, factor * float(numpy.linalg.norm(problem.force.sum(axis=0))) if problem.press_depth > 0.0 else None
+
+
 def neo_hookean_forces_on_tool(scene, displacement):
     """Forces (K, 3) [N] of tetrahedra of W = mu/2 (tr C - 3) - mu ln J + lambda/2 (ln J)^2 on the tool, zero once it has let go.
 

@@ -1,7 +1,7 @@
 """engine_files_test.py <livermark> <folder>: the adapters of FEBio and SOFA around programs that are not theirs.
 
-The stand-in for febio4 writes tables as FEBio documents them; the one for runSofa plays the part of SOFA's Python: it loads the
-scene, and moves its nodes. Both put nodes where the test says, so files have to come out as they went in.
+The stand-in for febio4 writes tables as FEBio documents them; those for the modules Sofa and SofaRuntime move the nodes of a
+scene. Both put nodes where the test says, so files have to come out as they went in.
 """
 import csv
 import os
@@ -32,50 +32,51 @@ with open(re.search(r'file="([^"]*displacement.csv)"', text)[1], "w") as out:
         for node, (x, y, z) in enumerate(points, 1):
             print(f"{node},{1e-3 * time * x:.9g},{-2e-3 * time * y:.9g},{0:.9g}", file=out)
 '''
-SOFA = '''#!/usr/bin/python3
-import importlib.util, sys, types
+SOFA = '''import contextlib, sys, types
 import numpy
 
-class Position(numpy.ndarray):
-    value = property(lambda self: numpy.asarray(self))
+class Data:
+    def __init__(self, value):
+        self.value = value
+    @contextlib.contextmanager
+    def writeable(self):
+        yield self.value
 
-class Controller:
-    def __init__(self, *arguments, **keywords):
-        pass
+class Object:
+    def __init__(self, data):
+        for name, value in data.items():
+            setattr(self, name, Data(numpy.array(value, float) if name in ("position", "forces") else value))
 
 class Node:
-    def __init__(self, root=None):
-        self.root, self.recorders, self.kinds = root or self, [], []
+    def __init__(self, name, root=None):
+        self.root, self.moved, self.seconds = root or self, None, 0.0
+    def __setattr__(self, name, value):
+        object.__setattr__(self, name, Data(value) if name == "dt" else value)
     def addChild(self, name):
-        child = Node(self.root)
+        child = Node(name, self.root)
         setattr(self, name, child)
         return child
     def addObject(self, kind, **data):
-        self.root.kinds.append(kind)
-        if isinstance(kind, Controller):
-            self.root.recorders.append(kind)
-        elif kind == "MechanicalObject":
-            rest = numpy.array(data["position"], float)
-            self.nodes = types.SimpleNamespace(rest=rest, position=rest.copy().view(Position))
-            self.root.moved = self.nodes
+        made = Object(data)
+        if kind == "MechanicalObject":
+            self.root.moved, self.root.rest = made.position, made.position.value.copy()
+        if "name" in data:
+            setattr(self, data["name"], made)
+        return made
 
-sofa = types.ModuleType("Sofa")
-sofa.Core = types.SimpleNamespace(Controller=Controller)
-sys.modules["Sofa"] = sofa
-found = importlib.util.spec_from_file_location("scene", sys.argv[-1])
-scene = importlib.util.module_from_spec(found)
-found.loader.exec_module(scene)
-root = Node()
-scene.createScene(root)
-for step in range(1, int(sys.argv[sys.argv.index("-n") + 1]) + 1):
-    root.moved.position[:] = root.moved.rest * (1.0 + step * root.dt * numpy.array([1e-3, -2e-3, 0.0]))
-    for recorder in root.recorders:
-        recorder.onAnimateEndEvent(None)
+def animate(root, step):
+    root.seconds += step
+    root.moved.value = root.rest * (1.0 + root.seconds * numpy.array([1e-3, -2e-3, 0.0]))
+
+Core = types.SimpleNamespace(Node=Node)
+Simulation = sys.modules["Sofa.Simulation"] = types.ModuleType("Sofa.Simulation")
+Simulation.animate, Simulation.init = animate, lambda root: None
 '''
-for name, text in (("febio4", FEBIO), ("runSofa", SOFA)):
-    (programs / name).write_text(text)
-    (programs / name).chmod(0o755)
-with_programs = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
+(programs / "febio4").write_text(FEBIO)
+(programs / "febio4").chmod(0o755)
+(programs / "Sofa.py").write_text(SOFA)
+(programs / "SofaRuntime.py").write_text("def importPlugin(name):\n    print('loading', name)\n")
+with_programs = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}", "PYTHONPATH": str(programs)}
 
 
 def adapter(name, *arguments, env=with_programs):
@@ -94,12 +95,12 @@ export("liver_healthy", "press_and_slide")
 problem, scene = folder / "beam" / "beam_bend.problem.h5", folder / "liver_healthy" / "press_and_slide.scene.h5"
 with h5py.File(scene) as file:
     points, time, last = file["points"][:], file["tool/time"][:], int(file["tool"].attrs["last_record_held"])
-for name, whole in (("febio", 1.0), ("sofa", 20.0)):
+for name in ("febio", "sofa"):
     done = adapter(name, problem, folder / f"{name}.csv")
     assert done.returncode == 0 and f'"engine": "{name}"' in done.stdout, done
     with open(folder / f"{name}.csv") as file:
         rows = numpy.array([[float(value) for value in row.values()] for row in csv.DictReader(file)])
-    assert numpy.allclose(rows[:, 3:], whole * rows[:, :3] * [1e-3, -2e-3, 0.0], atol=1e-9), name
+    assert numpy.allclose(rows[:, 3:], rows[:, :3] * [1e-3, -2e-3, 0.0], atol=1e-9), name
     done = adapter(name, scene, folder / f"{name}.h5")
     assert done.returncode == 0, done
     with h5py.File(folder / f"{name}.h5") as file:
@@ -132,13 +133,13 @@ for c in range(3):
     assert abs(files.neo_hookean_forces_on_tool(body, u[None])[0, c] + slope) < 1e-6 * abs(slope) + 1e-9
 
 # Programs that are missing, or stop early.
-for name, program in (("febio", "febio4"), ("sofa", "runSofa")):
-    missing = adapter(name, problem, folder / "none.csv", env={**os.environ, "PATH": "/nowhere"})
-    assert missing.returncode == 2 and f"there is no {program} on the PATH" in missing.stderr, missing
+for name, sentence in (("febio", "there is no febio4 on the PATH"), ("sofa", "Python finds no module Sofa")):
+    missing = adapter(name, problem, folder / "none.csv", env={**os.environ, "PATH": "/nowhere", "PYTHONPATH": ""})
+    assert missing.returncode == 2 and sentence in missing.stderr, missing
 (programs / "febio4").write_text(FEBIO.replace("[0.5, 1.0]", "[0.5]"))
 early = adapter("febio", problem, folder / "none.csv")
 assert early.returncode == 2 and "stopped at 0.5 of the load" in early.stderr, early
-(programs / "runSofa").write_text("#!/bin/sh\necho '[ERROR] no such plugin'\n")
+(programs / "Sofa.py").write_text(SOFA.replace("1e-3, -2e-3, 0.0", "numpy.nan, 0.0, 0.0"))
 early = adapter("sofa", problem, folder / "none.csv")
-assert early.returncode == 2 and "no such plugin" in early.stderr, early
+assert early.returncode == 2 and "found no equilibrium at 1 of the load" in early.stderr, early
 assert not (folder / "none.csv").exists()

@@ -16,13 +16,14 @@ FEBIO = {
     "Module": set(), "Material": {"material"}, "material": {"density", "E", "v"},
     "Mesh": {"Nodes", "Elements", "NodeSet"}, "Nodes": {"node"}, "Elements": {"elem"}, "MeshDomains": {"SolidDomain"},
     "Boundary": {"bc"}, "bc": {"x_dof", "y_dof", "z_dof", "dof", "value"}, "Loads": {"body_load"}, "body_load": {"C"},
-    "Step": {"step"}, "step": {"Control", "Boundary"}, "Control": {"analysis", "time_steps", "step_size", "solver"},
+    "Step": {"step"}, "step": {"Control", "Boundary"}, "Control": {"analysis", "time_steps", "step_size", "solver", "time_stepper"},
+    "time_stepper": {"max_retries", "aggressiveness", "opt_iter", "dtmin", "dtmax"},
     "solver": {"symmetric_stiffness", "dtol", "etol", "qn_method"}, "qn_method": {"max_ups"},
     "LoadData": {"load_controller"}, "load_controller": {"interpolate", "extend", "points"}, "points": {"pt"},
     "Output": {"plotfile", "logfile"}, "plotfile": {"var"}, "logfile": {"node_data"}}
 FEBIO_TYPES = {"Module": {"solid"}, "material": {"neo-Hookean"}, "Elements": {"tet4"}, "body_load": {"mass damping"},
                "bc": {"zero displacement", "prescribed displacement"}, "load_controller": {"loadcurve"},
-               "solver": {"solid"}, "qn_method": {"BFGS"}, "plotfile": {"febio"},
+               "solver": {"solid"}, "time_stepper": {"default"}, "qn_method": {"BFGS"}, "plotfile": {"febio"},
                "var": {"displacement", "stress"}}
 # Data and links that the sources of SOFA of August 2026 declare, and the plugin that each component is in.
 SOFA = {
@@ -91,7 +92,8 @@ def test_names_of_the_job_are_there_once_and_resolve(job):
     assert set(used) == set(sets)
     curves = [entry.get("id") for entry in job.findall("LoadData/load_controller")]
     assert curves == [str(k + 1) for k in range(len(curves))]
-    assert [entry.get("lc") for entry in job.iter("value")] == curves
+    assert [entry.get("lc") for entry in job.iter("value")] == curves[:-1]
+    assert [entry.get("lc") for entry in job.iter("dtmax")] == 2 * curves[-1:]
     parts = [entry.get("name") for entry in job.findall("Mesh/Elements")]
     assert parts == [entry.get("mat") for entry in job.findall("MeshDomains/SolidDomain")]
     assert parts == [entry.get("name") for entry in job.findall("Material/material")]
@@ -127,11 +129,14 @@ def test_job_takes_the_tool_along_its_way_and_lets_go(job, scene):
         value = condition.find("value")
         points = job.findall(f"LoadData/load_controller[@id='{value.get('lc')}']/points/pt")
         table = float(value.text) * numpy.array([numbers(point) for point in points])
-        assert numpy.array_equal(table[:, 0], scene.time[:scene.last_record_held + 1])
+        assert numpy.array_equal(table[::4, 0], scene.time[:scene.last_record_held + 1])
+        assert numpy.allclose(numpy.diff(table[:, 0]), scene.step) and abs(numpy.diff(table[:, 1], 3)).max() < 2e-5
         node, = nodes_of(job, condition.get("node_set"))
-        way[:, node, "xyz".index(condition.find("dof").text)] = table[:, 1]
+        way[:, node, "xyz".index(condition.find("dof").text)] = table[::4, 1]
     assert numpy.array_equal(way[:, scene.tool_nodes], scene.displacement[:scene.last_record_held + 1])
     assert numpy.isnan(numpy.delete(way, scene.tool_nodes, axis=1)).all()
+    steps = job.find("LoadData")[-1].findall("points/pt")  # a step of the program ends at each record
+    assert numpy.array_equal([numbers(point) for point in steps], [[time, scene.step] for time in scene.time])
 
 
 class Node:

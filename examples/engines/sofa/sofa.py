@@ -1,144 +1,166 @@
 #!/usr/bin/env python3
 """Solves a problem or moves a scene of `livermark export` with SOFA, for `livermark score`.
 
-    sofa.py out/beam/beam_bend.problem.h5 solution.csv [--law corotational] [--steps 200] [--time_step 0.1]
+    sofa.py out/beam/beam_bend.problem.h5 solution.csv [--law corotational]
     sofa.py out/liver_healthy/press_and_slide.scene.h5 motion.h5
 
-In motion it runs the .sofa.py that `livermark export` writes beside the scene; at rest it builds the scene here, with implicit
-steps until the last. Either way runSofa loads this file, which asks for the positions after each step. Needs runSofa with
-SofaPython3 on the PATH. Nodes of prescribed displacement are moved before the first step.
+In motion it steps through the .sofa.py that `livermark export` writes beside the scene; at rest it builds the scene here, and
+Newton's method finds the equilibrium of each multiple of the load. Needs the modules of SofaPython3 on the PYTHONPATH.
 """
 import importlib.util
+import json
 import os
 import pathlib
+import resource
 import sys
-import tempfile
+import time
 
 import numpy
 
-JOB = "LIVERMARK_SOFA_JOB"  # environment variable: the .npz with what the scene needs
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import files  # noqa: E402
+
+LAWS = {"linear": "small", "corotational": "polar"}  # method of TetrahedronFEMForceField
+PLUGINS = ["Constraint.Projective", "LinearSolver.Direct", "LinearSolver.Iterative", "Mass", "MechanicalLoad", "ODESolver.Backward",
+           "SolidMechanics.FEM.Elastic", "SolidMechanics.FEM.HyperElastic", "SolidMechanics.Spring", "StateContainer",
+           "Topology.Container.Dynamic"]
+NEWTON_STEPS, PER_FRAME = 50, 4  # the exported scene takes four steps in a frame
 
 
-def recorder(node, root, job):
-    """A controller that keeps the positions (N, 3) after every job["every"] steps, and writes them when all are there."""
-    import Sofa
-
-    class Recorder(Sofa.Core.Controller):
-        def __init__(self, *arguments, **keywords):
-            super().__init__(*arguments, **keywords)
-            self.steps, self.kept = 0, []
-
-        def onAnimateEndEvent(self, _event):
-            self.steps += 1
-            if self.steps % int(job["every"]) == 0:
-                self.kept.append(numpy.array(node.nodes.position.value, float))
-                if self.steps == int(job["steps"]):
-                    numpy.save(str(job["output"]), numpy.array(self.kept))
-
-    root.addObject(Recorder(name="recorder"))
+def import_sofa():
+    """The module Sofa, with the plugins that both uses need. It prints a lot while it loads."""
+    try:
+        import Sofa
+        import SofaRuntime
+        import Sofa.Simulation
+    except ImportError:
+        files.stop("Python finds no module Sofa; build SOFA with SofaPython3, and put its site-packages on the PYTHONPATH as README.md says")
+    for plugin in PLUGINS:
+        SofaRuntime.importPlugin("Sofa.Component." + plugin)
+    return Sofa
 
 
-def build_rest(root, job):
-    """Tetrahedra with nodal forces and constrained nodes, in long implicit steps."""
-    root.dt, root.gravity = float(job["time_step"]), [0.0, 0.0, 0.0]
-    root.addObject("RequiredPlugin", pluginName=[
-        "Sofa.Component.Constraint.Projective", "Sofa.Component.LinearSolver.Direct", "Sofa.Component.Mass",
-        "Sofa.Component.MechanicalLoad", "Sofa.Component.ODESolver.Backward", "Sofa.Component.SolidMechanics.FEM.Elastic",
-        "Sofa.Component.SolidMechanics.FEM.HyperElastic", "Sofa.Component.StateContainer",
-        "Sofa.Component.Topology.Container.Dynamic"])
-    root.addObject("DefaultAnimationLoop")
-    body = root.addChild("livermark")
-    rest, moved = job["points"], job["points"] + job["prescribed"]
-    body.addObject("EulerImplicitSolver", rayleighMass=1.0, rayleighStiffness=0.0)
-    body.addObject("SparseLDLSolver", template="CompressedRowSparseMatrixMat3x3d")
-    body.addObject("TetrahedronSetTopologyContainer", name="tetrahedra", position=rest.tolist(),
-                   tetrahedra=job["tetrahedra"].tolist())
-    body.addObject("MechanicalObject", name="nodes", template="Vec3d", position=moved.tolist(), rest_position=rest.tolist())
-    body.addObject("DiagonalMass", name="mass", topology="@tetrahedra", vertexMass=job["mass"].tolist())
-    for components in numpy.unique(job["is_prescribed"], axis=0):
-        nodes = numpy.flatnonzero((job["is_prescribed"] == components).all(axis=1)).tolist()
-        if components.any():
-            body.addObject("PartialFixedProjectiveConstraint", indices=nodes, fixedDirections=[int(c) for c in components])
-    loaded = numpy.flatnonzero(job["force"].any(axis=1))
-    body.addObject("ConstantForceField", indices=loaded.tolist(), forces=job["force"][loaded].tolist())
-    for number, (young, nu) in enumerate(zip(job["young_modulus"].tolist(), job["poisson_ratio"].tolist())):
+def add_springs(body, path):
+    """Springs of `livermark springs BODY --for sofa`, a row (i, j, ks, kd, length) each."""
+    if not path.is_file():
+        files.stop(f"{path} does not exist, and has the springs; write it with livermark springs {path.parent.name} --for sofa "
+                   f"-o {path.parent}")
+    arrays = json.loads(path.read_text())["arrays"]
+    edges, stiffness, length = (arrays[name]["values"] for name in ("edges", "stiffness", "rest_length"))
+    body.addObject("SpringForceField", spring=[[*ends, k, 0.0, l] for ends, k, l in zip(edges, stiffness, length)])
+
+
+def add_tetrahedra(body, problem, law):
+    """A force field for each region."""
+    for number, (young, nu) in enumerate(zip(problem.young_modulus.tolist(), problem.poisson_ratio.tolist())):
         region = body.addChild(f"region_{number}")
-        region.addObject("TetrahedronSetTopologyContainer", name="tetrahedra", position=rest.tolist(),
-                         tetrahedra=job["tetrahedra"][job["region"] == number].tolist())
-        if str(job["law"]) == "neo_hookean":
+        region.addObject("TetrahedronSetTopologyContainer", name="tetrahedra", position=problem.points.tolist(),
+                         tetrahedra=problem.tetrahedra[problem.region == number].tolist())
+        if law == "neo_hookean":
             mu = 0.5 * young / (1.0 + nu)
             region.addObject("TetrahedronHyperelasticityFEMForceField", topology="@tetrahedra", materialName="NeoHookean",
                              ParameterSet=[mu, 2.0 * mu * nu / (1.0 - 2.0 * nu)])
         else:
-            region.addObject("TetrahedronFEMForceField", topology="@tetrahedra", youngModulus=young, poissonRatio=nu,
-                             method={"linear": "small", "corotational": "polar"}[str(job["law"])])
-    return body
+            region.addObject("TetrahedronFEMForceField", topology="@tetrahedra", youngModulus=young, poissonRatio=nu, method=LAWS[law])
 
 
-def createScene(root):
-    """What runSofa calls."""
-    job = numpy.load(os.environ[JOB])
-    if "scene" in job:
-        found = importlib.util.spec_from_file_location("exported", str(job["scene"]))
-        exported = importlib.util.module_from_spec(found)
-        found.loader.exec_module(exported)
-        exported.createScene(root)
-        body = root.livermark
-    else:
-        body = build_rest(root, job)
-    recorder(body, root, job)
+class BodyAtRest:
+    """A body that Newton's method brings to rest under any multiple of a load."""
+
+    def __init__(self, sofa, problem, law, springs):
+        self.sofa, self.problem = sofa, problem
+        self.root = sofa.Core.Node("root")
+        self.root.gravity = [0.0, 0.0, 0.0]
+        self.root.addObject("DefaultAnimationLoop")
+        body = self.root.addChild("livermark")
+        body.addObject("NewtonRaphsonSolver", name="newton", maxNbIterationsNewton=NEWTON_STEPS, relativeInitialStoppingThreshold=1e-9,
+                       relativeSuccessiveStoppingThreshold=0.0, absoluteResidualStoppingThreshold=1e-12,
+                       maxNbIterationsLineSearch=8, warnWhenLineSearchFails=False)
+        body.addObject("StaticSolver", newtonSolver="@newton")
+        body.addObject("SparseLDLSolver", template="CompressedRowSparseMatrixMat3x3d")
+        body.addObject("TetrahedronSetTopologyContainer", name="tetrahedra", position=problem.points.tolist(),
+                       tetrahedra=problem.tetrahedra.tolist())
+        self.nodes = body.addObject("MechanicalObject", name="nodes", template="Vec3d", position=problem.points.tolist())
+        for components in numpy.unique(problem.is_prescribed, axis=0):
+            nodes = numpy.flatnonzero((problem.is_prescribed == components).all(axis=1)).tolist()
+            if components.any():
+                body.addObject("PartialFixedProjectiveConstraint", indices=nodes, fixedDirections=[int(c) for c in components])
+        self.loaded = numpy.flatnonzero(problem.force.any(axis=1))
+        if len(self.loaded):
+            self.load = body.addObject("ConstantForceField", indices=self.loaded.tolist(),
+                                       forces=numpy.zeros((len(self.loaded), 3)).tolist())
+        if law == "springs":
+            add_springs(body, springs)
+        else:
+            add_tetrahedra(body, problem, law)
+        sofa.Simulation.init(self.root)
+
+    def displacement_under(self, force_factor, displacement_factor):
+        """Displacement (N, 3) [m] at rest, from where the last call ended."""
+        if len(self.loaded):
+            self.load.forces.value = force_factor * self.problem.force[self.loaded]
+        with self.nodes.position.writeable() as positions:
+            positions[self.problem.is_prescribed] = (self.problem.points +
+                                                     displacement_factor * self.problem.prescribed)[self.problem.is_prescribed]
+        self.sofa.Simulation.animate(self.root, 1.0)
+        displacement = self.nodes.position.value - self.problem.points
+        if not numpy.isfinite(displacement).all():
+            files.stop(f"SOFA found no equilibrium at {force_factor:g} of the load")
+        return displacement
 
 
-def node_masses(problem):
-    corners = problem.points[problem.tetrahedra]
-    volume = numpy.linalg.det(corners[:, 1:] - corners[:, :1]) / 6.0
-    return numpy.bincount(problem.tetrahedra.ravel(), numpy.repeat(0.25 * problem.density[problem.region] * volume, 4),
-                          len(problem.points))
+def solve_rest(source, output, settings):
+    """Returns the cost and, where a tool presses to a depth, its force [N]."""
+    problem = files.read_problem(source)
+    if problem.follows:
+        files.stop("the problem has a pressure that follows the surface; choose another load case")
+    sofa, start = import_sofa(), time.monotonic()
+    body = BodyAtRest(sofa, problem, settings["law"], source.with_name(source.resolve().parent.name + ".sofa.json"))
+    setup, start = time.monotonic() - start, time.monotonic()
+    displacement, force = files.rest_under(problem, body.displacement_under)
+    files.write_solution(output, problem.points, displacement)
+    return {"seconds_per_frame": None, "setup_seconds": setup, "solve_seconds": time.monotonic() - start,
+            **({} if force is None else {"force": force})}
 
 
-def run_sofa(files, job):
-    """Positions (records, N, 3) that the recorder kept, and what files.run() says."""
-    sofa = files.program("runSofa", "build SOFA with SofaPython3 as README.md says")
-    with tempfile.TemporaryDirectory() as folder:
-        kept, path = pathlib.Path(folder) / "kept.npy", pathlib.Path(folder) / "job.npz"
-        numpy.savez(path, output=str(kept), **job)
-        ran = files.run([sofa, "-g", "batch", "-n", job["steps"], "-l", "SofaPython3", pathlib.Path(__file__).resolve()], folder,
-                        **{JOB: str(path)})
-        if not kept.exists():
-            last = [line for line in ran.printed.splitlines() if "ERROR" in line][-1:] or ["see runSofa on the scene by hand"]
-            files.stop(f"SOFA did not come to its last step: {last[0]}")
-        return numpy.load(kept), ran
+def move(source, output):
+    """Returns the cost of a motion by SOFA's own clock."""
+    scene = files.read_scene(source)
+    path = files.stem_of(source).with_name(files.stem_of(source).name + ".sofa.py")
+    if not path.is_file():
+        files.stop(f"{path} does not exist; write it with livermark export")
+    found = importlib.util.spec_from_file_location("exported", path)
+    exported = importlib.util.module_from_spec(found)
+    found.loader.exec_module(exported)
+    sofa, start = import_sofa(), time.monotonic()
+    root = sofa.Core.Node("root")
+    exported.createScene(root)
+    sofa.Simulation.init(root)
+    setup, start, kept = time.monotonic() - start, time.monotonic(), [scene.points]
+    for _ in scene.time[1:]:
+        for _ in range(PER_FRAME):
+            sofa.Simulation.animate(root, root.dt.value)
+        kept.append(numpy.array(root.livermark.nodes.position.value, float))
+    frame = (time.monotonic() - start) / (len(scene.time) - 1)
+    displacement = numpy.array(kept) - scene.points
+    if not numpy.isfinite(displacement).all():
+        files.stop("SOFA's steps have lost the body: positions are no numbers")
+    files.write_motion(output, displacement, files.neo_hookean_forces_on_tool(scene, displacement), frame)
+    return {"seconds_per_frame": frame, "setup_seconds": setup}
 
 
 def main():
-    sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-    import files
-    source, output, settings = files.command_line({"law": "corotational", "steps": 200, "time_step": 0.1})
-    if settings["law"] not in ("linear", "corotational", "neo_hookean"):
-        files.stop("--law is linear, corotational or neo_hookean")
+    source, output, settings = files.command_line({"law": "corotational"})
+    if settings["law"] not in (*LAWS, "neo_hookean", "springs"):
+        files.stop("--law is linear, corotational, neo_hookean or springs")
     if files.is_scene(source):
-        scene = files.read_scene(source)
-        exported = files.stem_of(source).with_name(files.stem_of(source).name + ".sofa.py").resolve()
-        if not exported.is_file():
-            files.stop(f"{exported} does not exist; write it with livermark export")
-        num_frames, every = len(scene.time) - 1, 4  # the exported scene takes four steps in a frame
-        positions, ran = run_sofa(files, {"scene": str(exported), "steps": every * num_frames, "every": every})
-        displacement = numpy.concatenate([numpy.zeros((1, *scene.points.shape)), positions - scene.points])
-        seconds = ran.seconds / num_frames
-        files.write_motion(output, displacement, files.neo_hookean_forces_on_tool(scene, displacement), seconds)
-        settings = {"law": "neo_hookean", "substeps": every}
+        numbers, settings = move(source, output), {"law": "neo_hookean", "substeps": PER_FRAME}
     else:
-        problem = files.read_problem(source)
-        if problem.press_depth > 0.0 or problem.follows:
-            files.stop("the problem presses to a depth or has a pressure that follows the surface; choose another load case")
-        fields = {name: getattr(problem, name) for name in ("points", "tetrahedra", "region", "young_modulus", "poisson_ratio",
-                                                            "force", "is_prescribed", "prescribed")}
-        positions, ran = run_sofa(files, {**fields, **settings, "mass": node_masses(problem), "every": settings["steps"]})
-        files.write_solution(output, problem.points, positions[-1] - problem.points)
-        seconds = None
-    files.report("sofa", os.environ.get("SOFA_VERSION", "unknown"), settings, seconds_per_frame=seconds, setup_seconds=0.0,
-                 solve_seconds=ran.seconds, memory_bytes=ran.memory)
+        numbers = solve_rest(source, output, settings)
+    memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    files.report("sofa", os.environ.get("SOFA_VERSION", "unknown"), settings, memory_bytes=memory, **numbers)
+    sys.stdout.flush()
+    os._exit(0)  # SOFA prints when it is unloaded, and the report has to be the last line
 
 
-if __name__ == "__main__":
-    main()
+main()
