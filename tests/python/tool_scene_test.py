@@ -199,7 +199,7 @@ def test_scene_of_sofa_takes_the_tool_along_its_way_and_lets_go(sofa, scene):
     held = slice(0, scene.last_record_held + 1)
     assert [movement["indices"] for movement in movements] == [[node] for node in scene.tool_nodes.tolist()]
     for t, movement in enumerate(movements):
-        assert movement["keyTimes"] == scene.time[held].tolist() and movement["relativeMovements"] is True
+        assert movement["keyTimes"] == (scene.time[held] - scene.step).tolist() and movement["relativeMovements"] is True
         assert movement["movements"] == scene.displacement[held, t].tolist()
 
 

@@ -152,8 +152,8 @@ NODE_MASS = {node_mass!r}  # [kg]
 REGIONS = {regions!r}
 HELD = {held!r}  # nodes that never move
 TOOL = {tool!r}  # nodes that the tool moves until it lets go
-TIMES = {times!r}  # [s]
-WAY = {way!r}  # displacement of each of the tool's nodes at these times [m]
+TIMES = {times!r}  # [s], a step early: SOFA takes nodes to where they are due when a step begins
+WAY = {way!r}  # displacement of each of the tool's nodes at these times, and a step [m]
 
 
 def createScene(root):
@@ -166,7 +166,8 @@ def createScene(root):
     root.addObject("DefaultAnimationLoop")
     body = root.addChild("livermark")
     body.addObject("EulerImplicitSolver", rayleighMass={mass_damping!r}, rayleighStiffness=0.0)
-    body.addObject("CGLinearSolver", iterations=200, tolerance=1e-10, threshold=1e-10)
+    # The threshold is for p^T A p in kg (m/s)^2, not for a ratio: 1e-10 ends iterations that have hardly begun.
+    body.addObject("CGLinearSolver", iterations=200, tolerance=1e-10, threshold=1e-30)
     body.addObject("TetrahedronSetTopologyContainer", name="tetrahedra", position=POINTS,
                    tetrahedra=sum((region[2] for region in REGIONS), []))
     body.addObject("MechanicalObject", name="nodes", template="Vec3d", position=POINTS, showObject=True)
@@ -194,7 +195,8 @@ def _node_masses(scene: ToolScene) -> NDArray[numpy.float64]:
 
 def tool_scene_to_sofa(scene: ToolScene, path: Path) -> None:
     """Writes a scene of SofaPython3: neo-Hookean linear tetrahedra, a force field for each region, backward Euler with
-    conjugate gradients, and Rayleigh damping of the mass.
+    conjugate gradients, and Rayleigh damping of the mass. A factor in place of conjugate gradients would hold the tool's nodes
+    for ever, because their constraint is in the matrix at all times.
 
     Each node of the tool has a LinearMovementProjectiveConstraint, which holds it until the last of its times. Time steps
     are a quarter of a frame.
@@ -207,5 +209,5 @@ def tool_scene_to_sofa(scene: ToolScene, path: Path) -> None:
         file.write(SCENE.format(
             name=os.path.basename(os.fspath(path)), title=scene.title.replace("\\", "/").replace('"', "'"),
             time_step=scene.step, points=scene.points.tolist(), node_mass=_node_masses(scene).tolist(), regions=regions,
-            held=scene.held.tolist(), tool=scene.tool_nodes.tolist(), times=scene.time[held].tolist(),
+            held=scene.held.tolist(), tool=scene.tool_nodes.tolist(), times=(scene.time[held] - scene.step).tolist(),
             way=scene.displacement[held].transpose(1, 0, 2).tolist(), mass_damping=scene.mass_damping))
