@@ -105,7 +105,7 @@ def createScene(root):
     root.addObject("DefaultAnimationLoop")
     body = root.addChild("livermark")
     body.addObject("EulerImplicitSolver", rayleighMass={alpha!r}, rayleighStiffness=0.0)
-    body.addObject("CGLinearSolver", iterations=200, tolerance=1e-10, threshold=1e-10)
+    body.addObject("CGLinearSolver", iterations=200, tolerance=1e-10, threshold=1e-30)
     body.addObject("EdgeSetTopologyContainer", name="edges", position=POINTS,
                    edges=[[i, j] for i, j, _, _, _ in SPRINGS])
     body.addObject("MechanicalObject", name="nodes", template="Vec3d", position=POINTS, showObject=True)
