@@ -279,6 +279,7 @@ EngineParameters sofa(const Body &body, const EngineChoices &choices) {
         substep_setting("steps", substeps, choices, "steps"),
         {"rayleighStiffness", 0.0, "s", "of EulerImplicitSolver and of the force field"},
         {"rayleighMass", 0.0, "1/s", "of EulerImplicitSolver"},
+        {"threshold", 1e-30, "kg m^2/s^2", "of CGLinearSolver; the default ends iterations of such a body at once"},
     };
     parameters.arrays = {
         points_of(body.mesh.points),
