@@ -144,6 +144,23 @@ def rest_under(problem, displacement_under, steps_of_large_loads=10):
     return displacement, factor * float(numpy.linalg.norm(problem.force.sum(axis=0))) if problem.press_depth > 0.0 else None
 
 
+def solve_rest(source, output, body_of, clock=time.monotonic):
+    """Solves a problem at rest and writes its solution; returns the cost by a clock and, under a press to a depth, the force [N].
+
+    body_of(problem) has displacement_under() as rest_under() takes it.
+    """
+    problem = read_problem(source)
+    if problem.follows:
+        stop("the problem has a pressure that follows the surface; choose another load case")
+    start = clock()
+    body = body_of(problem)
+    setup, start = clock() - start, clock()
+    displacement, force = rest_under(problem, body.displacement_under)
+    write_solution(output, problem.points, displacement)
+    return {"seconds_per_frame": None, "setup_seconds": setup, "solve_seconds": clock() - start,
+            **({} if force is None else {"force": force})}
+
+
 def neo_hookean_forces_on_tool(scene, displacement):
     """Forces (K, 3) [N] of tetrahedra of W = mu/2 (tr C - 3) - mu ln J + lambda/2 (ln J)^2 on the tool, zero once it has let go.
 

@@ -85,23 +85,8 @@ class SpringsAtRest:
         self.positions = self.positions + part * moved
 
 
-def solve_rest(source, output, model):
-    problem = files.read_problem(source)
-    if problem.follows:
-        files.stop("the problem has a pressure that follows the surface; choose another load case")
-    livermark, sparse = import_livermark()
-    start = time.process_time()
-    body = SpringsAtRest(springs_of(livermark, problem, model), problem, sparse)
-    setup, start = time.process_time() - start, time.process_time()
-    displacement, force = files.rest_under(problem, body.displacement_under)
-    files.write_solution(output, problem.points, displacement)
-    return {"seconds_per_frame": None, "setup_seconds": setup, "solve_seconds": time.process_time() - start,
-            **({} if force is None else {"force": force})}
-
-
-def move(source, output, model):
+def move(livermark, source, output, model):
     scene = files.read_scene(source)
-    livermark, _ = import_livermark()
     start = time.process_time()
     springs = springs_of(livermark, scene, model)
     damping, frame = livermark.RayleighDamping(alpha=scene.damping, beta=0.0), scene.time[1] - scene.time[0]
@@ -136,11 +121,13 @@ def move(source, output, model):
 
 def main():
     source, output, settings = files.command_line({"model": "nodal_neo_hookean"})
+    livermark, sparse = import_livermark()
     if files.is_scene(source):
-        numbers, settings["substeps"] = move(source, output, settings["model"])
+        numbers, settings["substeps"] = move(livermark, source, output, settings["model"])
     else:
-        numbers = solve_rest(source, output, settings["model"])
-    livermark, _ = import_livermark()
+        numbers = files.solve_rest(
+            source, output, lambda problem: SpringsAtRest(springs_of(livermark, problem, settings["model"]), problem, sparse),
+            time.process_time)
     memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     files.report("livermark_springs", livermark.__version__, settings, memory_bytes=memory, **numbers)
 

@@ -109,20 +109,6 @@ class BodyAtRest:
         return displacement
 
 
-def solve_rest(source, output, settings):
-    """Returns the cost and, where a tool presses to a depth, its force [N]."""
-    problem = files.read_problem(source)
-    if problem.follows:
-        files.stop("the problem has a pressure that follows the surface; choose another load case")
-    sofa, start = import_sofa(), time.monotonic()
-    body = BodyAtRest(sofa, problem, settings["law"], source.with_name(source.resolve().parent.name + ".sofa.json"))
-    setup, start = time.monotonic() - start, time.monotonic()
-    displacement, force = files.rest_under(problem, body.displacement_under)
-    files.write_solution(output, problem.points, displacement)
-    return {"seconds_per_frame": None, "setup_seconds": setup, "solve_seconds": time.monotonic() - start,
-            **({} if force is None else {"force": force})}
-
-
 def move(source, output):
     """Returns the cost of a motion by SOFA's own clock."""
     scene = files.read_scene(source)
@@ -156,7 +142,8 @@ def main():
     if files.is_scene(source):
         numbers, settings = move(source, output), {"law": "neo_hookean", "substeps": PER_FRAME}
     else:
-        numbers = solve_rest(source, output, settings)
+        sofa, springs = import_sofa(), source.with_name(source.resolve().parent.name + ".sofa.json")
+        numbers = files.solve_rest(source, output, lambda problem: BodyAtRest(sofa, problem, settings["law"], springs))
     memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     files.report("sofa", os.environ.get("SOFA_VERSION", "unknown"), settings, memory_bytes=memory, **numbers)
     sys.stdout.flush()

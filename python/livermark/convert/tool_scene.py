@@ -153,7 +153,7 @@ REGIONS = {regions!r}
 HELD = {held!r}  # nodes that never move
 TOOL = {tool!r}  # nodes that the tool moves until it lets go
 TIMES = {times!r}  # [s], a step early: SOFA takes nodes to where they are due when a step begins
-WAY = {way!r}  # displacement of each of the tool's nodes at these times, and a step [m]
+WAY = {way!r}  # displacement of each of the tool's nodes a step after these times [m]
 
 
 def createScene(root):
