@@ -1,6 +1,7 @@
 #include "studies/exchange/exchange.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <iterator>
@@ -247,21 +248,54 @@ results::ToolReference reference_for(const core::Problem &problem, const std::fi
     return coarse;
 }
 
+/// Parts of a problem that no nodal forces can say, each with its group in the .problem.h5.
+std::vector<std::array<std::string, 2>> more_than_forces(const core::Problem &problem) {
+    std::vector<std::array<std::string, 2>> parts;
+    core::for_each_event(problem.load_case, [&](const auto &event) {
+        using Kind = std::decay_t<decltype(event)>;
+        if constexpr (!Kind::in_time)
+            parts.push_back({Kind::noun, fmt::format("/load_case/{}", Kind::key)});
+    });
+    if (problem.body->capsule)
+        parts.push_back({"a capsule", "/capsule"});
+    return parts;
+}
+
+/// Leaves out jobs that cannot say all of a problem.
+/// @param asked_for  formats that were named
+/// @return a sentence for each part of the problem that its .problem.h5 alone has
+/// @throws support::InputError if such a job was asked for
+std::vector<std::string> leave_out_jobs(std::vector<exchange::ExportFormat> &formats, const core::Problem &problem,
+                                        const std::vector<std::string> &asked_for) {
+    const auto parts = more_than_forces(problem);
+    if (parts.empty())
+        return {};
+    std::vector<std::string> jobs, sentences;
+    for (const auto &format : formats)
+        if (format.is_job)
+            jobs.push_back(format.name);
+    for (const auto &[noun, group] : parts) {
+        if (!asked_for.empty() && !jobs.empty())
+            throw support::InputError(
+                fmt::format("{} on {} has {}, which files of {} cannot describe; leave the format "
+                            "out, and read {} of the .problem.h5",
+                            problem.load_case.name, problem.body->name, noun, fmt::join(jobs, " and "), group));
+        sentences.push_back(fmt::format("{} has {}: {} of {}.problem.h5 alone has it", problem.load_case.name, noun,
+                                        group, problem.load_case.name));
+    }
+    std::erase_if(formats, &exchange::ExportFormat::is_job);
+    return sentences;
+}
+
 } // namespace
 
 ExportedProblem export_problem(const ExportOptions &options, const std::string &command_line) {
     if (moves_tool(options.load_case))
         return export_tool_scene(options, command_line);
-    const auto formats = chosen_formats(options.formats);
+    auto formats = chosen_formats(options.formats);
     auto [problems, notes, left_out] = read_scaled_problems({options.body}, options.load_case, {});
     const auto &problem = problems.front();
-    core::for_each_event(problem.load_case, [&](const auto &event) {
-        using Kind = std::decay_t<decltype(event)>;
-        if constexpr (!Kind::in_time)
-            throw support::InputError(fmt::format("load case {} has {}, which the exported files cannot describe; "
-                                                  "choose one without a [{}]",
-                                                  problem.load_case.name, Kind::noun, Kind::key));
-    });
+    std::ranges::move(leave_out_jobs(formats, problem, options.formats), std::back_inserter(notes));
     const OutputFolder folder(std::filesystem::path(options.output) / problem.body->name);
     ExportedProblem exported{{}, std::move(notes)};
     const auto file = [&](const char *extension) {

@@ -177,7 +177,7 @@ void write_inp(std::ostream &out, const core::Problem &problem, const ExportChoi
 namespace formats {
 
 ExportFormat calculix() {
-    return {.name = {}, .summary = "a job of CalculiX or Abaqus", .files = {{".inp", write_inp}}};
+    return {.name = {}, .summary = "a job of CalculiX or Abaqus", .files = {{".inp", write_inp}}, .is_job = true};
 }
 
 } // namespace formats

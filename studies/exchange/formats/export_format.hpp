@@ -30,6 +30,9 @@ struct ExportFormat {
     const char *summary;
     std::vector<ExportedFile> files;
     bool only_when_named = false;
+    /// Whether it is a whole job of a program: such files are left out where they cannot say all that acts on the body.
+    /// Others leave to the .problem.h5 what is more than a mesh, prescribed displacements and nodal forces.
+    bool is_job = false;
 };
 
 /// Every format of formats/, in alphabetical order.

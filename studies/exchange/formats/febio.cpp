@@ -49,7 +49,11 @@ void write_feb(std::ostream &out, const core::Problem &problem, const ExportChoi
 namespace formats {
 
 ExportFormat febio() {
-    return {.name = {}, .summary = "a job of FEBio 4", .files = {{".feb", write_feb}}, .only_when_named = true};
+    return {.name = {},
+            .summary = "a job of FEBio 4",
+            .files = {{".feb", write_feb}},
+            .only_when_named = true,
+            .is_job = true};
 }
 
 } // namespace formats
