@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/capsule.hpp"
 #include "core/load_case.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 
@@ -48,6 +49,7 @@ struct Body {
     /// Clearness of the orientation in which its patches were found, from 0 to 1; none where its files name them.
     std::optional<double> patch_confidence{};
     BodyAxes axes{};
+    std::optional<Capsule> capsule{};
 };
 
 /// Problem that every model gets: a body and the load case put on its mesh. The body is shared between load cases.

@@ -27,6 +27,16 @@ ElasticBody::ElasticBody(std::vector<double> mass, std::vector<std::shared_ptr<c
 ElasticBody::ElasticBody(const core::SpringNetwork &springs)
     : node_mass(springs.node_mass), terms{spring_term(springs)} {}
 
+void ElasticBody::add(std::shared_ptr<const ElasticTerm> term) {
+    terms.push_back(term);
+    if (const auto before = preconditioner)
+        preconditioner = [=](double part) {
+            auto stiffness = before(part);
+            stiffness += term->hessian({}, Tangent::exact);
+            return stiffness;
+        };
+}
+
 double elastic_energy(const ElasticBody &body, const std::vector<core::Vector3> &positions) {
     const auto x = to_unknowns(positions);
     double energy = 0.0;

@@ -68,6 +68,9 @@ struct ElasticBody {
     /// Springs are such a body.
     ElasticBody(const core::SpringNetwork &springs); // NOLINT(google-explicit-constructor)
 
+    /// One term more, whose second derivative has few entries, and is that at rest where it is asked for at no positions.
+    void add(std::shared_ptr<const ElasticTerm> term);
+
     std::vector<double> node_mass;                         ///< (N) [kg]
     std::vector<std::shared_ptr<const ElasticTerm>> terms; ///< the energy is their sum
     /// Stiffness at rest that is near that of the terms but has far fewer entries, for factors in place of it, where a

@@ -70,12 +70,14 @@ void cut_triangle(const std::array<int, 3> &corners, const EdgeTable &table, int
 Body refine(const Body &body) {
     const auto &coarse = body.mesh;
     const auto table = edge_table(coarse.tetrahedra);
-    Body refined{.name = body.name, .mesh = {}, .materials = body.materials};
+    Body refined{.name = body.name, .mesh = {}, .materials = body.materials, .capsule = body.capsule};
     auto &fine = refined.mesh;
     fine.points = coarse.points;
     fine.points.reserve(coarse.points.size() + table.edges.size());
     for (const auto &[a, b] : table.edges)
         fine.points.emplace_back(0.5 * (coarse.points[a] + coarse.points[b]));
+    if (refined.capsule)
+        refined.capsule->surface = refined_surface(body, table.edges, fine.points);
 
     fine.tetrahedra.reserve(8 * coarse.tetrahedra.size());
     for (std::size_t t = 0; t < coarse.tetrahedra.size(); ++t) {
@@ -281,7 +283,8 @@ template <class Choose> BisectedProblem refine_where(const Problem &problem, con
 
 BisectedBody split_edges(const Body &body, const std::map<Edge, Vector3> &points) {
     const auto &coarse = body.mesh;
-    BisectedBody result{{.name = body.name, .mesh = {}, .materials = body.materials}, {}, {}, {}};
+    BisectedBody result{
+        {.name = body.name, .mesh = {}, .materials = body.materials, .capsule = body.capsule}, {}, {}, {}};
     for (const auto &[edge, point] : points)
         result.parent_edge.push_back(edge);
     auto &fine = result.body.mesh;
@@ -289,6 +292,8 @@ BisectedBody split_edges(const Body &body, const std::map<Edge, Vector3> &points
     fine.region_names = coarse.region_names;
     fine.patch_names = coarse.patch_names;
     const NewNodes new_nodes(fine.points, points);
+    if (body.capsule)
+        result.body.capsule->surface = refined_surface(body, result.parent_edge, fine.points);
     for (std::size_t t = 0; t < coarse.tetrahedra.size(); ++t)
         new_nodes.cut(coarse.tetrahedra[t], [&](const auto &part) {
             fine.tetrahedra.push_back(part);

@@ -139,6 +139,9 @@ std::vector<std::vector<int>> tetrahedra_at_nodes(const TetraMesh &mesh);
 
 inline constexpr char patch_joint = '+';
 
+/// Name of the patch of the facets that a cut has opened.
+inline constexpr const char *wound_patch = "wound";
+
 /// Whether a name of TetraMesh::patch_names is that of a patch, or has it among those that it joins.
 bool is_in_patch(std::string_view name_of_facet, std::string_view patch);
 

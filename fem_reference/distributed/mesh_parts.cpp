@@ -72,7 +72,7 @@ Part at_nodes_of(int rank, const Part &whole) {
                 place[node] = 0;
         }
     Part part;
-    core::Body out{.name = body.name, .mesh = {}, .materials = body.materials};
+    core::Body out{.name = body.name, .mesh = {}, .materials = body.materials, .capsule = body.capsule};
     out.mesh.region_names = mesh.region_names;
     out.mesh.patch_names = mesh.patch_names;
     auto &conditions = part.problem.load_case;
@@ -82,9 +82,15 @@ Part at_nodes_of(int rank, const Part &whole) {
     conditions.conditions = load_case.conditions;
     conditions.path = load_case.path;
     conditions.press_depth = load_case.press_depth;
+    core::SmoothSurface surface;
+    const auto whole_surface = body.capsule ? core::capsule_surface(body) : nullptr;
     for (std::size_t node = 0; node < mesh.points.size(); ++node) {
         if (place[node] < 0)
             continue;
+        if (whole_surface) {
+            surface.normal.push_back(whole_surface->normal[node]);
+            surface.offset.push_back(whole_surface->offset[node]);
+        }
         place[node] = out.mesh.num_nodes();
         out.mesh.points.push_back(mesh.points[node]);
         part.vertex_number.push_back(whole.vertex_number[node]);
@@ -118,6 +124,8 @@ Part at_nodes_of(int rank, const Part &whole) {
         conditions.condition_on.push_back(load_case.condition_on[f]);
         conditions.value.push_back(load_case.value[f]);
     }
+    if (out.capsule)
+        out.capsule->surface = std::make_shared<const core::SmoothSurface>(std::move(surface));
     part.problem.body = std::make_shared<const core::Body>(std::move(out));
     return part;
 }

@@ -65,21 +65,6 @@ ReferenceTetrahedron reference_tetrahedron(int degree, TetrahedronRule rule) {
     return result;
 }
 
-ReferenceTriangle reference_triangle(int degree) {
-    const dealii::FE_SimplexP<2> element(degree);
-    const dealii::QWitherdenVincentSimplex<2> quadrature(3);
-    ReferenceTriangle result;
-    for (unsigned int q = 0; q < quadrature.size(); ++q) {
-        const auto &point = quadrature.point(q);
-        result.weight.push_back(quadrature.weight(q));
-        result.gradient.push_back(gradients_at(element, point));
-        auto &shape = result.shape.emplace_back(element.n_dofs_per_cell());
-        for (unsigned int a = 0; a < element.n_dofs_per_cell(); ++a)
-            shape[a] = element.shape_value(a, point);
-    }
-    return result;
-}
-
 namespace {
 
 using Vector9 = Eigen::Matrix<double, 9, 1>;
@@ -222,7 +207,8 @@ template <class Action> void Elements::for_each_cell(const Action &action) const
 Elements::Elements(std::shared_ptr<const core::Body> body, int degree, Formulation formulation, const MaterialLaw &law,
                    TetrahedronRule rule)
     : body_(std::move(body)), law_(&law), system_(fem_reference::assemble(*body_, degree)),
-      pressure_(pressure_of(*body_, system_, formulation)), reference_(reference_tetrahedron(degree, rule)) {
+      pressure_(pressure_of(*body_, system_, formulation)), reference_(reference_tetrahedron(degree, rule)),
+      membrane_(*body_, system_) {
     if (pressure_.num_pressures() > 0) {
         compliance_ = pressure_.compliance;
         std::ranges::fill(compliance_.value, 0.0);
@@ -245,11 +231,11 @@ Elements::Elements(std::shared_ptr<const core::Body> body, int degree, Formulati
 }
 
 void Elements::stand_on(const core::Foundation &foundation) {
-    const auto reference = reference_triangle(degree());
+    const auto reference = fem_reference::reference_triangle(degree());
     constexpr double area_of_unit_triangle = 0.5;
     foundation_.clear();
     for (const int f : foundation.facets) {
-        auto nodes = nodes_of_facet(system_, body_->mesh, static_cast<std::size_t>(f));
+        auto nodes = fem_reference::nodes_of_facet(system_, body_->mesh, static_cast<std::size_t>(f));
         const auto num_nodes = static_cast<Eigen::Index>(nodes.size());
         Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(num_nodes, num_nodes); // integral of N_a N_b
         for (std::size_t q = 0; q < reference.weight.size(); ++q)
@@ -336,6 +322,7 @@ InternalForces Elements::internal_forces(const State &state, std::span<const dou
         }
         return true;
     });
+    result.energy += membrane_.add_force(state.displacement, result.force, energy_share);
     for (const auto &[nodes, stiffness] : foundation_)
         for (std::size_t a = 0; a < nodes.size(); ++a)
             for (std::size_t b = 0; b < nodes.size(); ++b)
@@ -419,19 +406,9 @@ void Elements::assemble_tangent(const State &state, TangentMatrices &tangent) co
                 }
         return true;
     });
-    const auto &rows = tangent.stiffness.rows;
+    membrane_.add_stiffness(state.displacement, tangent.stiffness);
     for (const auto &[nodes, stiffness] : foundation_)
-        for (std::size_t a = 0; a < nodes.size(); ++a)
-            for (std::size_t b = 0; b < nodes.size(); ++b) {
-                if (nodes[b] > nodes[a])
-                    continue;
-                auto &to = a == b ? tangent.stiffness.diagonal[nodes[a]]
-                                  : tangent.stiffness.below[place(rows.row_start, rows.column, nodes[a], nodes[b])];
-                for (int i = 0; i < 3; ++i)
-                    for (int j = 0; j < 3; ++j)
-                        to[3 * i + j] +=
-                            stiffness(static_cast<Eigen::Index>(3 * a) + i, static_cast<Eigen::Index>(3 * b) + j);
-            }
+        fem_reference::add_to(tangent.stiffness, nodes, stiffness);
 }
 
 } // namespace livermark::hyperelastic

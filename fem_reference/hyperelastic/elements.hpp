@@ -8,6 +8,7 @@
 #include "core/problem.hpp"
 #include "fem_reference/hyperelastic/material_law.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
+#include "fem_reference/linear/facets.hpp"
 
 namespace livermark::hyperelastic {
 
@@ -19,13 +20,6 @@ struct ReferenceTetrahedron {
     std::vector<Eigen::Vector4d> linear_shape; ///< (Q) values of the four linear shape functions
 };
 
-/// The same on the unit triangle: corners, then midpoints of 01 12 20.
-struct ReferenceTriangle {
-    std::vector<double> weight;             ///< (Q) they sum to 1/2
-    std::vector<Eigen::VectorXd> shape;     ///< (Q) values, shape (nodes)
-    std::vector<Eigen::Matrix2Xd> gradient; ///< (Q) shape (2, nodes)
-};
-
 /// Number of points that integrate over a tetrahedron.
 enum class TetrahedronRule {
     one_point,      ///< exact to degree 1: all there is to integrate on linear elements
@@ -35,10 +29,6 @@ enum class TetrahedronRule {
 
 /// @param degree  1 or 2
 ReferenceTetrahedron reference_tetrahedron(int degree, TetrahedronRule rule);
-
-/// With seven points, exact to degree 5: the follower loads of quadratic elements have degree 4.
-/// @param degree  1 or 2
-ReferenceTriangle reference_triangle(int degree);
 
 /// Part that relaxation adds to the energy per volume of a point in one time step:
 ///     - faded W_s(F') + 1/2 H : (C' - I),   F' = J^(-1/3) F,   C' = F'^T F',
@@ -100,6 +90,7 @@ struct TangentMatrices {
 ///     Pi(u, p) = integral of W_s(F) + p g(J) - p^2 / (2 k),
 /// the perturbed Lagrangian. Its p = k g(J) at every point would be the same energy; p is the linear interpolation of
 /// that, and so the elements do not lock.
+/// The capsule of a body adds the energy of its Membrane to both.
 /// (T. Sussman, K.-J. Bathe 1987, A finite element formulation for nonlinear incompressible elastic and inelastic
 /// analysis, Comput. Struct. 26)
 class Elements {
@@ -168,6 +159,7 @@ class Elements {
     fem_reference::PressureSystem pressure_;
     fem_reference::SymmetricMatrix compliance_;
     ReferenceTetrahedron reference_;
+    fem_reference::Membrane membrane_;
     const DeviatoricMemory *memory_ = nullptr;
     std::vector<FacetSprings> foundation_; ///< empty without one
     std::vector<int> block_;               ///< (M, nodes (nodes - 1) / 2) where the block of two nodes of a cell stands

@@ -20,39 +20,9 @@ namespace livermark::hyperelastic {
 
 using core::Vector3;
 
-std::vector<int> nodes_of_facet(const fem_reference::ElasticSystem &system, const core::TetraMesh &mesh,
-                                std::size_t facet) {
-    std::vector<int> nodes;
-    for (const int corner : mesh.boundary_triangles[facet])
-        nodes.push_back(system.mesh_node[corner]);
-    const auto there =
-        std::span(system.facet_nodes).subspan(facet * system.nodes_per_facet, system.nodes_per_facet).subspan(3);
-    for (std::size_t k = 0; k < there.size(); ++k) {
-        const Vector3 middle = 0.5 * (system.points[nodes[k]] + system.points[nodes[(k + 1) % 3]]);
-        nodes.push_back(*std::ranges::min_element(
-            there, {}, [&](int node) { return (system.points[node] - middle).squaredNorm(); }));
-    }
-    return nodes;
-}
-
 void SurfaceStiffness::add_to(fem_reference::SymmetricBlocks<double> &stiffness) const {
-    const auto &rows = stiffness.rows;
-    for (const auto &facet : facets_) {
-        const auto &nodes = facet.nodes;
-        for (std::size_t a = 0; a < nodes.size(); ++a)
-            for (std::size_t b = 0; b < nodes.size(); ++b) {
-                if (nodes[b] > nodes[a])
-                    continue;
-                const auto first = rows.column.begin() + rows.row_start[nodes[a]],
-                           last = rows.column.begin() + rows.row_start[nodes[a] + 1];
-                auto &block = a == b ? stiffness.diagonal[nodes[a]]
-                                     : stiffness.below[std::lower_bound(first, last, nodes[b]) - rows.column.begin()];
-                for (int i = 0; i < 3; ++i)
-                    for (int j = 0; j < 3; ++j)
-                        block[3 * i + j] +=
-                            facet.symmetric(static_cast<Eigen::Index>(3 * a + i), static_cast<Eigen::Index>(3 * b + j));
-            }
-    }
+    for (const auto &facet : facets_)
+        fem_reference::add_to(stiffness, facet.nodes, facet.symmetric);
 }
 
 void SurfaceStiffness::add_product(std::span<const double> x, std::span<double> out) const {
@@ -91,13 +61,13 @@ Eigen::Matrix3d cross_matrix(const Vector3 &a) {
 
 FollowerPressure::FollowerPressure(const fem_reference::ElasticSystem &system, const core::TetraMesh &mesh,
                                    std::span<const double> pressure)
-    : system_(&system), reference_(reference_triangle(system.nodes_per_facet == 3 ? 1 : 2)) {
+    : system_(&system), reference_(fem_reference::reference_triangle(system.nodes_per_facet == 3 ? 1 : 2)) {
     if (!pressure.empty() && pressure.size() != mesh.boundary_triangles.size())
         throw std::invalid_argument("follower pressures are given for " + std::to_string(pressure.size()) +
                                     " facets of " + std::to_string(mesh.boundary_triangles.size()));
     for (std::size_t f = 0; f < pressure.size(); ++f)
         if (pressure[f] < 0.0 || pressure[f] > 0.0)
-            facets_.push_back({nodes_of_facet(system, mesh, f), pressure[f]});
+            facets_.push_back({fem_reference::nodes_of_facet(system, mesh, f), pressure[f]});
 }
 
 void FollowerPressure::add_forces(double factor, const std::vector<double> &displacement,
@@ -161,14 +131,14 @@ TouchingBall::TouchingBall(const fem_reference::ElasticSystem &system, const cor
                            const core::LoadCase &load_case, const ContactSettings &settings)
     : system_(&system), tool_(load_case.touching.value()), settings_(settings),
       largest_pressure_(largest_pressure_over_modulus * largest_modulus(body)),
-      reference_(reference_triangle(system.nodes_per_facet == 3 ? 1 : 2)) {
+      reference_(fem_reference::reference_triangle(system.nodes_per_facet == 3 ? 1 : 2)) {
     const double stiff = settings.stiffness * largest_modulus(body) / tool_.contacts().front().radius;
     const auto all_touched = core::touched_facets(body, load_case, settings.softness.value_or(core::FacetSoftness{}));
     auto touched = all_touched.begin();
     for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
         if (load_case.may_touch(f)) {
             const double penalty = settings.softness ? touched->penalty(0.0) : stiff;
-            facets_.push_back({nodes_of_facet(system, body.mesh, static_cast<std::size_t>(f)),
+            facets_.push_back({fem_reference::nodes_of_facet(system, body.mesh, static_cast<std::size_t>(f)),
                                touched->area,
                                tool_.is_for_other_jaw(touched->normal),
                                {penalty, penalty, tool_.friction}});

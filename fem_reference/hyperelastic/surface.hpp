@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
@@ -13,12 +12,9 @@
 #include "fem_reference/hyperelastic/elements.hpp"
 #include "fem_reference/hyperelastic/material_law.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
+#include "fem_reference/linear/facets.hpp"
 
 namespace livermark::hyperelastic {
-
-/// The nodes of a boundary triangle in the order of ReferenceTriangle, corners as the mesh has them.
-std::vector<int> nodes_of_facet(const fem_reference::ElasticSystem &system, const core::TetraMesh &mesh,
-                                std::size_t facet);
 
 /// Minus the derivatives of forces on the surface by displacements, one small matrix for each facet, in two parts: a
 /// symmetric one that stands in the stiffness, and so in what preconditions it, and the rest, which products add.
@@ -70,7 +66,7 @@ class FollowerPressure {
     };
     const fem_reference::ElasticSystem *system_;
     std::vector<Facet> facets_;
-    ReferenceTriangle reference_;
+    fem_reference::ReferenceTriangle reference_;
 };
 
 /// Parameters of contact.
@@ -162,7 +158,7 @@ class TouchingBall {
     ContactSettings settings_;
     double largest_pressure_ = 0.0; ///< below a ball that has not gone through the body [Pa]
     std::vector<Facet> facets_;
-    ReferenceTriangle reference_;
+    fem_reference::ReferenceTriangle reference_;
     std::vector<core::ContactMemory> memory_; ///< (facets, points)
 };
 

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "fem_reference/linear/facets.hpp"
 #include "fem_reference/solvers/matrices.hpp"
 
 namespace livermark::fem_reference {
@@ -297,6 +298,7 @@ ElasticSystem assemble_on(const DealIiMesh &mesh, const core::Body &body, int de
     system.mass_integral.assign(system.points.size(), 0.0);
     integrate_cells(system, body, dof_handler, mapping, degree);
     integrate_facets(system, body.mesh, dof_handler, node, mapping, degree);
+    Membrane(body, system).add_stiffness({}, system.stiffness);
     return system;
 }
 

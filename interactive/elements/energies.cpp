@@ -313,7 +313,7 @@ Springs springs_with_shear_modulus(const core::Body &body) {
 Springs springs_with_shear_modulus(const core::Body &body, const core::EdgeTable &table) {
     constexpr double factor = 2.0 * std::numbers::sqrt2 / 25.0, young_over_shear = 2.5;
     const auto volumes = core::tetrahedron_volumes(body.mesh);
-    Springs springs{table.edges, std::vector<double>(table.edges.size(), 0.0), {}};
+    Springs springs{table.edges, core::capsule_springs(body, table), {}};
     for (std::size_t t = 0; t < volumes.size(); ++t) {
         const double length = std::cbrt(6.0 * std::numbers::sqrt2 * volumes[t]);
         const double young_modulus = young_over_shear * body.materials[body.mesh.region[t]].shear_modulus();

@@ -256,7 +256,8 @@ struct Springs {
 
 /// Lloyd's formula, k = sum over the tetrahedra t at an edge of (2 sqrt 2 / 25) l_t E_t with l_t the edge of the
 /// regular tetrahedron of equal volume, for springs with the shear modulus of the material: theirs is E_t / 2.5,
-/// because central springs have Poisson's ratio 1/4, so E_t = 2.5 mu. (Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5))
+/// because central springs have Poisson's ratio 1/4, so E_t = 2.5 mu, and core::capsule_springs(). (Lloyd, Szekely,
+/// Harders 2007, IEEE TVCG 13(5))
 Springs springs_with_shear_modulus(const core::Body &body);
 
 /// @param edges  of core::edge_table()

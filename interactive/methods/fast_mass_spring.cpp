@@ -22,6 +22,7 @@ Method fast_mass_spring() {
                 "--load-case pneumoperitoneum --model fast_mass_spring fem_p2 --poisson 0.25 0.45' shows it.",
             .implementation = "vector units, CHOLMOD's factor in single precision",
             .knows_contact = true,
+            .knows_capsule = true,
             .prepare = [](const Scene &scene) {
                 auto energy = std::make_unique<SpringEnergy>(springs_with_shear_modulus(*scene.body));
                 const auto &springs = energy->springs();

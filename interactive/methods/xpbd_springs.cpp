@@ -77,6 +77,7 @@ Method xpbd_springs() {
                 "stiffer with each iteration (newton-physics/newton#2933); here they are kept.",
             .implementation = "vector units over constraints of one colour, single precision",
             .knows_contact = true,
+            .knows_capsule = true,
             .prepare = [](const Scene &scene) { return std::make_unique<XpbdSprings>(scene); }};
 }
 

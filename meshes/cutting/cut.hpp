@@ -60,7 +60,7 @@ struct Cut {
 };
 
 /// Name of the patch that a cut makes.
-inline constexpr const char *wound_patch = "wound";
+using core::wound_patch;
 
 /// A cut that does not fit this body: it misses it, takes all of it away, or leaves what floats. It may fit another
 /// one.

@@ -123,6 +123,27 @@ std::vector<core::Material> read_materials(const toml::table &body, const core::
     return materials;
 }
 
+/// Beyond them nothing is a capsule: Glisson's has 10 to 100 um, and metal foil is thinner.
+constexpr double thinnest = 1e-9, thickest = 0.01; // [m]
+
+std::optional<core::Capsule> read_capsule(const toml::table &body) {
+    if (!body.contains("capsule"))
+        return std::nullopt;
+    const auto &table = support::required_table(body, "capsule");
+    support::refuse_unknown_keys(table, {"thickness", "young_modulus", "source"});
+    if (table.contains("source"))
+        support::required_string(table, "source");
+    const core::Capsule capsule{.thickness = support::required_number(table, "thickness"),
+                                .young_modulus = support::required_number(table, "young_modulus")};
+    if (!(capsule.thickness >= thinnest && capsule.thickness <= thickest))
+        support::refuse(table, "'thickness' is {:g} m; give that of a membrane, from {:g} to {:g} m", capsule.thickness,
+                        thinnest, thickest);
+    if (!(capsule.young_modulus >= softest && capsule.young_modulus <= stiffest))
+        support::refuse(table, "'young_modulus' is {:g} Pa; give one from {:g} to {:g} Pa", capsule.young_modulus,
+                        softest, stiffest);
+    return capsule;
+}
+
 void apply(const MaterialOverride &override_with, std::vector<core::Material> &materials) {
     const double first = materials.front().young_modulus;
     for (auto &material : materials) {
@@ -136,8 +157,8 @@ void apply(const MaterialOverride &override_with, std::vector<core::Material> &m
 
 toml::table read_table(const std::filesystem::path &toml_file) {
     auto table = support::parse_toml(support::read_text(toml_file), toml_file);
-    support::refuse_unknown_keys(
-        table, {"title", "mesh", "unit", "axes", "find_patches", "generator", "regions", "patches", "image", "cut"});
+    support::refuse_unknown_keys(table, {"title", "mesh", "unit", "axes", "find_patches", "generator", "regions",
+                                         "patches", "image", "cut", "capsule"});
     return table;
 }
 
@@ -198,6 +219,7 @@ core::Body body_of_table(const std::filesystem::path &file, std::vector<std::str
     if (const auto *regions = table.get("regions"); !regions || regions->is_table())
         refuse_missing_materials(table, body.mesh);
     body.materials = read_materials(table, body.mesh);
+    body.capsule = read_capsule(table);
     check_patches(table, body.mesh);
     return cut(std::move(body), read_cuts(table));
 }

@@ -4,12 +4,18 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/support/input_error.hpp"
 #include "msm/dynamics/time_step.hpp"
 
 namespace livermark::msm {
 
 SpringStepper::SpringStepper(std::shared_ptr<const core::Body> body, MovingSprings moving, NodalConditions held)
     : body_(std::move(body)), moving_(std::move(moving)), held_(std::move(held)), numbers_(body_->mesh) {
+    if (moving_.options.may_be_cut && body_->capsule)
+        throw support::InputError(
+            "{} has a capsule, which cuts in motion do not open; leave [capsule] out of the body, or "
+            "cut it at rest",
+            body_->name);
     if (moving_.options.may_be_cut)
         parts_ = CutParts::prepare(*body_, moving_.springs, moving_.source);
     if (!moving_.bears_ball_as_loads)
@@ -24,6 +30,10 @@ void SpringStepper::make_steps() {
     options.scaling = constrained(options.scaling, held_);
     auto steps = FastSteps::prepare(moving_.springs, body_->mesh.points, held_, moving_.damping, "symplectic_euler",
                                     time_step_, options);
+    if (!steps && body_->capsule)
+        throw support::InputError("{} has a capsule, with which coupled springs do not move; take lloyd or "
+                                  "patch_nodal_volume, or leave [capsule] out of the body",
+                                  body_->name);
     if (!steps)
         throw std::logic_error("the fast kernels do not know these springs");
     if (steps_)

@@ -177,6 +177,8 @@ core::SpringNetwork spring_network(const core::Body &body, const SpringLaw &law)
     core::SpringNetwork springs;
     springs.node_mass = lumped_masses(body);
     springs.stiffness = law.stiffness(body, table);
+    std::ranges::transform(springs.stiffness, core::capsule_springs(body, table), springs.stiffness.begin(),
+                           std::plus());
     springs.rest_length.reserve(table.edges.size());
     for (const auto &[i, j] : table.edges)
         springs.rest_length.push_back((body.mesh.points[j] - body.mesh.points[i]).norm());

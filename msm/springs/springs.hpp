@@ -58,6 +58,12 @@ MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork spri
 /// @throws support::InputError if there is no volume term of that name
 const VolumeTerm &find_volume_term(std::string_view name);
 
+/// The capsule of a body as springs on the three edges of each covered facet that are coupled to each other: the energy
+/// of core::Capsule with C from the squared lengths of the edges, at which strains are the same all over a facet. Where
+/// dashpots act along it, they have its stiffness at rest.
+/// @return null where the body has no capsule
+std::shared_ptr<const ElasticTerm> coupled_capsule(const core::Body &body);
+
 /// A guard that keeps tetrahedra from turning inside out, and turns them back: springs are content with a mirror image,
 /// and a volume around a node may be kept while one of its tetrahedra is inverted.
 ///   U = sum over tetrahedra t of m_t / 2 (max(0, c V0_t - V_t))^2 / V0_t,   m_t = 4 (lambda + 2 mu),   c = 1/2

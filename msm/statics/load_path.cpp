@@ -278,14 +278,7 @@ class Follower {
 ElasticBody on_foundation(ElasticBody body, const core::Problem &problem) {
     if (!problem.load_case.foundation)
         return body;
-    const auto springs = std::make_shared<const FoundationSprings>(*problem.load_case.foundation, problem.body->mesh);
-    body.terms.push_back(springs);
-    if (const auto tissue_stiffness = body.preconditioner)
-        body.preconditioner = [=](double part) {
-            auto stiffness = tissue_stiffness(part);
-            stiffness += springs->hessian({}, Tangent::exact);
-            return stiffness;
-        };
+    body.add(std::make_shared<const FoundationSprings>(*problem.load_case.foundation, problem.body->mesh));
     return body;
 }
 

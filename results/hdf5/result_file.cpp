@@ -94,6 +94,18 @@ template <class At> void describe_axes(At at, Of<At, core::BodyAxes> &axes) {
         axes.from_lps << left, posterior, superior;
 }
 
+template <class At> void describe_capsule(At root, Of<At, std::optional<core::Capsule>> &capsule) {
+    root.optional("capsule", capsule, [&](auto &found) {
+        const auto at = root.group("capsule");
+        at.number("thickness", found.thickness);
+        at.number("young_modulus", found.young_modulus);
+        if constexpr (At::reads) {
+            at.check(found.thickness > 0.0, "thickness", "it has to be positive");
+            at.check(found.young_modulus > 0.0, "young_modulus", "it has to be positive");
+        }
+    });
+}
+
 template <class At> void describe_body(At root, Of<At, core::Body> &body) {
     auto &mesh = body.mesh;
     root.text("body", body.name);
@@ -111,6 +123,7 @@ template <class At> void describe_body(At root, Of<At, core::Body> &body) {
     at.on("boundary_patch").number("confidence", body.patch_confidence);
     describe_axes(at, body.axes);
     hdf5::describe_materials(root, body.materials, mesh.region_names.size());
+    describe_capsule(root, body.capsule);
 }
 
 template <class At> void describe_modes(At at, Of<At, core::Modes> &modes, std::size_t num_nodes) {

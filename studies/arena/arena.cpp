@@ -119,22 +119,26 @@ std::vector<models::MovingMethod> chosen_moving_methods(const std::vector<std::s
     return methods;
 }
 
-/// Methods that know no contact.
+/// Leaves out the methods that do not know a part of a problem.
+/// @param knows  that part
+/// @param lack   clause on them: "glued only"
+/// @param remedy  clause on what to do where they were asked for
 /// @throws support::InputError if one was asked for by name
-void leave_out_glued(std::vector<models::MovingMethod> &methods, const std::vector<std::string> &asked_for,
-                     std::vector<std::string> &notes) {
-    std::vector<std::string> glued;
+void leave_out(std::vector<models::MovingMethod> &methods, bool models::MovingMethod::*knows,
+               const std::vector<std::string> &asked_for, std::string_view lack, std::string_view remedy,
+               std::vector<std::string> &notes) {
+    std::vector<std::string> names;
     for (const auto &method : methods)
-        if (!method.knows_contact)
-            glued.push_back(method.name);
-    if (glued.empty())
+        if (!(method.*knows))
+            names.push_back(method.name);
+    if (names.empty())
         return;
     if (!asked_for.empty())
-        throw support::InputError(fmt::format("{} {} glued only; leave {} out, or take --tool glued",
-                                              fmt::join(glued, ", "), glued.size() == 1 ? "is" : "are",
-                                              glued.size() == 1 ? "it" : "them"));
-    notes.push_back(fmt::format("glued only, so left out where the tool touches: {}", fmt::join(glued, ", ")));
-    std::erase_if(methods, [](const models::MovingMethod &method) { return !method.knows_contact; });
+        throw support::InputError(fmt::format("{} {} {}; leave {} out, or {}", fmt::join(names, ", "),
+                                              names.size() == 1 ? "is" : "are", lack, names.size() == 1 ? "it" : "them",
+                                              remedy));
+    notes.push_back(fmt::format("{}, so left out here: {}", lack, fmt::join(names, ", ")));
+    std::erase_if(methods, [knows](const models::MovingMethod &method) { return !(method.*knows); });
 }
 
 /// One of each tool, so that none takes the place of another.
@@ -245,8 +249,12 @@ Found<results::Arena> run_arena(const ArenaOptions &options, const std::string &
                                 const ProgressReport &report) {
     auto methods = chosen_moving_methods(options.methods);
     auto [problems, notes, left_out] = read_arena_problems(options.bodies, options.load_case, options.material);
+    if (std::ranges::any_of(problems, [](const core::Problem &problem) { return problem.body->capsule.has_value(); }))
+        leave_out(methods, &models::MovingMethod::knows_capsule, options.methods, "without a capsule",
+                  "take a body without one", notes);
     if (options.tool == ArenaTool::touching) {
-        leave_out_glued(methods, options.methods, notes);
+        leave_out(methods, &models::MovingMethod::knows_contact, options.methods, "glued only", "take --tool glued",
+                  notes);
         for (auto &problem : problems)
             problem.load_case =
                 load_cases::with_touching_ball(std::move(problem.load_case), problem.body->mesh, options.friction);

@@ -13,6 +13,7 @@
 #include "core/error_norms.hpp"
 #include "core/mesh/refinement.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
+#include "tests/samples/covered_bodies.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::core {
@@ -492,6 +493,51 @@ TEST(LocalRefinement, NamesTheTetrahedronThatEachIsAPartOf) {
     const auto expected = core::tetrahedron_volumes(coarse);
     for (std::size_t t = 0; t < expected.size(); ++t)
         EXPECT_NEAR(volume_of_parts[t], expected[t], 1e-12 * expected[t]);
+}
+
+namespace {
+
+/// Largest distance of the covered nodes of an eighth of a ball from the sphere, on its capsule and on its mesh, over
+/// the radius. Normals at the rim of a capsule know one side, so nodes near it are not looked at.
+std::array<double, 2> distances_from_sphere(const core::Body &body, double radius) {
+    const auto surface = core::capsule_surface(body);
+    std::array<double, 2> largest{};
+    for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
+        for (const int node : body.mesh.boundary_triangles[f])
+            if (core::Capsule::covers(body.mesh, f)) {
+                const core::Vector3 &point = body.mesh.points[node];
+                if (point.minCoeff() < 0.4 * radius)
+                    continue;
+                largest[0] = std::max(largest[0], std::abs((point + surface->offset[node]).norm() / radius - 1.0));
+                largest[1] = std::max(largest[1], std::abs(point.norm() / radius - 1.0));
+            }
+    return largest;
+}
+
+} // namespace
+
+/// A mesh that is refined stays a polyhedron, and the capsule on it is as round as the ball was.
+TEST(Refinement, KeepsACapsuleRound) {
+    constexpr double radius = 0.03;
+    const auto problem = tests::covered::blown_up_ball(radius, 4, core::soft, 1.0, core::ConditionKind::traction);
+    const auto once = core::refine(*problem.body), again = core::refine(once);
+    for (const auto *const body : {&once, &again}) {
+        const auto [capsule, mesh] = distances_from_sphere(*body, radius);
+        EXPECT_LT(capsule, 0.1 * mesh);
+    }
+    const auto edges = core::edge_table(problem.body->mesh.tetrahedra).edges;
+    const auto bisected = core::bisect(*problem.body, {edges.begin(), edges.end()});
+    const auto [capsule, mesh] = distances_from_sphere(bisected.body, radius);
+    EXPECT_LT(capsule, 0.1 * mesh);
+}
+
+/// A box has edges, at which a capsule is not round.
+TEST(Refinement, KeepsACapsuleOnABoxFlat) {
+    auto box = core::sample_body();
+    box.capsule = tests::covered::capsule;
+    const auto refined = core::refine(box);
+    for (const auto &offset : core::capsule_surface(refined)->offset)
+        EXPECT_LT(offset.norm(), 1e-15);
 }
 
 } // namespace

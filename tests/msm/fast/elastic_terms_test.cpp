@@ -19,6 +19,7 @@
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/oracles/linear_elements.hpp"
 #include "tests/same_bits.hpp"
+#include "tests/samples/covered_bodies.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -47,6 +48,11 @@ std::vector<NamedTerm> all_terms() {
          }},
         {"linear_elements", tests::linear_elements},
         {"inversion_guard", msm::inversion_guard},
+        {"coupled_capsule",
+         [](const core::Body &body) {
+             return msm::coupled_capsule(*tests::covered::with_capsule(std::make_shared<const core::Body>(body)));
+         },
+         0.006},
     };
     for (const auto &volume : msm::all_volume_terms())
         terms.push_back({volume.name, [volume](const core::Body &body) { return volume.make(body, {7e3, 2e4}); }});
