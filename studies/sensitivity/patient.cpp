@@ -9,6 +9,7 @@
 #include <memory>
 #include <set>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "core/mesh/places.hpp"
@@ -67,6 +68,26 @@ void set_materials(core::Body &body, const Patient &patient, const std::vector<i
         material.density = patient.density.value_or(material.density);
         if (patient.shear_left)
             material = with_shear_left(material, *patient.shear_left);
+    }
+}
+
+/// A membrane is known by E t alone, so that one of any thickness will do.
+void set_capsule(core::Body &body, double stiffness) {
+    constexpr double thickness = 20e-6; // [m]
+    if (!body.capsule)
+        body.capsule = core::Capsule{.thickness = thickness};
+    body.capsule->young_modulus = stiffness / body.capsule->thickness;
+}
+
+/// Joins a patch that no capsule covers to the patches of facets.
+void uncover(core::TetraMesh &mesh, const std::vector<int> &facets) {
+    std::map<int, int> joined; // the patch beside a patch
+    for (const int facet : facets) {
+        int &patch = mesh.boundary_patch[facet];
+        const auto [entry, is_new] = joined.try_emplace(patch, static_cast<int>(mesh.patch_names.size()));
+        if (is_new)
+            mesh.patch_names.push_back(std::string(core::wound_patch) + core::patch_joint + mesh.patch_names[patch]);
+        patch = entry->second;
     }
 }
 
@@ -178,6 +199,8 @@ Patient patient_of(const std::vector<std::string> &names, const std::vector<doub
             patient.tumour_contrast = values[p];
         else if (names[p] == "shear_left")
             patient.shear_left = values[p];
+        else if (names[p] == "capsule_stiffness")
+            patient.capsule_stiffness = values[p];
         else if (names[p] == "density")
             patient.density = values[p];
         else if (names[p] == "held_share")
@@ -255,6 +278,8 @@ core::Problem problem_of(const Patient &patient, const core::Problem &nominal) {
     const auto tumours = tumour_regions(*nominal.body);
     auto body = std::make_shared<core::Body>(*nominal.body);
     set_materials(*body, patient, tumours);
+    if (patient.capsule_stiffness)
+        set_capsule(*body, *patient.capsule_stiffness);
     problem.body = body;
     if (patient.tool_offset)
         problem.load_case = with_tool_moved(problem.load_case, *body, *patient.tool_offset);
@@ -290,6 +315,8 @@ core::Problem with_soft_support(const core::Problem &problem, double stiffness) 
         for (int &node : corners)
             node = outer.at(node);
     }
+    if (body->capsule)
+        uncover(mesh, held);
     add_rim(mesh, num_nodes, mesh.boundary_patch[held.front()]);
     return {body, on_layer(problem.load_case, mesh)};
 }

@@ -19,6 +19,7 @@ struct Patient {
     std::optional<double> tumour_contrast{};   ///< Young's modulus of tumours over that of the first region
     std::optional<double> shear_left{};        ///< part of all shear moduli that is left once tissue relaxed, in (0, 1]
     std::optional<double> density{};           ///< of all regions [kg/m^3]
+    std::optional<double> capsule_stiffness{}; ///< E t of a capsule, which a body without one gets [N/m]
     std::optional<double> held_share{};        ///< part of the area of the held facets that stays held, in (0, 1]
     std::optional<double> support_stiffness{}; ///< see with_soft_support() [Pa/m]
     std::optional<Eigen::Vector2d> tool_offset{}; ///< see with_tool_moved() [m]
@@ -64,7 +65,8 @@ inline constexpr double support_shear_ratio = 1.0 / 3.0;
 /// surface moves by much less than the layer is thick.
 ///
 /// Nodes of the body keep their numbers, those of the layer come behind. Facets keep their numbers too: the held ones
-/// are now those of the outer side; the rim of the layer comes behind, free. The layer is the last region, "support".
+/// are now those of the outer side; the rim of the layer comes behind, free. The layer is the last region, "support". No
+/// capsule is on it, nor below it: facets of the layer are in the patch core::wound_patch beside their own.
 /// @param problem    with a held facet
 /// @param stiffness  k [Pa/m], > 0
 /// @throws support::InputError if the held surface folds back within the thickness

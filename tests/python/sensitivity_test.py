@@ -80,6 +80,11 @@ def test_ranges_that_ship_differ_in_what_they_are_named_after():
     series = tomllib.loads((RESULTS.parent / "load_cases" / "relaxation" / "liver_perfused.toml").read_text())
     left = next(each for each in relaxing if each.name == "shear_left")
     assert left.lower == pytest.approx(1.0 - sum(series["moduli"])) and left.upper == 1.0
+    covered = read_ranges(RESULTS / "parameter_ranges_capsule.toml").parameters
+    assert [each for each in covered if each.name != "capsule_stiffness"] == list(by_name.values())
+    stiffness = next(each for each in covered if each.name == "capsule_stiffness")
+    assert [stiffness.lower, stiffness.upper] == pytest.approx(  # as ends of other ranges: sqrt(3) standard deviations
+        [20e-6 * (8.22e6 + sign * math.sqrt(3.0) * 3.42e6) for sign in (-1, 1)], abs=0.5)
 
 
 def test_parameters_without_effect_are_left_out_with_the_reason():

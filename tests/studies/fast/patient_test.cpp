@@ -104,6 +104,26 @@ TEST(Patient, IsSofterWithLessThatHoldsAndWithASofterSupport) {
     EXPECT_LT(stiffness_of(nominal, {.held_share = 0.5, .support_stiffness = 1e5}), std::min(less, soft));
 }
 
+/// A capsule of next to nothing does next to nothing, whatever holds the body, and a real one holds it together; none
+/// is on the layer that stands for ligaments.
+TEST(Patient, HasTheCapsuleThatItIsGiven) {
+    const auto nominal = pressed_block();
+    for (const auto support : {std::optional<double>(), std::optional(1e5)}) {
+        const double bare = stiffness_of(nominal, {.support_stiffness = support});
+        const double thin = stiffness_of(nominal, {.capsule_stiffness = 1e-9, .support_stiffness = support});
+        EXPECT_NEAR(thin / bare, 1.0, 1e-9);
+        EXPECT_GT(stiffness_of(nominal, {.capsule_stiffness = 160.0, .support_stiffness = support}), 1.01 * bare);
+    }
+    const auto supported = problem_of({.capsule_stiffness = 160.0, .support_stiffness = 1e5}, nominal);
+    const auto &mesh = supported.body->mesh;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        for (const int node : mesh.boundary_triangles[f])
+            if (node >= nominal.body->mesh.num_nodes()) {
+                EXPECT_FALSE(core::Capsule::covers(mesh, f));
+            }
+    EXPECT_NEAR(supported.body->capsule->stiffness(), 160.0, 1e-9);
+}
+
 TEST(HeldShare, IsThatPartOfTheArea) {
     const auto nominal = pressed_block();
     const auto &mesh = nominal.body->mesh;

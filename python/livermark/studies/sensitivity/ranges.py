@@ -23,7 +23,7 @@ class Known(NamedTuple):
 
 KNOWN = {"young_modulus": Known("Pa", "parameters", 0.0, math.inf), "poisson_ratio": Known("", "parameters", -1.0, 0.5),
          "tumour_contrast": Known("", "parameters", 0.0, math.inf), "shear_left": Known("", "parameters", 0.0, 1.0, True),
-         "density": Known("kg/m^3", "parameters", 0.0, math.inf),
+         "capsule_stiffness": Known("N/m", "parameters", 0.0, math.inf), "density": Known("kg/m^3", "parameters", 0.0, math.inf),
          "held_share": Known("", "support", 0.0, 1.0, True), "support_stiffness": Known("Pa/m", "support", 0.0, math.inf),
          "tool_offset": Known("m", "tool", -math.inf, math.inf)}
 OTHERS = "others_from"  #: key of a file that has the ranges which are not in this one
