@@ -46,8 +46,8 @@ TEST(Capsule, StoresTheEnergyOfAnEvenStrain) {
         EXPECT_NEAR(small, expected, 1e-9 * expected) << kind.degree;
         const double large = hyperelastic_solution(covered::deformed(body, f), kind).solution.strain_energy -
                              hyperelastic_solution(covered::deformed(bare, f), kind).solution.strain_energy;
-        const double of_large = covered::capsule_energy(*body, f);
-        EXPECT_NEAR(large, of_large, 1e-9 * of_large) << kind.degree;
+        const double large_energy = covered::capsule_energy(*body, f);
+        EXPECT_NEAR(large, large_energy, 1e-9 * large_energy) << kind.degree;
     }
 }
 

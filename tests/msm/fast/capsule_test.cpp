@@ -67,7 +67,7 @@ TEST(CapsuleSprings, AreNotWhereACutHasOpenedTheBody) {
     EXPECT_EQ(msm::coupled_capsule(*body)->energy(1.1 * msm::to_unknowns(mesh.points)), 0.0);
 }
 
-/// Of any triangles, the coupled springs have the energy of the closed form where all strains are the same.
+/// Energy of the closed form on any triangles, where all strains are the same.
 TEST(CoupledCapsule, StoresTheEnergyOfAnEvenStrain) {
     const auto body =
         covered::with_capsule(tests::make_body(tests::shaken_box_mesh({0.1, 0.08, 0.06}, {3, 2, 2}), soft));
