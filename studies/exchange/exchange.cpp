@@ -1,7 +1,6 @@
 #include "studies/exchange/exchange.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <iterator>
@@ -248,42 +247,51 @@ results::ToolReference reference_for(const core::Problem &problem, const std::fi
     return coarse;
 }
 
-/// Parts of a problem that no nodal forces can say, each with its group in the .problem.h5.
-std::vector<std::array<std::string, 2>> more_than_forces(const core::Problem &problem) {
-    std::vector<std::array<std::string, 2>> parts;
+/// Part of a problem that no nodal forces can say.
+struct FurtherPart {
+    std::string noun, group;        ///< of the .problem.h5
+    bool is_linear_capsule = false; ///< a capsule on linear elements, under a small load
+
+    bool is_known_to(const exchange::ExportFormat &format) const {
+        return !format.is_job || (is_linear_capsule && format.knows_capsule);
+    }
+};
+
+std::vector<FurtherPart> more_than_forces(const core::Problem &problem, const exchange::ExportChoices &choices) {
+    std::vector<FurtherPart> parts;
     core::for_each_event(problem.load_case, [&](const auto &event) {
         using Kind = std::decay_t<decltype(event)>;
         if constexpr (!Kind::in_time)
             parts.push_back({Kind::noun, fmt::format("/load_case/{}", Kind::key)});
     });
     if (problem.body->capsule)
-        parts.push_back({"a capsule", "/capsule"});
+        parts.push_back(
+            {"a capsule", "/capsule", problem.load_case.regime == core::Regime::small && !choices.quadratic});
     return parts;
 }
 
 /// Leaves out jobs that cannot say all of a problem.
-/// @param asked_for  formats that were named
-/// @return a sentence for each part of the problem that its .problem.h5 alone has
+/// @return a sentence for each part of the problem that its .problem.h5 has, and jobs do not
 /// @throws support::InputError if such a job was asked for
 std::vector<std::string> leave_out_jobs(std::vector<exchange::ExportFormat> &formats, const core::Problem &problem,
-                                        const std::vector<std::string> &asked_for) {
-    const auto parts = more_than_forces(problem);
-    if (parts.empty())
-        return {};
-    std::vector<std::string> jobs, sentences;
-    for (const auto &format : formats)
-        if (format.is_job)
-            jobs.push_back(format.name);
-    for (const auto &[noun, group] : parts) {
-        if (!asked_for.empty() && !jobs.empty())
-            throw support::InputError(
-                fmt::format("{} on {} has {}, which files of {} cannot describe; leave the format "
-                            "out, and read {} of the .problem.h5",
-                            problem.load_case.name, problem.body->name, noun, fmt::join(jobs, " and "), group));
-        sentences.push_back(fmt::format("{} has {}: {} of {}.problem.h5 alone has it", problem.load_case.name, noun,
-                                        group, problem.load_case.name));
+                                        const ExportOptions &options) {
+    std::vector<std::string> sentences;
+    for (const auto &part : more_than_forces(problem, options.choices)) {
+        std::vector<std::string> jobs;
+        for (const auto &format : formats)
+            if (!part.is_known_to(format))
+                jobs.push_back(format.name);
+        if (!options.formats.empty() && !jobs.empty())
+            throw support::InputError(fmt::format(
+                "{} on {} has {}, which files of {} cannot describe; leave the format "
+                "out, and read {} of the .problem.h5",
+                problem.load_case.name, problem.body->name, part.noun, fmt::join(jobs, " and "), part.group));
+        sentences.push_back(fmt::format("{} has {}, which is in {} of {}.problem.h5", problem.load_case.name, part.noun,
+                                        part.group, problem.load_case.name));
+        if (!jobs.empty())
+            sentences.back() += fmt::format(", and no {} is written", fmt::join(jobs, " or "));
+        std::erase_if(formats, [&](const auto &format) { return !part.is_known_to(format); });
     }
-    std::erase_if(formats, &exchange::ExportFormat::is_job);
     return sentences;
 }
 
@@ -295,7 +303,7 @@ ExportedProblem export_problem(const ExportOptions &options, const std::string &
     auto formats = chosen_formats(options.formats);
     auto [problems, notes, left_out] = read_scaled_problems({options.body}, options.load_case, {});
     const auto &problem = problems.front();
-    std::ranges::move(leave_out_jobs(formats, problem, options.formats), std::back_inserter(notes));
+    std::ranges::move(leave_out_jobs(formats, problem, options), std::back_inserter(notes));
     const OutputFolder folder(std::filesystem::path(options.output) / problem.body->name);
     ExportedProblem exported{{}, std::move(notes)};
     const auto file = [&](const char *extension) {

@@ -101,6 +101,26 @@ void write_loads(std::ostream &out, const std::vector<Vector3> &force) {
                 fmt::print(out, "{}, {}, {:.12e}\n", node + 1, i + 1, force[node][i]);
 }
 
+/// The capsule as M3D3 on the facets, behind the tetrahedra. CalculiX makes layers of solid elements of them, which
+/// bend little and need a Poisson's ratio below 1/2. Its quadratic M3D6 resist little, and under large loads it comes
+/// to no rest.
+void write_capsule(std::ostream &out, const core::Body &body, const Discretisation &fem) {
+    constexpr double poisson_ratio = 0.4999;
+    const core::Material material{
+        .density = 1.0, .young_modulus = body.capsule->young_modulus, .poisson_ratio = poisson_ratio};
+    fmt::print(out, "** capsule\n*ELEMENT, TYPE=M3D3, ELSET=CAPSULE\n");
+    for (std::size_t f = 0; f < fem.facets.size(); ++f)
+        if (core::Capsule::covers(body.mesh, static_cast<int>(f))) {
+            fmt::print(out, "{}", fem.elements.size() + f + 1);
+            for (const int node : fem.facets[f])
+                fmt::print(out, ", {}", node + 1);
+            fmt::print(out, "\n");
+        }
+    fmt::print(out, "*MATERIAL, NAME=CAPSULE\n");
+    write_elastic(out, material);
+    fmt::print(out, "*MEMBRANE SECTION, ELSET=CAPSULE, MATERIAL=CAPSULE\n{:.12e}\n", body.capsule->thickness);
+}
+
 /// Input of CalculiX and Abaqus for a problem at rest: C3D4 or C3D10 with straight edges, a *MATERIAL and an ELSET
 /// for each region, *BOUNDARY for what is prescribed, *CLOAD with the consistent nodal forces of the tractions (a
 /// facet's force goes in equal parts to its corners, or to its edge midpoints), *DLOAD GRAV for the acceleration. Node
@@ -138,6 +158,8 @@ void write_inp(std::ostream &out, const core::Problem &problem, const ExportChoi
         fmt::print(out, "*DENSITY\n{1:.12e}\n*SOLID SECTION, ELSET=REGION_{0}, MATERIAL=MATERIAL_{0}\n", region,
                    material.density);
     }
+    if (problem.body->capsule)
+        write_capsule(out, *problem.body, fem);
     write_patches(out, mesh);
     const auto prescribed = prescribed_displacement(load_case, fem);
     const auto force = traction_forces(mesh, is_large ? core::without_follower_pressures(load_case) : load_case, fem);
@@ -177,7 +199,11 @@ void write_inp(std::ostream &out, const core::Problem &problem, const ExportChoi
 namespace formats {
 
 ExportFormat calculix() {
-    return {.name = {}, .summary = "a job of CalculiX or Abaqus", .files = {{".inp", write_inp}}, .is_job = true};
+    return {.name = {},
+            .summary = "a job of CalculiX or Abaqus",
+            .files = {{".inp", write_inp}},
+            .is_job = true,
+            .knows_capsule = true};
 }
 
 } // namespace formats

@@ -33,6 +33,7 @@ struct ExportFormat {
     /// Whether it is a whole job of a program: such files are left out where they cannot say all that acts on the body.
     /// Others leave to the .problem.h5 what is more than a mesh, prescribed displacements and nodal forces.
     bool is_job = false;
+    bool knows_capsule = false; ///< whether a job has the capsule of a body, on linear elements in the small regime
 };
 
 /// Every format of formats/, in alphabetical order.

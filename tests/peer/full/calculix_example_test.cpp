@@ -7,10 +7,13 @@
 
 #include "core/error_norms.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
+#include "fem_reference/linear/linear_elasticity.hpp"
 #include "results/hdf5/result_file.hpp"
+#include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/peer/calculix.hpp"
 #include "tests/samples/calculix_neo_hooke.hpp"
+#include "tests/samples/covered_bodies.hpp"
 
 namespace livermark {
 namespace {
@@ -86,6 +89,24 @@ TEST(CalculixExample, ScoresLargeDeformationsAsLinearElementsWithItsEnergy) {
         core::compare(result.problem.body->mesh, result.problem.load_case, ours, theirs, "calculix");
     RecordProperty("relative_l2", fmt::format("{:.2e}", comparison.relative_l2));
     EXPECT_LT(comparison.relative_l2, 1e-6);
+}
+
+/// Membranes of a solver by other people are the capsule: its M3D3, thin layers of solid elements, find what ours do.
+TEST(CalculixCapsule, FindsTheSameDisplacements) {
+    const auto ccx = tests::find_ccx();
+    if (ccx.empty())
+        GTEST_SKIP() << "there is no ccx";
+    const auto body = tests::covered::with_capsule(
+        tests::make_body(tests::shaken_box_mesh({0.1, 0.03, 0.03}, {5, 2, 2}), {1060.0, 5000.0, 0.45}));
+    auto load_case = tests::held(body->mesh);
+    tests::pull(load_case, body->mesh, "x_max", {3.0, 1.0, -2.0});
+    const core::Problem problem{body, load_case};
+    const core::Problem bare{tests::covered::with_capsule(body, std::nullopt), load_case};
+    const auto ours = fem_reference::solve_static(problem, 1), without = fem_reference::solve_static(bare, 1);
+    auto theirs = ours;
+    theirs.displacement = tests::solve_with_calculix(ccx, problem, 1, fmt::format("{}/capsule", LIVERMARK_PEER_RUNS));
+    EXPECT_LT(core::compare(body->mesh, load_case, ours, theirs, "calculix").relative_l2, 1e-3);
+    EXPECT_GT(core::compare(body->mesh, load_case, ours, without, "bare").relative_l2, 0.5);
 }
 
 } // namespace
