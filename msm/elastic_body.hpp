@@ -68,7 +68,8 @@ struct ElasticBody {
     /// Springs are such a body.
     ElasticBody(const core::SpringNetwork &springs); // NOLINT(google-explicit-constructor)
 
-    /// One term more, whose second derivative has few entries, and is that at rest where it is asked for at no positions.
+    /// One term more, whose second derivative has few entries, and is that at rest where it is asked for at no
+    /// positions.
     void add(std::shared_ptr<const ElasticTerm> term);
 
     std::vector<double> node_mass;                         ///< (N) [kg]

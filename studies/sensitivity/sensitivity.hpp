@@ -65,8 +65,8 @@ inline constexpr double support_shear_ratio = 1.0 / 3.0;
 /// surface moves by much less than the layer is thick.
 ///
 /// Nodes of the body keep their numbers, those of the layer come behind. Facets keep their numbers too: the held ones
-/// are now those of the outer side; the rim of the layer comes behind, free. The layer is the last region, "support". No
-/// capsule is on it, nor below it: facets of the layer are in the patch core::wound_patch beside their own.
+/// are now those of the outer side; the rim of the layer comes behind, free. The layer is the last region, "support".
+/// No capsule is on it, nor below it: facets of the layer are in the patch core::wound_patch beside their own.
 /// @param problem    with a held facet
 /// @param stiffness  k [Pa/m], > 0
 /// @throws support::InputError if the held surface folds back within the thickness
