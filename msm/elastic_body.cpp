@@ -27,7 +27,7 @@ ElasticBody::ElasticBody(std::vector<double> mass, std::vector<std::shared_ptr<c
 ElasticBody::ElasticBody(const core::SpringNetwork &springs)
     : node_mass(springs.node_mass), terms{spring_term(springs)} {}
 
-void ElasticBody::add(std::shared_ptr<const ElasticTerm> term) {
+void ElasticBody::add(const std::shared_ptr<const ElasticTerm> &term) {
     terms.push_back(term);
     if (const auto before = preconditioner)
         preconditioner = [=](double part) {

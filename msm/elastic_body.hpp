@@ -70,7 +70,7 @@ struct ElasticBody {
 
     /// One term more, whose second derivative has few entries, and is that at rest where it is asked for at no
     /// positions.
-    void add(std::shared_ptr<const ElasticTerm> term);
+    void add(const std::shared_ptr<const ElasticTerm> &term);
 
     std::vector<double> node_mass;                         ///< (N) [kg]
     std::vector<std::shared_ptr<const ElasticTerm>> terms; ///< the energy is their sum

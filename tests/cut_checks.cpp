@@ -104,7 +104,7 @@ std::string fault_of_surface(const core::TetraMesh &mesh) {
             const int a = nodes[c], b = nodes[(c + 1) % 3];
             balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
             rings[a].push_back({b, nodes[(c + 2) % 3]});
-            if (mesh.patch_names[mesh.boundary_patch[f]] == meshes::wound_patch)
+            if (mesh.patch_names[mesh.boundary_patch[f]] == core::wound_patch)
                 in_wound.insert(a);
         }
     }

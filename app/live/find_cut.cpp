@@ -36,9 +36,9 @@ Remains remains_of(const core::TetraMesh &whole, const std::vector<char> &is_gon
     mesh.points = whole.points;
     mesh.region_names = whole.region_names;
     mesh.patch_names = whole.patch_names;
-    const auto wound = std::ranges::find(mesh.patch_names, meshes::wound_patch) - mesh.patch_names.begin();
+    const auto wound = std::ranges::find(mesh.patch_names, core::wound_patch) - mesh.patch_names.begin();
     if (wound == std::ssize(mesh.patch_names))
-        mesh.patch_names.emplace_back(meshes::wound_patch);
+        mesh.patch_names.emplace_back(core::wound_patch);
     for (std::size_t t = 0; t < whole.tetrahedra.size(); ++t)
         if (is_gone[t] == 0) {
             left.tetrahedron.push_back(static_cast<int>(t));

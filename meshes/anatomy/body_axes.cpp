@@ -56,7 +56,7 @@ std::optional<FoundPatches> find_anatomical_patches(core::TetraMesh &mesh,
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
         const int found = liver.boundary_patch[f];
         const auto &own = file_patches[mesh.boundary_patch[f]], &name = liver.patch_names[found];
-        if (own == wound_patch || is_there(liver.patch_names, own) || is_there(file_patches, name))
+        if (own == core::wound_patch || is_there(liver.patch_names, own) || is_there(file_patches, name))
             continue;
         const auto [entry, is_new] =
             number.emplace(says_nothing(own) ? name : fmt::format("{}{}{}", own, core::patch_joint, name),

@@ -113,9 +113,9 @@ core::Body body_of(const CutMesh &cut, const std::vector<int> &piece, const Face
         }
     mesh.region_names = from.region_names;
     mesh.patch_names = from.patch_names;
-    auto wound = std::ranges::find(mesh.patch_names, wound_patch) - mesh.patch_names.begin();
+    auto wound = std::ranges::find(mesh.patch_names, core::wound_patch) - mesh.patch_names.begin();
     if (wound == std::ssize(mesh.patch_names))
-        mesh.patch_names.emplace_back(wound_patch);
+        mesh.patch_names.emplace_back(core::wound_patch);
     for (const int t : piece) {
         auto &nodes = mesh.tetrahedra.emplace_back(from.tetrahedra[t]);
         for (int &node : nodes)
@@ -161,7 +161,7 @@ double least_margin(const core::TetraMesh &before, const core::TetraMesh &left, 
     for (const auto &[a, b, c] : core::outer_faces(inside))
         surface.push_back({before.points[a], before.points[b], before.points[c]});
     for (int f = 0; f < left.num_boundary_triangles(); ++f)
-        if (left.patch_names[left.boundary_patch[f]] == wound_patch) {
+        if (left.patch_names[left.boundary_patch[f]] == core::wound_patch) {
             const auto &[a, b, c] = left.boundary_triangles[f];
             wound.push_back({left.points[a], left.points[b], left.points[c]});
         }
@@ -204,7 +204,7 @@ void add_notes(const core::TetraMesh &before, const Cut &cut, std::span<const do
         if (std::ranges::find(mesh.region_names, name) == mesh.region_names.end())
             notes.push_back(fmt::format("nothing is left of region '{}'", name));
     for (const auto &name : core::patches_of(before)) {
-        if (name == wound_patch)
+        if (name == core::wound_patch)
             continue;
         constexpr double rounding = 1e-9;
         const double left = area_of_patch(mesh, name) / area_of_patch(before, name);
@@ -272,7 +272,7 @@ CutBody cut(const core::Body &body, const Cut &cut) {
         result.small_pieces.push_back(std::move(part));
     }
     add_up_removed(cut_mesh, clean.pieces, result);
-    result.wound_area = area_of_patch(result.body.mesh, wound_patch);
+    result.wound_area = area_of_patch(result.body.mesh, core::wound_patch);
     result.least_margin = least_margin(body.mesh, result.body.mesh, cut.tool);
     result.num_crumbs = clean.num_crumbs;
     result.num_spikes = clean.num_spikes;

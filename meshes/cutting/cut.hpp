@@ -59,9 +59,6 @@ struct Cut {
     std::string place = "cut"; ///< where it was read, for messages
 };
 
-/// Name of the patch that a cut makes.
-using core::wound_patch;
-
 /// A cut that does not fit this body: it misses it, takes all of it away, or leaves what floats. It may fit another
 /// one.
 class CutNotOnBody : public support::InputError {

@@ -91,7 +91,7 @@ std::vector<bool> nodes_of_wound(const RawMesh &raw) {
     std::vector<bool> is_in_wound(raw.points.size(), false);
     for (std::size_t f = 0; f < raw.triangles.size(); ++f)
         if (const auto name = raw.patch_names.find(raw.patch_tag[f]);
-            name != raw.patch_names.end() && name->second == wound_patch)
+            name != raw.patch_names.end() && name->second == core::wound_patch)
             for (const int node : raw.triangles[f])
                 is_in_wound[node] = true;
     return is_in_wound;

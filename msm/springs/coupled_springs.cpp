@@ -477,8 +477,8 @@ ElasticBody coupled_springs_with_volume(const core::Body &body, const CoupledSpr
     ElasticBody elastic(lumped_masses(body), std::move(terms));
     elastic.preconditioner = [body](double part) { return stiffness_of_softer_volume(body, part); };
     elastic.softness = softness_below_tools(springs);
-    if (auto capsule = coupled_capsule(body))
-        elastic.add(std::move(capsule));
+    if (const auto capsule = coupled_capsule(body))
+        elastic.add(capsule);
     return elastic;
 }
 

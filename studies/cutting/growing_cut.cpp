@@ -24,7 +24,7 @@ namespace {
 double wound_area(const core::TetraMesh &mesh) {
     double area = 0.0;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (mesh.patch_names[mesh.boundary_patch[f]] == meshes::wound_patch)
+        if (mesh.patch_names[mesh.boundary_patch[f]] == core::wound_patch)
             area += core::area_vector(mesh, f).norm();
     return area;
 }
@@ -34,7 +34,7 @@ std::vector<std::array<int, 2>> parted_nodes(const core::TetraMesh &mesh) {
     std::map<std::array<double, 3>, std::vector<int>> at_place;
     std::vector<bool> is_seen(mesh.points.size(), false);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (mesh.patch_names[mesh.boundary_patch[f]] == meshes::wound_patch)
+        if (mesh.patch_names[mesh.boundary_patch[f]] == core::wound_patch)
             for (const int node : mesh.boundary_triangles[f])
                 if (!is_seen[node]) {
                     is_seen[node] = true;
@@ -245,7 +245,7 @@ std::vector<bool> wound_rim_nodes(const core::TetraMesh &mesh) {
     std::map<std::array<int, 2>, core::Vector3> normal_at;
     std::vector<bool> is_rim(mesh.points.size(), false);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        if (mesh.patch_names[mesh.boundary_patch[f]] != meshes::wound_patch)
+        if (mesh.patch_names[mesh.boundary_patch[f]] != core::wound_patch)
             continue;
         const core::Vector3 normal = core::area_vector(mesh, f).normalized();
         const auto &nodes = mesh.boundary_triangles[f];

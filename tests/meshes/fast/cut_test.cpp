@@ -139,7 +139,7 @@ TEST_P(CutBody, KnowsHowNearTheWoundComesToTheRegion) {
                 lump.push_back(body.mesh.points[node]);
     const auto &mesh = after.body.mesh;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (mesh.patch_names[mesh.boundary_patch[f]] == meshes::wound_patch)
+        if (mesh.patch_names[mesh.boundary_patch[f]] == core::wound_patch)
             for (const int node : mesh.boundary_triangles[f])
                 wound.push_back(mesh.points[node]);
     double nearest_corners = std::numeric_limits<double>::infinity();

@@ -78,7 +78,7 @@ TEST(GrowingCut, SetsFreeWhatAnEvenlyStrainedStripHasStoredInItsHeight) {
 std::vector<std::array<double, 3>> wound_of(const core::TetraMesh &mesh) {
     std::vector<std::array<double, 3>> middles;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (mesh.patch_names[mesh.boundary_patch[f]] == meshes::wound_patch) {
+        if (mesh.patch_names[mesh.boundary_patch[f]] == core::wound_patch) {
             const auto &[a, b, c] = mesh.boundary_triangles[f];
             const Vector3 middle = (mesh.points[a] + mesh.points[b] + mesh.points[c]) / 3.0;
             middles.push_back({middle.x(), middle.y(), middle.z()});

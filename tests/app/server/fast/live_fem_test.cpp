@@ -162,7 +162,7 @@ TEST_F(LiveFemTest, SolvesOnWhatCutsHaveLeft) {
         for (int &node : face)
             node = number[node];
         facet_of[key(face)] = f;
-        if (left.patch_names[left.boundary_patch[f]] == meshes::wound_patch)
+        if (left.patch_names[left.boundary_patch[f]] == core::wound_patch)
             in_wound.push_back(f);
     }
     std::vector<int> order;
