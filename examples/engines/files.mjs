@@ -33,11 +33,28 @@ const numbers = (values) => Int32Array.from(values, Number); // HDF5 has 64 bits
 
 /** Parts of a problem that no nodal forces can say, with the words for them. */
 const refused = {
-  'load_case/touch': 'a tool that touches',
   'load_case/foundation': 'elastic springs below facets',
   'load_case/slow_history': 'tissue that relaxes',
   'load_case/release': 'a release, which happens in time',
 };
+
+/** A rigid ball that touches without friction, or null where a problem has none. Throws an Error where its tool is another. */
+function ballOf(path, { values, attribute, has }) {
+  if (!has('load_case/touch')) return null;
+  const of = (key) => attribute('load_case/touch', key), way = values('load_case/touch/way');
+  const other = (of('face') && 'a plate') || (has('load_case/touch/between') && 'two jaws') || (of('friction') !== 0 && 'a tool with friction') ||
+    (way.subarray(6).some((value) => value !== 0) && 'a tool that slides');
+  if (other) throw new Error(`${path} has ${other}, and adapters know a ball that presses without friction; choose another load case`);
+  return { radius: of('radius'), start: way.slice(0, 3), press: way.slice(3, 6) };
+}
+
+/** By how much the node that is deepest in a ball at the end of its press is inside it [m]. */
+export function deepest({ radius, start, press }, points, u) {
+  let least = Infinity;
+  for (let i = 0; i < points.length; i += 3)
+    least = Math.min(least, Math.hypot(...[0, 1, 2].map((c) => points[i + c] + u[i + c] - start[c] - press[c])));
+  return Math.max(0, radius - least);
+}
 
 /**
  * Problem at rest, FILE.problem.h5 of `livermark export`.
@@ -45,8 +62,9 @@ const refused = {
  *   poissonRatio (R); force (3N) of tractions and weight [N], fixed (3N) 1 where a component is prescribed, prescribed
  *   (3N) its displacement [m], 0 elsewhere; isLarge: whether the reference is hyperelastic; targetPeak: the displacement
  *   that the loads are meant to reach [m]; pressDepth [m]: where above 0, force is that of one newton, and all of it is
- *   to be multiplied by one number, so that force . u = pressDepth.
- * @throws Error where the file is no problem, or has what nodal forces cannot say
+ *   to be multiplied by one number, so that force . u = pressDepth. touch: the rigid ball that presses without friction, or
+ *   null: its radius, start and press [m], the centre where it just touches the body at rest, and by which it moves.
+ * @throws Error where the file is no problem, or has what neither nodal forces nor such a ball can say
  */
 export function readProblem(path) {
   return open(path, 'BODY LOAD_CASE', ({ values, attribute, has, body }) => {
@@ -58,6 +76,7 @@ export function readProblem(path) {
     const problem = {
       points: values('mesh/points'), tetrahedra: numbers(values('mesh/tetrahedra')), material: values('mesh/region'), ...body(),
       isLarge, targetPeak: attribute('load_case', 'target_peak_displacement'), pressDepth: attribute('load_case', 'press_depth') ?? 0,
+      touch: ballOf(path, { values, attribute, has }),
     };
     const surface = {
       triangles: numbers(values('mesh/boundary_triangles')), condition: values('load_case/condition'), value: values('load_case/value'),

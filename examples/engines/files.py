@@ -76,16 +76,38 @@ def _mesh(file, group):
                 young_modulus=young, poisson_ratio=nu, density=density)
 
 
+def read_ball(path):
+    """The rigid ball of a problem that touches without friction: radius, start (3) and press (3) [m], the centre where it just
+    touches the body at rest, and by which it moves. None where there is none. Ends an adapter where the tool is another."""
+    with h5py.File(path) as file:
+        touch = file["load_case"].get("touch")
+        if touch is None:
+            return None
+        start, press, slide = touch["way"][:]
+        others = {"a plate": "face" in touch.attrs, "two jaws": "between" in touch, "a tool with friction": touch.attrs["friction"] != 0.0,
+                  "a tool that slides": slide.any()}
+        for other in (words for words, is_there in others.items() if is_there):
+            stop(f"{path} has {other}, and adapters know a ball that presses without friction; choose another load case")
+        return SimpleNamespace(radius=float(touch.attrs["radius"]), start=start, press=press)
+
+
+def refuse_ball(path):
+    """Ends an adapter that knows no contact where a ball touches the body."""
+    if read_ball(path) is not None:
+        stop(f"{path} has a ball that touches, and this adapter knows no contact; choose another load case")
+
+
 def read_problem(path):
     """A problem at rest: points (N, 3), tetrahedra (M, 4), region (M) index into young_modulus, poisson_ratio and density;
     force (N, 3) [N]; is_prescribed (N, 3) and prescribed (N, 3) [m]; is_large; press_depth [m], which is 0 where force is the
-    whole load, and else what sum force . u has to become under a multiple of force."""
+    whole load, and else what sum force . u has to become under a multiple of force; touch, the ball of read_ball() or None."""
     with h5py.File(path) as file:
         load_case = file["load_case"]
         regime = load_case.attrs.get("regime", b"small")
         problem = SimpleNamespace(**_mesh(file, "mesh/"), press_depth=float(load_case.attrs.get("press_depth", 0.0)),
                                   is_large=(regime.decode() if isinstance(regime, bytes) else regime) == "large",
                                   follows="follows" in load_case)
+    problem.touch = read_ball(path)
     vtu = stem_of(path).with_suffix(".vtu")
     problem.force = read_vtu(vtu, "nodal_force")
     problem.prescribed = read_vtu(vtu, "prescribed_displacement")
@@ -149,6 +171,7 @@ def solve_rest(source, output, body_of, clock=time.monotonic):
 
     body_of(problem) has displacement_under() as rest_under() takes it.
     """
+    refuse_ball(source)
     problem = read_problem(source)
     if problem.follows:
         stop("the problem has a pressure that follows the surface; choose another load case")

@@ -133,7 +133,7 @@ std::vector<double> read_vtu(const std::string &path, const std::string &name, s
 }
 
 void read_rest(Input &input, hid_t file, const std::string &problem) {
-    for (const char *part : {"/load_case/follows", "/load_case/slow_history"})
+    for (const char *part : {"/load_case/touch", "/load_case/follows", "/load_case/slow_history"})
         if (H5Lexists(file, part, H5P_DEFAULT) > 0)
             stop(std::string("the problem has ") + part + ", which nodal forces cannot say; choose another load case");
     if (H5Aexists_by_name(file, "/load_case", "press_depth", H5P_DEFAULT) > 0)

@@ -15,9 +15,10 @@
 // equal volume. His springs have lambda = mu = 2 E' / 5, so E' = 5 mu / 2, and the volume adds what lambda lacks.
 // Constraints that come later in a substep move the nodes of earlier ones again. At rest that softens each by
 // h^2 w / 2 in the mean, so compliance - h^2 w / 2 is typed in; --corrected 0 leaves this out.
+// A ball is a static sphere that is set forward before each substep. Jolt puts vertices out of it at the end of a substep.
 import { createRequire } from 'node:module';
 import initJolt from 'jolt-physics';
-import { commandLine, cross, dot, nodeMasses, readProblem, readScene, subtract, volumes, writeMotion, writeSolution } from '../files.mjs';
+import { commandLine, cross, deepest, dot, nodeMasses, readProblem, readScene, subtract, volumes, writeMotion, writeSolution } from '../files.mjs';
 
 /** Edges (2S) with Lloyd's stiffness (S) [N/m] for mu, and stiffness of volumes (M) [N/m^5], 0 where there is none. */
 function constraintsOf(body) {
@@ -67,6 +68,7 @@ function forceOn(isChosen, body, { edges, ofEdge, ofVolume, sixRest }, x) {
 
 /**
  * Jolt with one soft body, whose vertices move by step(seconds, substeps). position and velocity get and set components.
+ * setBall(centre) moves the rigid ball of body.touch.
  * @param isHeld       (N) whether a node moves by its velocity alone
  * @param substep      [s]
  * @param damping      of the velocity [1/s]
@@ -76,11 +78,12 @@ async function softBody(body, constraints, isHeld, substep, damping, isCorrected
   const Jolt = await initJolt(), settings = new Jolt.JoltSettings();
   const pairs = new Jolt.ObjectLayerPairFilterTable(1), layers = new Jolt.BroadPhaseLayerInterfaceTable(1, 1);
   layers.MapObjectToBroadPhaseLayer(0, new Jolt.BroadPhaseLayer(0));
+  pairs.EnableCollision(0, 0);
   settings.mMaxWorkerThreads = 0;
   settings.mObjectLayerPairFilter = pairs;
   settings.mBroadPhaseLayerInterface = layers;
   settings.mObjectVsBroadPhaseLayerFilter = new Jolt.ObjectVsBroadPhaseLayerFilterTable(layers, 1, pairs, 1);
-  const system = new Jolt.JoltInterface(settings).GetPhysicsSystem();
+  const system = new Jolt.JoltInterface(settings).GetPhysicsSystem(), bodies = system.GetBodyInterface();
   system.SetGravity(new Jolt.Vec3(0, 0, 0));
 
   const shared = new Jolt.SoftBodySharedSettings(), inverseMass = nodeMasses(body).map((mass) => 1 / mass);
@@ -109,8 +112,11 @@ async function softBody(body, constraints, isHeld, substep, damping, isCorrected
 
   const creation = new Jolt.SoftBodyCreationSettings(shared, new Jolt.RVec3(0, 0, 0), new Jolt.Quat(0, 0, 0, 1), 0);
   creation.mLinearDamping = damping;
+  creation.mFriction = 0;
   creation.mUpdatePosition = creation.mAllowSleeping = false;
-  const handle = system.GetBodyInterface().CreateSoftBody(creation);
+  const handle = bodies.CreateSoftBody(creation), ball = body.touch && bodies.CreateAndAddBody(new Jolt.BodyCreationSettings(
+    new Jolt.SphereShape(body.touch.radius), new Jolt.RVec3(...body.touch.start), new Jolt.Quat(0, 0, 0, 1), Jolt.EMotionType_Static, 0),
+  Jolt.EActivation_DontActivate);
   const motion = Jolt.castObject(handle.GetMotionProperties(), Jolt.SoftBodyMotionProperties), vertices = motion.GetVertices();
   const traits = Jolt.SoftBodyVertexTraits.prototype, bytes = Float32Array.BYTES_PER_ELEMENT;
   const first = Jolt.getPointer(vertices.at(0)), stride = Jolt.getPointer(vertices.at(1)) - first;
@@ -120,6 +126,7 @@ async function softBody(body, constraints, isHeld, substep, damping, isCorrected
   });
   return {
     inverseMass, position: field(traits.mPositionOffset), velocity: field(traits.mVelocityOffset),
+    setBall: (centre) => bodies.SetPosition(ball, new Jolt.RVec3(...centre), Jolt.EActivation_DontActivate),
     release: (node) => (vertices.at(node).mInvMass = inverseMass[node]),
     step(seconds, substeps) {
       motion.SetNumIterations(substeps);
@@ -129,17 +136,19 @@ async function softBody(body, constraints, isHeld, substep, damping, isCorrected
 }
 
 const displacement = (engine, points) => Float64Array.from(points, (x, i) => engine.position.get(i) - x);
+const heldNodes = ({ points, fixed }) => Array.from({ length: points.length / 3 }, (_, node) => at(fixed, node).every((value) => value));
 const norm = (u) => Math.sqrt(u.reduce((sum, value) => sum + value * value, 0));
 const work = ({ force }, u) => u.reduce((sum, value, i) => sum + value * force[i], 0);
 
 /**
  * Equilibrium under a multiple of the forces and prescribed displacements: the mean over half a second [m], when the
  * next differs by less than a thousandth, or after longest seconds. A step is a substep, because Jolt has no nodal
- * forces: they are velocities here. Its damping acts on these as well, hence the quotient.
+ * forces: they are velocities here. Its damping acts on these as well, hence the quotient. A ball
+ * moves in during the first half second.
  */
 async function relax(problem, constraints, multiple, { substeps, damping, longest, corrected }) {
-  const { points, fixed, prescribed, force } = problem, h = 1 / 60 / substeps, halfSecond = 30 * substeps;
-  const isHeld = Array.from({ length: points.length / 3 }, (_, node) => at(fixed, node).every((value) => value));
+  const { points, fixed, prescribed, force, touch } = problem, h = 1 / 60 / substeps, halfSecond = 30 * substeps;
+  const isHeld = heldNodes(problem);
   const engine = await softBody(problem, constraints, isHeld, h, damping, corrected);
   const loaded = [...force.keys()].filter((i) => force[i] !== 0 && !fixed[i]), held = [...fixed.keys()].filter((i) => fixed[i]);
   const kick = (i) => (multiple * h * force[i] * engine.inverseMass[Math.floor(i / 3)]) / (1 - damping * h);
@@ -152,6 +161,7 @@ async function relax(problem, constraints, multiple, { substeps, damping, longes
         engine.position.set(i, points[i] + multiple * prescribed[i]);
         engine.velocity.set(i, 0);
       }
+      if (touch && seconds === 0) engine.setBall(touch.start.map((x, c) => x + ((step + 1) / halfSecond) * touch.press[c]));
       for (const i of loaded) engine.velocity.set(i, engine.velocity.get(i) + kick(i));
       engine.step(h, 1);
       for (let i = 0; i < points.length; ++i) mean[i] += (engine.position.get(i) - points[i]) / halfSecond;
@@ -191,7 +201,10 @@ async function rest(problem, constraints, settings) {
     u = u.map((value, i) => (value - back.u[i]) / (2 * multiple));
     if (depth > 0) u = u.map((value) => (value * problem.pressDepth) / work(problem, u));
   }
-  return { u, report: { relaxed_seconds: seconds, last_change: change, work: work(problem, u) } };
+  const report = { relaxed_seconds: seconds, last_change: change, work: work(problem, u) };
+  if (!problem.touch) return { u, report };
+  const force = Math.hypot(...forceOn(heldNodes(problem), problem, constraints, u.map((value, i) => value + problem.points[i])));
+  return { u, report: { ...report, at_rest: change <= 1e-3, force, deepest: deepest(problem.touch, problem.points, u) } };
 }
 
 const processorSeconds = () => 1e-6 * (process.cpuUsage().user + process.cpuUsage().system);
