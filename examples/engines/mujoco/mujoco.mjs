@@ -7,8 +7,11 @@
 //   V (mu tr E^2 + lambda (tr E)^2)   in place of   V (mu tr E^2 + lambda / 2 (tr E)^2)
 // (MetricTensor in user_mesh.cc, where la would have to be la / 2). What is typed in makes mu and lambda right, or is E and nu with --corrected 0:
 //   poisson = nu / (2 - 2 nu)     young = E (1 + poisson) / (1 + nu)
+// A ball is a sphere that no force moves. Contact is with facets, so nodes stay outside. Its solref is (-1 / step^2, -1 / step): a step
+// puts the surface out of the ball, as far as solimp lets it. That is the largest that MuJoCo takes; the rest is a soft spring
+// over the mass of the nodes and the square of the step, so facets sink into the ball by less with shorter steps.
 // Each node is a body with its mass and three sliders. The damping of a slider is massDamping times the mass.
-import { commandLine, nodeMasses, readProblem, readScene, writeMotion, writeSolution } from '../files.mjs';
+import { commandLine, deepest, nodeMasses, readProblem, readScene, writeMotion, writeSolution } from '../files.mjs';
 
 const usage = 'node mujoco.mjs PROBLEM.problem.h5 SOLUTION.csv | SCENE.scene.h5 MOTION.h5 [--name value]...';
 const { default: load } = await import('@mujoco/mujoco');
@@ -27,6 +30,7 @@ function typedMaterial(young, nu, isCorrected) {
  *  in isDriven (3N) are too heavy to be moved by forces, because an implicit step couples them with their neighbours. */
 function modelText(body, isStill, isDriven, damping, settings) {
   const heavy = 1e6 + 1e12 * settings.step ** 2; // over the mass; the stiffest sliders have some 1e6 / s^2
+  const solref = `${-((1 / settings.step) ** 2)} ${-1 / settings.step}`;
   const { points, tetrahedra, material } = body, mass = nodeMasses(body).map((m) => unit * m), nodes = [...mass.keys()];
   const sliders = (i) => ['1 0 0', '0 1 0', '0 0 1'].map((axis, c) => `<joint type="slide" axis="${axis}" damping="${damping * mass[i]}" ` +
     `armature="${isDriven[3 * i + c] ? heavy * mass[i] : 0}"/>`).join('');
@@ -38,13 +42,15 @@ function modelText(body, isStill, isDriven, damping, settings) {
     const { young, poisson } = typedMaterial(E, body.poissonRatio[region], settings.corrected);
     const elements = own.map((node) => number.get(node)).join(' ');
     return own.length === 0 ? '' : `<flex name="region${region}" dim="3" radius="1e-5" body="${used.join(' ')}" element="${elements}">
-      <contact contype="0" conaffinity="0" selfcollide="none" internal="false"/><elasticity young="${young}" poisson="${poisson}"/></flex>`;
+      <contact contype="0" conaffinity="${body.touch ? 1 : 0}" condim="1" selfcollide="none" internal="false"/><elasticity young="${young}" poisson="${poisson}"/></flex>`;
   });
+  const ball = body.touch ? `<body name="ball" mocap="true" pos="${body.touch.start.join(' ')}"><geom type="sphere" size="${body.touch.radius}"
+    priority="1" condim="1" contype="1" conaffinity="0" solref="${solref}" solimp="${settings.solimp} ${settings.solimp} 1"/></body>` : '';
   // The tolerance of a step is relative to meaninertia, which must not count those that are heavy.
   return `<mujoco><option gravity="0 0 0" timestep="${settings.step}" integrator="discrete"
-    jacobian="sparse" iterations="1000" tolerance="1e-12"><flag contact="disable"/></option>
+    jacobian="sparse" iterations="1000" tolerance="1e-12"><flag contact="${body.touch ? 'enable' : 'disable'}"/></option>
     <statistic meaninertia="${mass.reduce((sum, m) => sum + m) / mass.length}"/><size memory="${Math.ceil(20 + nodes.length / 50)}M"/>
-    <worldbody>${bodies.join('\n')}</worldbody><deformable>${flexes.join('\n')}</deformable></mujoco>`;
+    <worldbody>${ball}${bodies.join('\n')}</worldbody><deformable>${flexes.join('\n')}</deformable></mujoco>`;
 }
 
 /** The engine with one body. Its q, v, spring and load are views (3N): displacement, velocity, elastic and given force. */
@@ -58,6 +64,9 @@ function engineOf(body, isStill, isDriven, damping, settings) {
     free, setupSeconds: seconds(begin), q: data.qpos, v: data.qvel, spring: data.qfrc_spring, load: data.qfrc_applied,
     forces: () => mujoco.mj_forward(model, data),
     step: () => mujoco.mj_step(model, data),
+    setBall: (centre) => data.mocap_pos.set(centre), contact: data.qfrc_constraint,
+    /** Depth by which facets are inside the ball [m]. */
+    sunk: () => Array.from({ length: data.ncon }, (_, k) => -data.contact.get(k).dist).reduce((a, b) => Math.max(a, b), 0),
     /** Gives all sliders the mass of their node. Constants of a model are computed at rest, so the state is put back. */
     release() {
       const state = [data.qpos, data.qvel].map((view) => view.slice());
@@ -83,7 +92,7 @@ function seconds(begin) {
 function relax(engine, problem, factor, settings) {
   const dofs = Int32Array.from(Array.from(engine.free, (node) => [3 * node, 3 * node + 1, 3 * node + 2]).flat());
   const isFixed = Uint8Array.from(dofs, (dof) => problem.fixed[dof]), mass = nodeMasses(problem);
-  const ramp = problem.isLarge ? 500 : 1;
+  const ramp = problem.touch ? 50 : problem.isLarge ? 500 : 1;
   let energy = 0, steps = 0, residual = Infinity;
   for (; steps < settings.longest; ++steps) {
     const part = Math.min(1, (steps + 1) / ramp);
@@ -93,15 +102,17 @@ function relax(engine, problem, factor, settings) {
       engine.q[k] = part * factor * problem.prescribed[dofs[k]];
       engine.v[k] = 0;
     }
+    if (problem.touch) engine.setBall(problem.touch.start.map((x, c) => x + part * problem.touch.press[c]));
     engine.step(); // leaves the forces at the positions where it began
     let kinetic = 0, open = 0, scale = 0;
     for (let k = 0; k < dofs.length; ++k) {
       if (!isFixed[k]) kinetic += mass[Math.floor(dofs[k] / 3)] * engine.v[k] ** 2;
-      open += isFixed[k] ? 0 : (engine.spring[k] + engine.load[k]) ** 2;
-      scale += isFixed[k] ? engine.spring[k] ** 2 : engine.load[k] ** 2;
+      const given = engine.load[k] + engine.contact[k];
+      open += isFixed[k] ? 0 : (engine.spring[k] + given) ** 2;
+      scale += isFixed[k] ? engine.spring[k] ** 2 : given ** 2;
     }
-    residual = Math.sqrt(open / scale);
-    if (!Number.isFinite(residual)) throw new Error(`MuJoCo diverges with steps of ${settings.step} s; give a shorter --step`);
+    residual = scale > 0 ? Math.sqrt(open / scale) : Infinity;
+    if (!Number.isFinite(scale)) throw new Error(`MuJoCo diverges with steps of ${settings.step} s; give a shorter --step`);
     if (part === 1 && residual < settings.tolerance) break;
     if (kinetic < energy) engine.v.fill(0);
     energy = kinetic < energy ? 0 : kinetic;
@@ -121,6 +132,12 @@ function solve(problem, settings) {
     work = u.reduce((sum, value, i) => sum + value * problem.force[i], 0);
     if (Math.abs(work / problem.pressDepth - 1) < 1e-4) break;
     factor *= problem.pressDepth / work;
+  }
+  if (problem.touch) { // springs are in balance over all nodes: those without sliders carry what those with them do not
+    const force = [0, 0, 0];
+    engine.free.forEach((_, k) => force.forEach((_, c) => (force[c] += engine.spring[3 * k + c] / unit)));
+    report = { ...report, at_rest: report.residual < settings.tolerance, force: Math.hypot(...force),
+      deepest: deepest(problem.touch, problem.points, u), deepest_facet: engine.sunk() };
   }
   return { u: problem.pressDepth ? u : u.map((value) => value / settings.load), engine, report: { ...report, solve_seconds: seconds(begin) } };
 }
@@ -159,7 +176,7 @@ function move(scene, settings) {
   return { displacement, force, secondsPerFrame: used / (records - 1), engine, report: { steps_per_frame: perFrame } };
 }
 
-const { input, output, isScene, settings } = commandLine(usage, { step: 0, corrected: 1, tolerance: 1e-6, longest: 20000, load: 1 });
+const { input, output, isScene, settings } = commandLine(usage, { step: 0, corrected: 1, tolerance: 1e-6, longest: 20000, load: 1, solimp: 0.9999 });
 if (!settings.step) settings.step = isScene ? 2e-3 : 1;
 try {
   const body = isScene ? readScene(input) : readProblem(input), result = isScene ? move(body, settings) : solve(body, settings);
