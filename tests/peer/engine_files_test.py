@@ -4,6 +4,7 @@ The stand-in for febio4 writes tables as FEBio documents them; those for the mod
 scene. Both put nodes where the test says, so files have to come out as they went in.
 """
 import csv
+import json
 import os
 import pathlib
 import shutil
@@ -131,6 +132,58 @@ for c in range(3):
     step[[1, 2], c] = 1e-7
     slope = (energy(u + step) - energy(u - step)) / 2e-7
     assert abs(files.neo_hookean_forces_on_tool(body, u[None])[0, c] + slope) < 1e-6 * abs(slope) + 1e-9
+
+# A ball that touches is read as it is in the file, refused where an adapter knows no contact, and so are other tools that touch.
+export(ENGINES / "bodies" / "liver_2000.toml", "large_palpation")
+ball = folder / "liver_2000" / "large_palpation.problem.h5"
+with h5py.File(ball) as file:
+    touch = file["load_case/touch"]
+    radius, way = float(touch.attrs["radius"]), touch["way"][:]
+read = files.read_problem(ball).touch
+assert read.radius == radius and (read.start == way[0]).all() and (read.press == way[1]).all(), read
+assert files.read_problem(problem).touch is None
+for name in ("calculix", "febio", "sofa"):
+    refused = adapter(name, ball, folder / "none.csv")
+    assert refused.returncode == 2 and "has a ball that touches, and this adapter knows no contact" in refused.stderr, refused
+
+
+def changed(name, change):
+    """A copy of the problem whose tool is another."""
+    path = folder / f"{name}.problem.h5"
+    shutil.copy(ball, path)
+    with h5py.File(path, "r+") as file:
+        change(file["load_case/touch"])
+    return path
+
+
+def slide(touch):
+    touch["way"][2] = [0.0, 0.001, 0.0]
+
+
+others = {"tool with friction": changed("friction", lambda touch: touch.attrs.modify("friction", 0.3)),
+          "plate": changed("plate", lambda touch: touch.attrs.create("face", b"round")),
+          "two jaws": changed("jaws", lambda touch: touch.create_dataset("between", data=numpy.zeros(3))),
+          "tool that slides": changed("slide", slide)}
+for words, path in others.items():
+    refused = adapter("calculix", path, folder / "none.csv")
+    assert refused.returncode == 2 and words in refused.stderr and "adapters know a ball" in refused.stderr, refused
+
+if shutil.which("node") and (ENGINES / "node_modules" / "h5wasm").is_dir():
+    def node(path):
+        text = f"""import {{ deepest, readProblem }} from {str(ENGINES / "files.mjs")!r};
+            const {{ touch, points }} = readProblem({str(path)!r});
+            console.log(JSON.stringify(touch && {{ ...touch, start: [...touch.start], press: [...touch.press],
+                deepest: deepest(touch, points, new Float64Array(points.length)) }}));"""
+        return subprocess.run(["node", "--input-type=module", "-e", text], capture_output=True, text=True)
+
+    read = json.loads(node(ball).stdout)
+    at_rest = numpy.linalg.norm(files.read_problem(ball).points - way[0] - way[1], axis=1)
+    assert read["radius"] == radius and read["start"] == way[0].tolist() and read["press"] == way[1].tolist(), read
+    assert abs(read["deepest"] - max(0.0, radius - at_rest.min())) < 1e-12, read
+    assert json.loads(node(problem).stdout) is None
+    for words, path in others.items():
+        refused = node(path)
+        assert refused.returncode != 0 and words in refused.stderr and "adapters know a ball" in refused.stderr, refused
 
 # Programs that are missing, or stop early.
 for name, sentence in (("febio", "there is no febio4 on the PATH"), ("sofa", "Python finds no module Sofa")):

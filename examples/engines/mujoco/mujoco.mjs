@@ -1,5 +1,5 @@
 // Moves tissue of Livermark with the flex bodies of MuJoCo (npm @mujoco/mujoco, WebAssembly, one thread).
-//   node mujoco.mjs PROBLEM.problem.h5 SOLUTION.csv [--step 1] [--corrected 0]        at rest
+//   node mujoco.mjs PROBLEM.problem.h5 SOLUTION.csv [--step 1] [--corrected 0]        at rest; under a ball --step 0.02
 //   node mujoco.mjs SCENE.scene.h5 MOTION.h5 [--step 0.002] [--corrected 0]           in motion
 //
 // A flex of dimension 3 is linear tetrahedra of the Saint Venant-Kirchhoff material. MuJoCo takes E and nu as `young` and
@@ -42,14 +42,15 @@ function modelText(body, isStill, isDriven, damping, settings) {
     const { young, poisson } = typedMaterial(E, body.poissonRatio[region], settings.corrected);
     const elements = own.map((node) => number.get(node)).join(' ');
     return own.length === 0 ? '' : `<flex name="region${region}" dim="3" radius="1e-5" body="${used.join(' ')}" element="${elements}">
-      <contact contype="0" conaffinity="${body.touch ? 1 : 0}" condim="1" selfcollide="none" internal="false"/><elasticity young="${young}" poisson="${poisson}"/></flex>`;
+      <contact contype="0" conaffinity="${body.touch ? 1 : 0}" condim="1" selfcollide="none" internal="false"/>
+      <elasticity young="${young}" poisson="${poisson}"/></flex>`;
   });
   const ball = body.touch ? `<body name="ball" mocap="true" pos="${body.touch.start.join(' ')}"><geom type="sphere" size="${body.touch.radius}"
     priority="1" condim="1" contype="1" conaffinity="0" solref="${solref}" solimp="${settings.solimp} ${settings.solimp} 1"/></body>` : '';
   // The tolerance of a step is relative to meaninertia, which must not count those that are heavy.
   return `<mujoco><option gravity="0 0 0" timestep="${settings.step}" integrator="discrete"
     jacobian="sparse" iterations="1000" tolerance="1e-12"><flag contact="${body.touch ? 'enable' : 'disable'}"/></option>
-    <statistic meaninertia="${mass.reduce((sum, m) => sum + m) / mass.length}"/><size memory="${Math.ceil(20 + nodes.length / 50)}M"/>
+    <statistic meaninertia="${mass.reduce((sum, m) => sum + m) / mass.length}"/><size memory="${Math.ceil(20 + nodes.length / (body.touch ? 2 : 50))}M"/>
     <worldbody>${ball}${bodies.join('\n')}</worldbody><deformable>${flexes.join('\n')}</deformable></mujoco>`;
 }
 
@@ -177,9 +178,10 @@ function move(scene, settings) {
 }
 
 const { input, output, isScene, settings } = commandLine(usage, { step: 0, corrected: 1, tolerance: 1e-6, longest: 20000, load: 1, solimp: 0.9999 });
-if (!settings.step) settings.step = isScene ? 2e-3 : 1;
 try {
-  const body = isScene ? readScene(input) : readProblem(input), result = isScene ? move(body, settings) : solve(body, settings);
+  const body = isScene ? readScene(input) : readProblem(input);
+  if (!settings.step) settings.step = isScene ? 2e-3 : body.touch ? 0.02 : 1;
+  const result = isScene ? move(body, settings) : solve(body, settings);
   if (isScene) writeMotion(output, result);
   else writeSolution(output, body.points, result.u);
   console.log(JSON.stringify({
