@@ -80,7 +80,8 @@ core::Model outside_model(const ScoreOptions &options, const std::vector<core::V
                 solution.setup_seconds = solution.solve_seconds = nan;
                 solution.degrees_of_freedom = static_cast<std::int64_t>(3 * displacement.size());
                 return solution;
-            })};
+            }),
+            .follows = core::EventSet::all()};
 }
 
 /// Displacements this many times as large as they are meant to be are of another unit: centimetres make 100.
