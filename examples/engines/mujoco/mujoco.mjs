@@ -7,9 +7,9 @@
 //   V (mu tr E^2 + lambda (tr E)^2)   in place of   V (mu tr E^2 + lambda / 2 (tr E)^2)
 // (MetricTensor in user_mesh.cc, where la would have to be la / 2). What is typed in makes mu and lambda right, or is E and nu with --corrected 0:
 //   poisson = nu / (2 - 2 nu)     young = E (1 + poisson) / (1 + nu)
-// A ball is a sphere that no force moves. Contact is with facets, so nodes stay outside. Its solref is (-1 / step^2, -1 / step): a step
-// puts the surface out of the ball, as far as solimp lets it. That is the largest that MuJoCo takes; the rest is a soft spring
-// over the mass of the nodes and the square of the step, so facets sink into the ball by less with shorter steps.
+// A ball is a sphere that no force moves, and contact is with facets. Its solref -1 / step^2, -1 / step puts a facet out of the ball in
+// one step. MuJoCo takes a solimp of 0.9999 at most, so contact is a spring of 9999 times the nodes' mass over step^2 [N/m]: facets
+// sink by less in shorter steps. Steps have the solver CG: MuJoCo's Newton has the same result, and factors a dense matrix.
 // Each node is a body with its mass and three sliders. The damping of a slider is massDamping times the mass.
 import { commandLine, deepest, nodeMasses, readProblem, readScene, writeMotion, writeSolution } from '../files.mjs';
 
@@ -49,7 +49,7 @@ function modelText(body, isStill, isDriven, damping, settings) {
     priority="1" condim="1" contype="1" conaffinity="0" solref="${solref}" solimp="${settings.solimp} ${settings.solimp} 1"/></body>` : '';
   // The tolerance of a step is relative to meaninertia, which must not count those that are heavy.
   return `<mujoco><option gravity="0 0 0" timestep="${settings.step}" integrator="discrete"
-    jacobian="sparse" iterations="1000" tolerance="1e-12"><flag contact="${body.touch ? 'enable' : 'disable'}"/></option>
+    jacobian="sparse" ${body.touch ? 'solver="CG"' : ''} iterations="1000" tolerance="1e-12"><flag contact="${body.touch ? 'enable' : 'disable'}"/></option>
     <statistic meaninertia="${mass.reduce((sum, m) => sum + m) / mass.length}"/><size memory="${Math.ceil(20 + nodes.length / (body.touch ? 2 : 50))}M"/>
     <worldbody>${ball}${bodies.join('\n')}</worldbody><deformable>${flexes.join('\n')}</deformable></mujoco>`;
 }
