@@ -19,15 +19,17 @@ Vector3 in_plane(const Vector3 &edge, const Vector3 &normal) {
     return edge - normal.dot(edge) * normal;
 }
 
-std::set<std::array<int, 2>> covered_edges(const TetraMesh &mesh) {
-    std::set<std::array<int, 2>> edges;
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        for (std::size_t k = 0; Capsule::covers(mesh, f) && k < 3; ++k) {
-            const auto [low, high] =
-                std::minmax(mesh.boundary_triangles[f][k], mesh.boundary_triangles[f][(k + 1) % 3]);
-            edges.insert({low, high});
+/// Calls a function with the ends of each edge of each covered facet, the lower number first.
+void for_each_covered_edge(const TetraMesh &mesh, const auto &action) {
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        if (!Capsule::covers(mesh, f))
+            continue;
+        const auto &nodes = mesh.boundary_triangles[f];
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto [low, high] = std::minmax(nodes[k], nodes[(k + 1) % 3]);
+            action(std::array{low, high});
         }
-    return edges;
+    }
 }
 
 } // namespace
@@ -76,7 +78,8 @@ std::shared_ptr<const SmoothSurface> capsule_surface(const Body &body) {
 std::shared_ptr<const SmoothSurface> refined_surface(const Body &coarse, std::span<const std::array<int, 2>> split,
                                                      std::span<const Vector3> points) {
     const auto before = capsule_surface(coarse);
-    const auto outside = covered_edges(coarse.mesh);
+    std::set<std::array<int, 2>> outside;
+    for_each_covered_edge(coarse.mesh, [&](const auto &edge) { outside.insert(edge); });
     auto surface = *before;
     for (const auto &[first, second] : split) {
         const auto [a, b] = std::minmax(first, second);
@@ -97,16 +100,10 @@ std::vector<double> capsule_springs(const Body &body, const EdgeTable &edges) {
     if (!body.capsule)
         return stiffness;
     const double added = std::numbers::sqrt3 / 4.0 * body.capsule->stiffness();
-    for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f) {
-        if (!Capsule::covers(body.mesh, f))
-            continue;
-        const auto &nodes = body.mesh.boundary_triangles[f];
-        for (std::size_t k = 0; k < 3; ++k) {
-            const auto [low, high] = std::minmax(nodes[k], nodes[(k + 1) % 3]);
-            const auto edge = std::ranges::lower_bound(edges.edges, std::array{low, high});
-            stiffness[static_cast<std::size_t>(edge - edges.edges.begin())] += added;
-        }
-    }
+    for_each_covered_edge(body.mesh, [&](const auto &edge) {
+        const auto found = std::ranges::lower_bound(edges.edges, edge);
+        stiffness[static_cast<std::size_t>(found - edges.edges.begin())] += added;
+    });
     return stiffness;
 }
 

@@ -15,8 +15,8 @@ struct Body;
 /// would not resist what moves the middle of a facet outwards, and would pull at its edges alone.
 struct SmoothSurface {
     std::vector<Vector3> normal; ///< (N) outwards, of length 1; zero inside, and where the surface has an edge
-    std::vector<Vector3>
-        offset; ///< (N) of the surface from each node: zero, but for those that refinement put on facets [m]
+    /// (N) of the surface from each node: zero, but for those that refinement put on facets [m]
+    std::vector<Vector3> offset;
 
     /// Offset of the surface from the middle between two nodes that an edge of facets joins [m]: of the cubic with the
     /// directions of the surface at both ends, (t_a - t_b) / 8 with t the edge in the plane of each end. (Vlachos,

@@ -152,12 +152,6 @@ fem_reference::PressureSystem pressure_of(const core::Body &body, const fem_refe
     return fem_reference::assemble_pressure(body, system);
 }
 
-/// Place of the entry of a row and a column, which has to be there.
-int place(const std::vector<int> &row_start, const std::vector<int> &column, int row, int wanted) {
-    const auto first = column.begin() + row_start[row], last = column.begin() + row_start[row + 1];
-    return static_cast<int>(std::lower_bound(first, last, wanted) - column.begin());
-}
-
 } // namespace
 
 /// A tetrahedron with what does not depend on the point of integration.
@@ -217,13 +211,14 @@ Elements::Elements(std::shared_ptr<const core::Body> body, int degree, Formulati
         for (std::size_t a = 0; a < cell.nodes.size(); ++a)
             for (std::size_t b = 0; b < a; ++b) {
                 const auto [low, high] = std::minmax(cell.nodes[a], cell.nodes[b]);
-                block_.push_back(place(system_.stiffness.rows.row_start, system_.stiffness.rows.column, high, low));
+                block_.push_back(fem_reference::place_of_entry(system_.stiffness.rows.row_start,
+                                                               system_.stiffness.rows.column, high, low));
             }
         if (cell.pressures)
             for (int k = 0; k < 4; ++k)
                 for (int l = 0; l < 4; ++l) { // the integral of psi_k psi_l over a tetrahedron is V (1 + delta_kl) / 20
-                    const int at =
-                        place(compliance_.row_start, compliance_.column, (*cell.pressures)[k], (*cell.pressures)[l]);
+                    const int at = fem_reference::place_of_entry(compliance_.row_start, compliance_.column,
+                                                                 (*cell.pressures)[k], (*cell.pressures)[l]);
                     compliance_.value[at] += cell.volume * (k == l ? 0.1 : 0.05) / law_->volume_modulus(*cell.material);
                 }
         return true;
@@ -400,7 +395,8 @@ void Elements::assemble_tangent(const State &state, TangentMatrices &tangent) co
             for (int k = 0; k < 4; ++k)
                 for (std::size_t a = 0; a < num_local; ++a) {
                     auto &rows = tangent.divergence;
-                    auto &to = rows.value[place(rows.row_start, rows.column, (*cell.pressures)[k], cell.nodes[a])];
+                    auto &to = rows.value[fem_reference::place_of_entry(rows.row_start, rows.column,
+                                                                        (*cell.pressures)[k], cell.nodes[a])];
                     for (int i = 0; i < 3; ++i)
                         to[i] += divergence[k](i, a);
                 }

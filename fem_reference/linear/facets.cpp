@@ -50,10 +50,8 @@ void add_to(SymmetricBlocks<double> &stiffness, std::span<const int> nodes, cons
         for (std::size_t b = 0; b < nodes.size(); ++b) {
             if (nodes[b] > nodes[a])
                 continue;
-            const auto first = rows.column.begin() + rows.row_start[nodes[a]],
-                       last = rows.column.begin() + rows.row_start[nodes[a] + 1];
             auto &block = a == b ? stiffness.diagonal[nodes[a]]
-                                 : stiffness.below[std::lower_bound(first, last, nodes[b]) - rows.column.begin()];
+                                 : stiffness.below[place_of_entry(rows.row_start, rows.column, nodes[a], nodes[b])];
             for (int i = 0; i < 3; ++i)
                 for (int j = 0; j < 3; ++j)
                     block[3 * i + j] +=
@@ -94,7 +92,8 @@ struct Membrane::Point {
     Eigen::Matrix<double, 3, 2> f;
     Eigen::Matrix2d inverse; ///< C^-1
     double squeeze;          ///< 1 / det C
-    double trace;            ///< of C
+    /// W over E t / 6: tr C + 1 / det C - 3 without the digits that are the same, C = I + 2 E and det C = 1 + d
+    double energy;
 
     /// 2 dW/dC over E t / 3
     Eigen::Matrix2d stress() const { return Eigen::Matrix2d::Identity() - squeeze * inverse; }
@@ -109,15 +108,18 @@ Membrane::Point Membrane::at_point(const Facet &facet, std::size_t q, std::span<
     Point point;
     point.weight = reference_.weight[q] * area.norm() * modulus_;
     point.gradients = (plane.transpose() * tangents).inverse().transpose() * reference_.gradient[q];
-    point.f = plane;
+    Eigen::Matrix<double, 3, 2> moved = Eigen::Matrix<double, 3, 2>::Zero(); // F less that at rest
     if (!displacement.empty())
         for (std::size_t a = 0; a < facet.nodes.size(); ++a)
-            point.f += Vector3::Map(&displacement[3 * facet.nodes[a]]) *
-                       point.gradients.col(static_cast<Eigen::Index>(a)).transpose();
-    const Eigen::Matrix2d c = point.f.transpose() * point.f;
-    point.inverse = c.inverse();
-    point.squeeze = 1.0 / c.determinant();
-    point.trace = c.trace();
+            moved += Vector3::Map(&displacement[3 * facet.nodes[a]]) *
+                     point.gradients.col(static_cast<Eigen::Index>(a)).transpose();
+    point.f = plane + moved;
+    const Eigen::Matrix2d turned = plane.transpose() * moved;
+    const Eigen::Matrix2d strain = 0.5 * (turned + turned.transpose() + moved.transpose() * moved);
+    const double d = 2.0 * strain.trace() + 4.0 * strain.determinant();
+    point.inverse = (Eigen::Matrix2d::Identity() + 2.0 * strain).inverse();
+    point.squeeze = 1.0 / (1.0 + d);
+    point.energy = d * d / (1.0 + d) - 4.0 * strain.determinant();
     return point;
 }
 
@@ -128,7 +130,7 @@ double Membrane::add_force(std::span<const double> displacement, std::span<doubl
         const double share = energy_share.empty() ? 1.0 : energy_share[static_cast<std::size_t>(facet.tetrahedron)];
         for (std::size_t q = 0; q < reference_.weight.size(); ++q) {
             const auto point = at_point(facet, q, displacement);
-            energy += share * 0.5 * point.weight * (point.trace + point.squeeze - 3.0);
+            energy += share * 0.5 * point.weight * point.energy;
             const Eigen::Matrix<double, 3, 2> pull = point.weight * point.f * point.stress();
             for (std::size_t a = 0; a < facet.nodes.size(); ++a)
                 Vector3::Map(&force[3 * facet.nodes[a]]) += pull * point.gradients.col(static_cast<Eigen::Index>(a));

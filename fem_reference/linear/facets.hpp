@@ -40,8 +40,6 @@ class Membrane {
     /// Covers nothing where the body has no capsule.
     Membrane(const core::Body &body, const ElasticSystem &system);
 
-    bool is_there() const { return !facets_.empty(); }
-
     /// force += dW/du.
     /// @param displacement  u of the elements' nodes, shape (3 n) [m]
     /// @param force         shape (3 n) [N]

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstring>
@@ -173,6 +174,12 @@ SymmetricBlocks<float> rounded(const SymmetricBlocks<double> &matrix);
 /// The same matrix as a factorisation wants it.
 /// @return shape (3 n, 3 n)
 SymmetricMatrix compressed_rows(const SymmetricBlocks<double> &matrix);
+
+/// Place of the entry of a row and a column, which has to be there, in compressed rows of ascending columns.
+inline int place_of_entry(const std::vector<int> &row_start, const std::vector<int> &column, int row, int wanted) {
+    const auto first = column.begin() + row_start[row], last = column.begin() + row_start[row + 1];
+    return static_cast<int>(std::lower_bound(first, last, wanted) - column.begin());
+}
 
 /// One entry for each block of the whole matrix, and all of them zero.
 /// @return shape (n, n)

@@ -24,6 +24,19 @@ inline std::shared_ptr<const core::Body> with_capsule(const std::shared_ptr<cons
     return std::make_shared<const core::Body>(std::move(covered));
 }
 
+inline Eigen::Matrix3d some_strain() {
+    Eigen::Matrix3d strain;
+    strain << 0.11, 0.04, -0.02, 0.04, -0.07, 0.05, -0.02, 0.05, 0.06;
+    return strain;
+}
+
+/// The part of a strain in the plane of a facet.
+inline Eigen::Matrix2d in_plane(const Eigen::Matrix3d &strain, const core::Vector3 &normal) {
+    Eigen::Matrix<double, 3, 2> plane;
+    plane << normal.unitOrthogonal(), normal.normalized().cross(normal.unitOrthogonal());
+    return plane.transpose() * strain * plane;
+}
+
 /// All of the surface displaced by (F - I) x.
 inline core::Problem deformed(const std::shared_ptr<const core::Body> &body, const Eigen::Matrix3d &f) {
     auto load_case = empty_load_case(body->mesh);
@@ -53,11 +66,8 @@ inline double small_capsule_energy(const core::Body &body, const Eigen::Matrix3d
     double energy = 0.0;
     for (int facet = 0; facet < body.mesh.num_boundary_triangles(); ++facet) {
         const core::Vector3 normal = core::area_vector(body.mesh, facet);
-        Eigen::Matrix<double, 3, 2> plane;
-        plane << normal.unitOrthogonal(), normal.normalized().cross(normal.unitOrthogonal());
-        const Eigen::Matrix2d in_plane = plane.transpose() * strain * plane;
-        energy +=
-            capsule.stiffness() / 3.0 * normal.norm() * (in_plane.squaredNorm() + in_plane.trace() * in_plane.trace());
+        const auto here = in_plane(strain, normal);
+        energy += capsule.stiffness() / 3.0 * normal.norm() * (here.squaredNorm() + here.trace() * here.trace());
     }
     return energy;
 }

@@ -16,12 +16,6 @@ using fem_reference::Formulation;
 using fem_reference::SolverChoice;
 namespace covered = tests::covered;
 
-Eigen::Matrix3d some_strain() {
-    Eigen::Matrix3d strain;
-    strain << 0.11, 0.04, -0.02, 0.04, -0.07, 0.05, -0.02, 0.05, 0.06;
-    return strain;
-}
-
 core::Solution linear(const core::Problem &problem, const hyperelastic::Discretisation &kind) {
     return fem_reference::solve_static(problem, kind.degree, SolverChoice::automatic, kind.formulation);
 }
@@ -38,11 +32,11 @@ hyperelastic::PathSolution hyperelastic_solution(const core::Problem &problem, c
 TEST(Capsule, StoresTheEnergyOfAnEvenStrain) {
     const auto bare = tests::soft_block();
     const auto body = covered::with_capsule(bare);
-    const Eigen::Matrix3d f = Eigen::Matrix3d::Identity() + some_strain();
+    const Eigen::Matrix3d f = Eigen::Matrix3d::Identity() + covered::some_strain();
     for (const auto &kind : tests::hyperelastic_kinds) {
         const double small = linear(covered::deformed(body, f), kind).strain_energy -
                              linear(covered::deformed(bare, f), kind).strain_energy;
-        const double expected = covered::small_capsule_energy(*body, some_strain());
+        const double expected = covered::small_capsule_energy(*body, covered::some_strain());
         EXPECT_NEAR(small, expected, 1e-9 * expected) << kind.degree;
         const double large = hyperelastic_solution(covered::deformed(body, f), kind).solution.strain_energy -
                              hyperelastic_solution(covered::deformed(bare, f), kind).solution.strain_energy;

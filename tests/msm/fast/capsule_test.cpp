@@ -17,12 +17,6 @@ namespace covered = tests::covered;
 
 const core::Material soft{1060.0, 5000.0, 0.45};
 
-Eigen::Matrix3d strain_of_all() {
-    Eigen::Matrix3d strain;
-    strain << 0.11, 0.04, -0.02, 0.04, -0.07, 0.05, -0.02, 0.05, 0.06;
-    return strain;
-}
-
 /// Mean growth of a ball under a traction, over that of the closed form.
 double growth_of_ball(const msm::ElasticBody &body, const core::Problem &problem, double pressure) {
     const auto found = msm::find_equilibrium(body, problem.body->mesh.points,
@@ -38,7 +32,7 @@ TEST(CapsuleSprings, AreAPlaneStressOnRegularTriangles) {
     const auto body = covered::with_capsule(tests::make_body(tests::regular_tetrahedron(0.01), soft));
     const auto edges = core::edge_table(body->mesh.tetrahedra);
     const auto stiffness = core::capsule_springs(*body, edges);
-    const auto strain = strain_of_all();
+    const auto strain = covered::some_strain();
     double energy = 0.0, expected = 0.0;
     for (std::size_t e = 0; e < edges.edges.size(); ++e) {
         const auto &[a, b] = edges.edges[e];
@@ -49,9 +43,7 @@ TEST(CapsuleSprings, AreAPlaneStressOnRegularTriangles) {
     const double shear = 3.0 / 8.0 * covered::capsule.stiffness();
     for (int f = 0; f < body->mesh.num_boundary_triangles(); ++f) {
         const core::Vector3 normal = core::area_vector(body->mesh, f);
-        Eigen::Matrix<double, 3, 2> plane;
-        plane << normal.unitOrthogonal(), normal.normalized().cross(normal.unitOrthogonal());
-        const Eigen::Matrix2d here = plane.transpose() * strain * plane;
+        const auto here = covered::in_plane(strain, normal);
         expected += normal.norm() * shear * (here.squaredNorm() + 0.5 * here.trace() * here.trace());
     }
     EXPECT_NEAR(energy, expected, 1e-12 * expected);
@@ -71,7 +63,7 @@ TEST(CapsuleSprings, AreNotWhereACutHasOpenedTheBody) {
 TEST(CoupledCapsule, StoresTheEnergyOfAnEvenStrain) {
     const auto body =
         covered::with_capsule(tests::make_body(tests::shaken_box_mesh({0.1, 0.08, 0.06}, {3, 2, 2}), soft));
-    const Eigen::Matrix3d f = Eigen::Matrix3d::Identity() + strain_of_all();
+    const Eigen::Matrix3d f = Eigen::Matrix3d::Identity() + covered::some_strain();
     auto moved = body->mesh.points;
     for (auto &point : moved)
         point = f * point;
