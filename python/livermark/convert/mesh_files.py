@@ -19,6 +19,7 @@ from livermark.convert.file_headers import check_counts
 from livermark.convert.groups import TETRAHEDRA, groups_of, refuse_other_cells
 from livermark.errors import InputError
 from livermark.plain_files import limits_of, plain_file, put_limits
+from livermark.volumes import tetrahedron_volumes
 
 REFUSED = 2  #: exit status of the process that reads, with a sentence on standard error
 FIRST_LINES = 1000  #: bytes, in which programs write what a file is
@@ -130,8 +131,7 @@ def checked_points(points: Any, corners: numpy.ndarray) -> numpy.ndarray:
 
 def are_inverted(points: numpy.ndarray, corners: numpy.ndarray) -> numpy.ndarray:
     """(M) whether the volume is negative."""
-    a, b, c, d = (points[corners[:, k]] for k in range(4))
-    return numpy.einsum("ij,ij->i", numpy.cross(b - a, c - a), d - a) < 0.0
+    return tetrahedron_volumes(points, corners) < 0.0
 
 
 def tetrahedra_of(mesh: Any) -> Tetrahedra:

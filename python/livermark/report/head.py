@@ -15,6 +15,7 @@ from livermark.report.data import ReportData, Result, cleaned, commands_of, numb
 from livermark.report.parts import bullets, figure, paragraph, plots, subsection
 from livermark.report.sections import pictures
 from livermark.studies.tables import PERCENT, fixed
+from livermark.volumes import tetrahedron_volumes
 
 MOST_NAMED = 3  # models of a kind that a sentence names
 MOST_PANELS = 4  # bodies whose numbers are drawn
@@ -93,8 +94,7 @@ def _regions(result: Result) -> str:
         points, corners, region = file.points, file.tetrahedra, file.region
         young, ratio = file.materials["young_modulus"], file.materials["poisson_ratio"]
         names = cleaned(file.region_names)
-    a, b, c, d = (points[corners[:, k]] for k in range(4))
-    volume = numpy.bincount(region, numpy.einsum("ij,ij->i", numpy.cross(b - a, c - a), d - a) / 6.0, len(names))
+    volume = numpy.bincount(region, tetrahedron_volumes(points, corners), len(names))
     largest = int(volume.argmax())
     text = (f"{fixed(1e3 * volume.sum(), 2)} L in {len(corners):,} tetrahedra, mostly {names[largest]} with a Young's modulus of "
             f"{fixed(1e-3 * young[largest], 1)} kPa and a Poisson's ratio of {ratio[largest]:g}")

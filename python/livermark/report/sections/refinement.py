@@ -12,6 +12,7 @@ from livermark.report import colours, figures
 from livermark.report.data import Column, ReportData, Result, Table, commands_of
 from livermark.report.parts import Section, figure, plots, table
 from livermark.studies.tables import MILLIMETRES, PERCENT, percent
+from livermark.volumes import tetrahedron_volumes
 
 TITLE = "Error against refinement"
 COMMAND = "livermark run, without --reference-on-mesh"  # makes the files
@@ -20,8 +21,7 @@ COMMAND = "livermark run, without --reference-on-mesh"  # makes the files
 def element_size(result: Result) -> float:
     """Edge of a cube of the mean volume of a tetrahedron [m]."""
     with result.open() as file:
-        a, b, c, d = (file.points[file.tetrahedra[:, k]] for k in range(4))
-    volumes = numpy.einsum("ij,ij->i", numpy.cross(b - a, c - a), d - a) / 6.0
+        volumes = tetrahedron_volumes(file.points, file.tetrahedra)
     return float(volumes.mean() ** (1.0 / 3.0))
 
 
