@@ -91,9 +91,9 @@ def read_ball(path):
         return SimpleNamespace(radius=float(touch.attrs["radius"]), start=start, press=press)
 
 
-def refuse_ball(path):
-    """Ends an adapter that knows no contact where a ball touches the body."""
-    if read_ball(path) is not None:
+def refuse_ball(path, ball):
+    """Ends an adapter that knows no contact where a ball touches the body of a problem: that of read_ball()."""
+    if ball is not None:
         stop(f"{path} has a ball that touches, and this adapter knows no contact; choose another load case")
 
 
@@ -171,8 +171,8 @@ def solve_rest(source, output, body_of, clock=time.monotonic):
 
     body_of(problem) has displacement_under() as rest_under() takes it.
     """
-    refuse_ball(source)
     problem = read_problem(source)
+    refuse_ball(source, problem.touch)
     if problem.follows:
         stop("the problem has a pressure that follows the surface; choose another load case")
     start = clock()

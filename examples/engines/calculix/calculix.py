@@ -45,7 +45,7 @@ def main():
     problem, solution, settings = files.command_line({})
     if files.is_scene(problem):
         files.stop("the job of a moving tool is not exported for CalculiX; choose a load case at rest")
-    files.refuse_ball(problem)
+    files.refuse_ball(problem, files.read_ball(problem))
     ccx = files.program("ccx", "install the Debian package calculix-ccx")
     job = files.stem_of(problem).with_suffix(".inp").resolve()
     if not job.is_file():

@@ -56,7 +56,7 @@ def displacement_of_records(record_times, times, values):
 def main():
     source, output, settings = files.command_line({})
     if not files.is_scene(source):
-        files.refuse_ball(source)
+        files.refuse_ball(source, files.read_ball(source))
     febio = files.program("febio4", "build FEBio 4 as README.md says")
     job = files.stem_of(source).with_suffix(".feb").resolve()
     if not job.is_file():
