@@ -5,6 +5,7 @@
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "studies/run/run.hpp"
+#include "tests/samples/covered_bodies.hpp"
 #include "tests/samples/records/sample_records.hpp"
 #include "tests/samples/records/sample_result.hpp"
 #include "tests/samples/tool_block.hpp"
@@ -25,7 +26,9 @@ int main(int argc, char **argv) {
         if (model.comparison)
             model.comparison->load_fraction = 0.75;
     results::write_result(folder / "sample_result.h5", part_of_load);
-    results::write_result(folder / "with_jaws_result.h5", tests::with_jaws(result));
+    auto jaws = tests::with_jaws(result);
+    jaws.problem.body = tests::covered::with_capsule(jaws.problem.body);
+    results::write_result(folder / "with_jaws_result.h5", jaws);
     results::write_result(folder / "still_result.h5", tests::without_motion(result));
     results::write_result(folder / "path_result.h5", tests::along_a_path(result));
     results::write_result(folder / "small_result.h5", tests::sample_result());

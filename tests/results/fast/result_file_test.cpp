@@ -25,6 +25,7 @@
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/results/file_content.hpp"
+#include "tests/samples/covered_bodies.hpp"
 #include "tests/samples/records/sample_result.hpp"
 
 namespace livermark::results {
@@ -83,6 +84,8 @@ TEST_F(ResultFile, GivesBackWhatWasWritten) {
     });
     expect_back(tests::with_jaws(sample));
     EXPECT_EQ(read_result(path_).problem.load_case.touching, tests::with_jaws(sample).problem.load_case.touching);
+    changed(sample, [](Result &result) { result.problem.body = tests::covered::with_capsule(result.problem.body); });
+    EXPECT_EQ(read_result(path_).problem.body->capsule, tests::covered::capsule);
     changed(sample, [](Result &result) { result.problem.load_case.foundation.value().normal_only = false; });
     // A reference that was kept has the probes and no frames; there is no error in frames then.
     changed(sample, [](Result &result) {
