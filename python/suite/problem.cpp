@@ -8,6 +8,7 @@
 #include "core/support/input_error.hpp"
 #include "msm/elastic_body.hpp"
 #include "python/bindings/interpreter.hpp"
+#include "studies/exchange/exchange.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/run/run.hpp"
 
@@ -63,6 +64,22 @@ py::array fixed(const LoadedBody &loaded) {
         for (std::size_t c = 0; c < 3; ++c)
             mask.mutable_data()[3 * i + c] = conditions.constraint[i][c] >= 0;
     return mask;
+}
+
+py::object ball(const LoadedBody &loaded) {
+    const auto &tool = loaded.problem.load_case.touching;
+    if (!tool || !exchange::is_plain_ball(*tool))
+        return py::none();
+    return py::make_tuple(tool->shape.radius, to_array(std::vector{tool->start}).attr("reshape")(3),
+                          to_array(std::vector{tool->press}).attr("reshape")(3));
+}
+
+std::vector<std::string> further_nouns(const LoadedBody &loaded) {
+    std::vector<std::string> nouns;
+    for (const auto &part : studies::further_parts(loaded.problem))
+        if (!part.is_plain_ball)
+            nouns.push_back(part.noun);
+    return nouns;
 }
 
 core::Model find_model(const std::string &name) {
@@ -134,6 +151,13 @@ void add_problem(py::module_ &module) {
             "press_depth", [](const LoadedBody &p) { return p.problem.load_case.press_depth; },
             "[m], not 0 where a place presses: forces are those of one newton of it, and are to be multiplied by the "
             "number\nwith sum(forces * displacement) = press_depth")
+        .def_property_readonly(
+            "ball", &ball,
+            "(radius, start, press) [m] of a rigid ball that presses without friction: the centre where it just\ntouches "
+            "the body at rest, and by which it moves; None where there is none")
+        .def_property_readonly(
+            "further_parts", &further_nouns,
+            "what acts on the body and is in none of these arrays, such as 'a capsule': list of str")
         .def_property_readonly("follower_pressure", &follower_pressure,
                                "(T) [Pa], pressures that stay perpendicular to the moving surface, 0 elsewhere")
         .def_property_readonly("dead_forces", &dead_forces,

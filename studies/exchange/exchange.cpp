@@ -248,27 +248,9 @@ results::ToolReference reference_for(const core::Problem &problem, const std::fi
     return coarse;
 }
 
-/// Part of a problem that no nodal forces can say.
-struct FurtherPart {
-    std::string noun, group;        ///< of the .problem.h5
-    bool is_linear_capsule = false; ///< a capsule on linear elements, under a small load
-
-    bool is_known_to(const exchange::ExportFormat &format) const {
-        return !format.is_job || (is_linear_capsule && format.knows_capsule);
-    }
-};
-
-std::vector<FurtherPart> more_than_forces(const core::Problem &problem, const exchange::ExportChoices &choices) {
-    std::vector<FurtherPart> parts;
-    core::for_each_event(problem.load_case, [&](const auto &event) {
-        using Kind = std::decay_t<decltype(event)>;
-        if constexpr (!Kind::in_time)
-            parts.push_back({Kind::noun, fmt::format("/load_case/{}", Kind::key)});
-    });
-    if (problem.body->capsule)
-        parts.push_back(
-            {"a capsule", "/capsule", problem.load_case.regime == core::Regime::small && !choices.quadratic});
-    return parts;
+bool is_known(const exchange::ExportFormat &format, const FurtherPart &part, bool on_linear_elements) {
+    return !format.is_job || (part.is_small_capsule && on_linear_elements && format.knows_capsule) ||
+           (part.is_plain_ball && format.knows_ball);
 }
 
 /// Leaves out jobs that cannot say all of a problem.
@@ -277,10 +259,11 @@ std::vector<FurtherPart> more_than_forces(const core::Problem &problem, const ex
 std::vector<std::string> leave_out_jobs(std::vector<exchange::ExportFormat> &formats, const core::Problem &problem,
                                         const ExportOptions &options) {
     std::vector<std::string> sentences;
-    for (const auto &part : more_than_forces(problem, options.choices)) {
+    for (const auto &part : further_parts(problem)) {
+        const auto knows = [&](const auto &format) { return is_known(format, part, !options.choices.quadratic); };
         std::vector<std::string> jobs;
         for (const auto &format : formats)
-            if (!part.is_known_to(format))
+            if (!knows(format))
                 jobs.push_back(format.name);
         if (!options.formats.empty() && !jobs.empty())
             throw support::InputError(fmt::format(
@@ -291,12 +274,28 @@ std::vector<std::string> leave_out_jobs(std::vector<exchange::ExportFormat> &for
                                         part.group, problem.load_case.name));
         if (!jobs.empty())
             sentences.back() += fmt::format(", and no {} is written", fmt::join(jobs, " or "));
-        std::erase_if(formats, [&](const auto &format) { return !part.is_known_to(format); });
+        std::erase_if(formats, [&](const auto &format) { return !knows(format); });
     }
     return sentences;
 }
 
 } // namespace
+
+std::vector<FurtherPart> further_parts(const core::Problem &problem) {
+    std::vector<FurtherPart> parts;
+    core::for_each_event(problem.load_case, [&](const auto &event) {
+        using Kind = std::decay_t<decltype(event)>;
+        if constexpr (!Kind::in_time)
+            parts.push_back({Kind::noun, fmt::format("/load_case/{}", Kind::key)});
+        if constexpr (std::is_same_v<Kind, core::TouchingTool>)
+            parts.back().is_plain_ball = exchange::is_plain_ball(event);
+    });
+    if (problem.body->capsule)
+        parts.push_back({.noun = "a capsule",
+                         .group = "/capsule",
+                         .is_small_capsule = problem.load_case.regime == core::Regime::small});
+    return parts;
+}
 
 ExportedProblem export_problem(const ExportOptions &options, const std::string &command_line) {
     if (moves_tool(options.load_case))

@@ -28,6 +28,15 @@ struct ExportedProblem {
     std::vector<std::string> notes;
 };
 
+/// Part of a problem that no nodal forces can say.
+struct FurtherPart {
+    std::string noun, group;       ///< such as "a ball that touches"; of the .problem.h5
+    bool is_small_capsule = false; ///< a capsule under a small load
+    bool is_plain_ball = false;    ///< see exchange::is_plain_ball()
+};
+
+std::vector<FurtherPart> further_parts(const core::Problem &problem);
+
 /// Writes <output>/<body>/<load case>.problem.h5, a result file without solutions, and a file for each of the formats.
 /// Under a moving tool it is <load case>.scene.h5: mesh, materials, and where the tool takes its nodes; and beside it,
 /// of the same numbers, <load case>.feb for FEBio and <load case>.sofa.py for SOFA, by the Python package.

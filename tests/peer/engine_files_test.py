@@ -32,6 +32,10 @@ with open(re.search(r'file="([^"]*displacement.csv)"', text)[1], "w") as out:
         print(f"*Step  = {step}\\n*Time  = {time:.9g}\\n*Data  = ux;uy;uz", file=out)
         for node, (x, y, z) in enumerate(points, 1):
             print(f"{node},{1e-3 * time * x:.9g},{-2e-3 * time * y:.9g},{0:.9g}", file=out)
+if "force.csv" in text:
+    with open(re.search(r'file="([^"]*force.csv)"', text)[1], "w") as out:
+        for step, time in enumerate(times, 1):
+            print(f"*Step  = {step}\\n*Time  = {time:.9g}\\n*Data  = Fx;Fy;Fz\\n2,{0.3 * time},{-0.4 * time},0", file=out)
 '''
 SOFA = '''import contextlib, sys, types
 import numpy
@@ -142,9 +146,12 @@ with h5py.File(ball) as file:
 read = files.read_problem(ball).touch
 assert read.radius == radius and (read.start == way[0]).all() and (read.press == way[1]).all(), read
 assert files.read_problem(problem).touch is None
-for name in ("calculix", "febio", "sofa"):
+for name in ("calculix", "sofa"):
     refused = adapter(name, ball, folder / "none.csv")
     assert refused.returncode == 2 and "has a ball that touches, and this adapter knows no contact" in refused.stderr, refused
+export(ENGINES / "bodies" / "liver_2000.toml", "large_palpation", "--format", "febio")
+done = adapter("febio", ball, folder / "pressed.csv")
+assert done.returncode == 0 and abs(json.loads(done.stdout.splitlines()[-1])["force"] - 0.5) < 1e-12, done
 
 
 def changed(name, change):

@@ -7,8 +7,10 @@ import numpy
 import pytest
 
 LARGE = pathlib.Path(__file__).with_name("beam_large.toml")
+COVERED = pathlib.Path(__file__).parents[2] / "examples" / "bodies" / "liver_with_capsule.toml"
 # Sections of febio_spec 4.0, in an order in which each refers to what stands before it.
-SECTIONS = ["Module", "Control", "Material", "Mesh", "MeshDomains", "MeshData", "Boundary", "Loads", "LoadData", "Output"]
+SECTIONS = ["Module", "Control", "Material", "Mesh", "MeshDomains", "MeshData", "Boundary", "Loads", "Contact", "Rigid", "LoadData",
+            "Output"]
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +54,11 @@ def check_structure(job):
         for kind in ("node_set", "surface", "lc", "mat"):
             assert element.get(kind) is None or element.get(kind) in sets[kind], (element.tag, element.attrib)
         assert element.get("type") != "map" or element.text in sets["map"]
-    assert names(job, "MeshDomains/SolidDomain") == sets["part"]
+    assert names(job, "MeshDomains/*") == sets["part"]
+    for element in job.iter("rb"):
+        assert element.text in sets["mat"]
+    for element in job.findall("Mesh/SurfacePair/*"):
+        assert element.text in sets["surface"]
     for path in ("Mesh/Elements/elem", "Mesh/Surface/tri3", "Mesh/NodeSet"):
         for element in job.findall(path):
             nodes = numbers(element)
@@ -64,6 +70,7 @@ def check_structure(job):
         assert [child.get("lid") for child in entry] == [str(k + 1) for k in range(items)]
         assert table(entry).shape == (items, {"scalar": 1, "vec3": 3}[entry.get("data_type")])
     used = names(job, "Boundary/bc", "node_set") + names(job, "Loads/*", "node_set") + names(job, "Loads/*", "surface")
+    used += [element.text for element in job.findall("Mesh/SurfacePair/*")]
     assert set(sizes) == set(used) - {None}
 
 
@@ -149,6 +156,56 @@ def test_what_presses_to_a_depth_is_refused(tmp_path):
     with pytest.raises(livermark.InputError, match="presses to a depth"):
         livermark.to_febio(problem, tmp_path / "job.feb")
     assert not (tmp_path / "job.feb").exists()
+
+
+@pytest.fixture(scope="module")
+def touched():
+    return livermark.problem("liver_healthy", "large_palpation")
+
+
+def test_ball_moves_as_its_load_case_says_and_touches_what_is_near(touched, tmp_path):
+    radius, start, press = touched.ball
+    assert 0.005 < radius < 0.05 and 0.005 < numpy.linalg.norm(press) < 0.02 and not touched.further_parts
+    job = job_of(touched, tmp_path)
+    around = table(job.findall("Mesh/Nodes[@name='ball']/node")) - start
+    assert numpy.linalg.norm(around, axis=1) == pytest.approx(numpy.full(len(around), radius), rel=1e-12)
+    first, surface = len(touched.points) + 1, table(job.findall("Mesh/Surface[@name='on_ball']/tri3")).astype(int)
+    corners = around[surface - first]
+    outwards = (numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * corners.mean(axis=1)).sum(axis=1)
+    assert (outwards > 0.0).all() and numpy.linalg.norm(corners.mean(axis=1), axis=1).min() > 0.998 * radius
+    edges = numpy.sort(surface[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    assert (numpy.unique(edges, axis=0, return_counts=True)[1] == 2).all()  # it is closed
+    near = table(job.findall("Mesh/Surface[@name='below_ball']/tri3")).astype(int) - 1
+    boundary = {tuple(facet) for facet in touched.boundary_triangles.tolist()}
+    assert {tuple(facet) for facet in near.tolist()} < boundary and 10 < len(near) < len(boundary) / 2
+    closest = numpy.argsort(numpy.linalg.norm(touched.points[touched.boundary_triangles].mean(axis=1) - start - press, axis=1))[:10]
+    assert {tuple(touched.boundary_triangles[k]) for k in closest} <= {tuple(facet) for facet in near.tolist()}
+    moved = {e.find("dof").text: float(e.find("value").text) for e in job.findall("Rigid/rigid_bc[@type='rigid_displacement']")}
+    held = job.find("Rigid/rigid_bc[@type='rigid_fixed']")
+    for axis, by in zip("xyz", press):
+        assert moved.get(axis, 0.0) == by and held.find(f"R{axis}_dof").text == str(int(by == 0.0))
+    assert all(held.find(f"R{axis}_dof").text == "1" for axis in "uvw")
+    assert job.find("Output/logfile/rigid_body_data").get("file") == "job.force.csv"
+    assert job.find("Contact/contact").get("surface_pair") == "touch"
+
+
+def test_what_no_job_says_is_refused(tmp_path):
+    problem = livermark.problem(COVERED, "traction")
+    assert problem.further_parts == ["a capsule"] and problem.ball is None
+    with pytest.raises(livermark.InputError, match="has a capsule, which a job of FEBio cannot say"):
+        livermark.to_febio(problem, tmp_path / "job.feb")
+    assert not (tmp_path / "job.feb").exists()
+
+
+@pytest.mark.parametrize("ball, sentence", [
+    ((0.0, [0.0, 0.0, 0.0], [0.0, 0.0, -0.01]), "ball: give a radius above 0 m"),
+    ((0.01, [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]), "ball: give a radius above 0 m"),
+    ((0.01, [0.0, 0.0], [0.0, 0.0, -0.01]), r"ball.start: the shape is \(2,\)"),
+    ((0.01, [9.0, 0.0, 0.0], [0.0, 0.0, -0.01]), "ball: no boundary triangle is within two radii")])
+def test_ball_that_touches_nothing_is_refused(bar, tmp_path, ball, sentence):
+    solid = livermark.Solid(*bar, 1e3, 0.45, boundary_triangles=[[0, 1, 2]], ball=ball)
+    with pytest.raises(livermark.InputError, match="^" + sentence):
+        livermark.to_febio(solid, tmp_path / "job.feb")
 
 
 def test_solid_of_own_arrays_makes_a_material_for_each_stiffness(bar, tmp_path):

@@ -4,8 +4,9 @@
     febio.py out/beam/beam_bend.problem.h5 solution.csv                       after livermark export ... --format febio
     febio.py out/liver_healthy/press_and_slide.scene.h5 motion.h5
 
-It calls `febio4 -i` on the .feb beside the problem or scene, and reads the displacements that FEBio writes as text: blocks of
-"*Step", "*Time" and "*Data" lines, then a line "node,ux,uy,uz" for each node. Needs febio4 on the PATH.
+--contact facet keeps the facets of a body out of a ball that touches, --contact node its nodes alone. The adapter calls
+`febio4 -i` on the .feb beside the problem or scene, and reads what FEBio writes as text: blocks of "*Step", "*Time" and "*Data"
+lines, then a line "node,ux,uy,uz" for each node. Needs febio4 on the PATH.
 """
 import pathlib
 import re
@@ -19,7 +20,7 @@ import files  # noqa: E402
 
 
 def read_blocks(path):
-    """Times (B) and values (B, N, 3) of a text file of FEBio, in the order of its nodes' numbers."""
+    """Times (B) and values (B, N, 3) of a text file of FEBio, in the order of the numbers of its nodes or rigid bodies."""
     times, blocks = [], []
     try:
         for line in path.read_text().splitlines() if path.exists() else []:
@@ -32,7 +33,7 @@ def read_blocks(path):
         values = numpy.array(tables)
         return numpy.array(times), values[:, :, 1:4].copy()
     except (ValueError, IndexError):
-        files.stop(f"FEBio wrote no table of displacements into {path.name}; run febio4 -i on the .feb and see its log")
+        files.stop(f"FEBio wrote no table into {path.name}; run febio4 -i on the .feb and see its log")
 
 
 def displacement_at_rest(times, values):
@@ -54,17 +55,20 @@ def displacement_of_records(record_times, times, values):
 
 
 def main():
-    source, output, settings = files.command_line({})
-    if not files.is_scene(source):
-        files.refuse_ball(source, files.read_ball(source))
+    source, output, settings = files.command_line({"contact": "facet"})
+    if settings["contact"] not in ("facet", "node"):
+        files.stop("--contact is facet or node")
+    ball = None if files.is_scene(source) else files.read_ball(source)
     febio = files.program("febio4", "build FEBio 4 as README.md says")
     job = files.stem_of(source).with_suffix(".feb").resolve()
     if not job.is_file():
         files.stop(f"{job} does not exist; write it with livermark export --format febio")
     with tempfile.TemporaryDirectory() as folder:
-        (pathlib.Path(folder) / job.name).symlink_to(job)
+        contact = f"sliding-{settings['contact']}-on-facet"
+        (pathlib.Path(folder) / job.name).write_text(job.read_text().replace("sliding-facet-on-facet", contact))
         ran = files.run([febio, "-i", job.name], folder)
         times, values = read_blocks(pathlib.Path(folder) / f"{job.stem}.displacement.csv")
+        pushed = read_blocks(pathlib.Path(folder) / f"{job.stem}.force.csv")[1] if ball else None
     version = re.search(r"[Vv]ersion\s+(\d[\w.]*)", ran.printed)
     numbers = {"setup_seconds": 0.0, "solve_seconds": ran.seconds, "memory_bytes": ran.memory}
     if files.is_scene(source):
@@ -75,6 +79,10 @@ def main():
     else:
         files.write_solution(output, files.read_problem(source).points, displacement_at_rest(times, values))
         numbers["seconds_per_frame"] = None
+        if ball:
+            numbers["force"] = float(numpy.linalg.norm(pushed[-1, 0]))
+    if not ball:
+        del settings["contact"]
     files.report("febio", version[1] if version else "unknown", settings, **numbers)
 
 

@@ -25,6 +25,15 @@ if TYPE_CHECKING:
 
 Path = Union[str, "os.PathLike[str]"]
 AXES = "xyz"
+HALVINGS = 5  # of the edges of a ball: 8192 triangles, which lie within 0.12 % of its radius
+PENALTY = 100.0  # of contact, times FEBio's own guess: 10 needs twice the augmentations for the same gap
+
+
+class Ball(NamedTuple):
+    """A rigid ball that presses into the surface without friction and does not turn."""
+    radius: float  #: [m]
+    start: ArrayLike  #: (3) its centre where it just touches the body at rest [m]
+    press: ArrayLike  #: (3) by which the centre moves while the load grows [m]
 
 
 class Solid(NamedTuple):
@@ -41,6 +50,7 @@ class Solid(NamedTuple):
     boundary_triangles: Optional[ArrayLike] = None  #: (T, 3) node numbers, right-handed seen from outside
     follower_pressure: Optional[ArrayLike] = None  #: (T) [Pa], stays perpendicular to the triangles as they move
     regime: str = "large"  #: small loads are applied in one step, large ones in ten
+    ball: Optional[Ball] = None  #: it presses against the boundary triangles
 
 
 class _Arrays(NamedTuple):
@@ -70,6 +80,9 @@ def _arrays(problem: Union[Problem, Solid]) -> _Arrays:
     if getattr(problem, "press_depth", 0.0):
         raise InputError(f"load case {problem.load_case} presses to a depth, and FEBio wants the force beforehand; write a load "
                          "case that gives the 'force', or a Solid with the forces times the newtons that livermark run found")
+    for noun in getattr(problem, "further_parts", ()):
+        raise InputError(f"load case {problem.load_case} on {problem.body} has {noun}, which a job of FEBio cannot say; choose another "
+                         "load case or body, or add it to a Solid of your own")
     points = numpy.asarray(problem.points, dtype=float)
     tetrahedra = numpy.asarray(problem.tetrahedra, dtype=numpy.int64)
     if points.ndim != 2 or points.shape[1] != 3 or tetrahedra.ndim != 2 or tetrahedra.shape[1] != 4:
@@ -106,13 +119,25 @@ def _element(tag: str, inside: list[str], **attributes: Any) -> list[str]:
 
 
 class _Parts:
-    """Sections of the file that grow together: a set of nodes in the mesh, its values, what uses them."""
+    """Sections of the file that grow together: a set of nodes in the mesh, its values, what uses them; and a ball."""
 
     def __init__(self) -> None:
+        self.num_facets = 0
         self.mesh: list[str] = []
         self.data: list[str] = []
         self.boundary: list[str] = []
         self.loads: list[str] = []
+        self.nodes: list[str] = []
+        self.elements: list[str] = []
+        self.domains: list[str] = []
+        self.materials: list[str] = []
+        self.rigid: list[str] = []
+        self.contact: list[str] = []
+
+    def add_surface(self, name: str, triangles: NDArray) -> None:
+        """triangles: (T, 3), counted from 1."""
+        self.mesh += _element("Surface", _rows("tri3", "id", self.num_facets + 1, triangles), name=name)
+        self.num_facets += len(triangles)
 
     def add_node_set(self, name: str, nodes: NDArray) -> None:
         self.mesh.append(f'<NodeSet name="{name}">{_numbers(nodes + 1)}</NodeSet>')
@@ -148,7 +173,7 @@ def _add_loads(parts: _Parts, arrays: _Arrays) -> None:
                                 name="dead_forces", type="nodal_force", node_set="loaded")
     facets = numpy.flatnonzero(arrays.pressure)
     if len(facets):
-        parts.mesh += _element("Surface", _rows("tri3", "id", 1, arrays.triangles[facets] + 1), name="pressed")
+        parts.add_surface("pressed", arrays.triangles[facets] + 1)
         parts.data += _element("SurfaceData", _rows("face", "lid", 1, arrays.pressure[facets, None]),
                                name="follower_pressure", surface="pressed", data_type="scalar")
         parts.loads += _element("surface_load", ['<pressure lc="1" type="map">follower_pressure</pressure>',
@@ -156,12 +181,75 @@ def _add_loads(parts: _Parts, arrays: _Arrays) -> None:
                                 name="follower_pressure", type="pressure", surface="pressed")
 
 
-def _add_wound(parts: _Parts, problem: Union[Problem, Solid], num_before: int) -> None:
-    """The surface of a cut, for whoever has a use for it: contact, or pictures. num_before: triangles of other surfaces."""
+def _sphere(num_halvings: int) -> tuple[NDArray, NDArray]:
+    """Points (N, 3) on a sphere of radius 1 and triangles (T, 3) seen from outside: an octahedron whose edges are halved."""
+    points = numpy.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+    triangles = numpy.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
+    for _ in range(num_halvings):
+        edges = numpy.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+        edges, middle = numpy.unique(edges, axis=0, return_inverse=True)
+        middles, (a, b, c) = points[edges].sum(axis=1), triangles.T
+        ab, bc, ca = middle.reshape(-1, 3).T + len(points)
+        points = numpy.vstack([points, middles / numpy.linalg.norm(middles, axis=1)[:, None]])
+        triangles = numpy.vstack([numpy.column_stack(corners) for corners in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    return points, triangles
+
+
+def _checked(radius: float, start: ArrayLike, press: ArrayLike) -> Ball:
+    ball = Ball(float(radius), _shaped("ball.start", start, (3,)), _shaped("ball.press", press, (3,)))
+    if not (numpy.isfinite([ball.radius, *ball.start, *ball.press]).all() and ball.radius > 0.0 and ball.press.any()):
+        raise InputError("ball: give a radius above 0 m, where its centre is, and by which it moves")
+    return ball
+
+
+def _facets_near(ball: Ball, arrays: _Arrays) -> NDArray:
+    """Triangles (T, 3) whose middle is within two radii of the way of a ball."""
+    middles = arrays.points[arrays.triangles].mean(axis=1) - ball.start
+    along = numpy.clip(middles @ ball.press / (ball.press @ ball.press), 0.0, 1.0)
+    near = arrays.triangles[numpy.linalg.norm(middles - along[:, None] * ball.press, axis=1) < 2.0 * ball.radius]
+    if not len(near):
+        raise InputError("ball: no boundary triangle is within two radii of its way; move it, or give the boundary_triangles")
+    return near
+
+
+def _add_ball(parts: _Parts, ball: Ball, arrays: _Arrays, material: int) -> None:
+    """A rigid shell of triangles around the ball that moves with the load, and its contact."""
+    directions, triangles = _sphere(HALVINGS)
+    first_node, near = len(arrays.points) + 1, _facets_near(ball, arrays)
+    parts.add_surface("below_ball", near + 1)
+    parts.add_surface("on_ball", triangles + first_node)
+    parts.mesh += _element("SurfacePair", ["<primary>below_ball</primary>", "<secondary>on_ball</secondary>"], name="touch")
+    parts.nodes += _element("Nodes", _rows("node", "id", first_node, ball.start + ball.radius * directions), name="ball")
+    parts.elements += _element("Elements", _rows("elem", "id", len(arrays.tetrahedra) + 1, triangles + first_node),
+                               type="tri3", name="ball")
+    parts.domains += _element("ShellDomain", [f"<shell_thickness>{1e-3 * ball.radius!r}</shell_thickness>"],
+                              name="ball", mat="ball")
+    parts.materials += _element("material", ["<density>1</density>", f"<center_of_mass>{_numbers(ball.start)}</center_of_mass>"],
+                                id=material, name="ball", type="rigid body")
+    _add_way(parts, ball.press)
+    parts.contact += _element("contact", [
+        "<laugon>AUGLAG</laugon>", "<tolerance>0</tolerance>", f"<gaptol>{1e-3 * float(numpy.linalg.norm(ball.press))!r}</gaptol>",
+        "<maxaug>20</maxaug>", "<auto_penalty>1</auto_penalty>", f"<penalty>{PENALTY}</penalty>",
+        f"<search_radius>{2.0 * ball.radius!r}</search_radius>"], name="touch", type="sliding-facet-on-facet", surface_pair="touch")
+
+
+def _add_way(parts: _Parts, press: NDArray) -> None:
+    """The ball moves by press as the load grows, and does not turn."""
+    held = [f"<R{axis}_dof>{int(by == 0.0)}</R{axis}_dof>" for axis, by in zip(AXES, press)]
+    turns = [f"<R{axis}_dof>1</R{axis}_dof>" for axis in "uvw"]
+    parts.rigid += _element("rigid_bc", ["<rb>ball</rb>", *held, *turns], name="ball_held", type="rigid_fixed")
+    for axis, by in zip(AXES, press.tolist()):
+        if by != 0.0:
+            parts.rigid += _element("rigid_bc", ["<rb>ball</rb>", f"<dof>{axis}</dof>", f'<value lc="1">{by!r}</value>',
+                                                 "<relative>0</relative>"], name=f"ball_moved_{axis}", type="rigid_displacement")
+
+
+def _add_wound(parts: _Parts, problem: Union[Problem, Solid]) -> None:
+    """The surface of a cut, for whoever has a use for it: contact, or pictures."""
     names = list(getattr(problem, "patch_names", ()))
     if WOUND in names:
         facets = numpy.asarray(problem.boundary_triangles)[numpy.asarray(problem.boundary_patch) == names.index(WOUND)]
-        parts.mesh += _element("Surface", _rows("tri3", "id", num_before + 1, facets + 1), name=WOUND)
+        parts.add_surface(WOUND, facets + 1)
 
 
 def _regions(arrays: _Arrays) -> tuple[list[str], list[str], list[str]]:
@@ -228,17 +316,23 @@ def _sections(problem: Union[Problem, Solid], stem: str) -> dict[str, list[str]]
     parts = _Parts()
     _add_constraints(parts, arrays.displacement)
     _add_loads(parts, arrays)
-    _add_wound(parts, problem, numpy.count_nonzero(arrays.pressure))
+    _add_wound(parts, problem)
     materials, elements, domains = _regions(arrays)
+    ball = getattr(problem, "ball", None)
+    if ball is not None:
+        _add_ball(parts, _checked(*ball), arrays, len(domains) + 1)
     curve = ["<interpolate>LINEAR</interpolate>", "<extend>CONSTANT</extend>",
              "<points><pt>0,0</pt><pt>1,1</pt></points>"]
     output = [*_element("plotfile", ['<var type="displacement"/>', '<var type="stress"/>'], type="febio"),
               *_element("logfile", [f'<node_data data="ux;uy;uz" delim="," node_set="nodes" '
-                                    f"file={quoteattr(stem + '.displacement.csv')}/>"])]
+                                    f"file={quoteattr(stem + '.displacement.csv')}/>"] +
+                                ([] if ball is None else [f'<rigid_body_data data="Fx;Fy;Fz" delim="," '
+                                                          f"file={quoteattr(stem + '.force.csv')}></rigid_body_data>"]))]
     nodes = _element("Nodes", _rows("node", "id", 1, arrays.points), name="nodes")
-    return {"Control": _control(1 if problem.regime == "small" else 10), "Material": materials,
-            "Mesh": nodes + elements + parts.mesh, "MeshDomains": domains, "MeshData": parts.data,
-            "Boundary": parts.boundary, "Loads": parts.loads,
+    return {"Control": _control(1 if problem.regime == "small" else 10), "Material": materials + parts.materials,
+            "Mesh": nodes + parts.nodes + elements + parts.elements + parts.mesh, "MeshDomains": domains + parts.domains,
+            "MeshData": parts.data, "Boundary": parts.boundary, "Loads": parts.loads, "Contact": parts.contact,
+            "Rigid": parts.rigid,
             "LoadData": _element("load_controller", curve, id=1, type="loadcurve"), "Output": output}
 
 

@@ -34,7 +34,13 @@ struct ExportFormat {
     /// Others leave to the .problem.h5 what is more than a mesh, prescribed displacements and nodal forces.
     bool is_job = false;
     bool knows_capsule = false; ///< whether a job has the capsule of a body, on linear elements in the small regime
+    bool knows_ball = false;    ///< whether a job has a ball that only presses, see is_plain_ball()
 };
+
+/// Whether a tool is one ball that presses without friction and does not slide.
+inline bool is_plain_ball(const core::TouchingTool &tool) {
+    return !tool.shape.is_plate() && !tool.between && tool.friction == 0.0 && tool.slide.isZero(0.0);
+}
 
 /// Every format of formats/, in alphabetical order.
 std::span<const ExportFormat> all_formats();

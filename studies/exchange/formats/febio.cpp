@@ -41,6 +41,8 @@ void write_feb(std::ostream &out, const core::Problem &problem, const ExportChoi
     fields["boundary_patch"] = mesh.boundary_patch;
     fields["patch_names"] = mesh.patch_names;
     fields["follower_pressure"] = pressure;
+    if (const auto &ball = load_case.touching)
+        fields["ball"] = {ball->shape.radius, ball->start, ball->press};
     out << support::run_python("convert.febio", {load_case.name}, fields.dump(), "a job for FEBio", "python3-numpy");
 }
 
@@ -53,7 +55,8 @@ ExportFormat febio() {
             .summary = "a job of FEBio 4",
             .files = {{".feb", write_feb}},
             .only_when_named = true,
-            .is_job = true};
+            .is_job = true,
+            .knows_ball = true};
 }
 
 } // namespace formats
