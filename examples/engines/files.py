@@ -97,14 +97,22 @@ def refuse_ball(path, ball):
         stop(f"{path} has a ball that touches, and this adapter knows no contact; choose another load case")
 
 
+def deepest(ball, points, part=1.0):
+    """By how much the point (N, 3) [m] that is deepest in a ball at a part of its press is inside it [m]; 0 where none is."""
+    distance = numpy.linalg.norm(points - ball.start - part * ball.press, axis=1)
+    return max(0.0, ball.radius - float(distance.min()))
+
+
 def read_problem(path):
     """A problem at rest: points (N, 3), tetrahedra (M, 4), region (M) index into young_modulus, poisson_ratio and density;
-    force (N, 3) [N]; is_prescribed (N, 3) and prescribed (N, 3) [m]; is_large; press_depth [m], which is 0 where force is the
-    whole load, and else what sum force . u has to become under a multiple of force; touch, the ball of read_ball() or None."""
+    triangles (F, 3) of the surface; force (N, 3) [N]; is_prescribed (N, 3) and prescribed (N, 3) [m]; is_large; press_depth [m],
+    which is 0 where force is the whole load, and else what sum force . u has to become under a multiple of force; touch, the ball
+    of read_ball() or None."""
     with h5py.File(path) as file:
         load_case = file["load_case"]
         regime = load_case.attrs.get("regime", b"small")
-        problem = SimpleNamespace(**_mesh(file, "mesh/"), press_depth=float(load_case.attrs.get("press_depth", 0.0)),
+        problem = SimpleNamespace(**_mesh(file, "mesh/"), triangles=file["mesh/boundary_triangles"][:].astype(int),
+                                  press_depth=float(load_case.attrs.get("press_depth", 0.0)),
                                   is_large=(regime.decode() if isinstance(regime, bytes) else regime) == "large",
                                   follows="follows" in load_case)
     problem.touch = read_ball(path)
@@ -166,13 +174,15 @@ def rest_under(problem, displacement_under, steps_of_large_loads=10):
     return displacement, factor * float(numpy.linalg.norm(problem.force.sum(axis=0))) if problem.press_depth > 0.0 else None
 
 
-def solve_rest(source, output, body_of, clock=time.monotonic):
+def solve_rest(source, output, body_of, clock=time.monotonic, knows_balls=False):
     """Solves a problem at rest and writes its solution; returns the cost by a clock and, under a press to a depth, the force [N].
 
-    body_of(problem) has displacement_under() as rest_under() takes it.
+    body_of(problem) has displacement_under() as rest_under() takes it. An engine that knows balls moves them with the prescribed
+    displacements, and its body has contact(), the numbers of the report under a ball; the others refuse a ball.
     """
     problem = read_problem(source)
-    refuse_ball(source, problem.touch)
+    if not knows_balls:
+        refuse_ball(source, problem.touch)
     if problem.follows:
         stop("the problem has a pressure that follows the surface; choose another load case")
     start = clock()
@@ -181,7 +191,7 @@ def solve_rest(source, output, body_of, clock=time.monotonic):
     displacement, force = rest_under(problem, body.displacement_under)
     write_solution(output, problem.points, displacement)
     return {"seconds_per_frame": None, "setup_seconds": setup, "solve_seconds": clock() - start,
-            **({} if force is None else {"force": force})}
+            **({} if force is None else {"force": force}), **(body.contact() if problem.touch else {})}
 
 
 def neo_hookean_forces_on_tool(scene, displacement):

@@ -7,6 +7,7 @@ import csv
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -51,6 +52,8 @@ class Object:
     def __init__(self, data):
         for name, value in data.items():
             setattr(self, name, Data(numpy.array(value, float) if name in ("position", "forces") else value))
+        if "position" in data:
+            self.force = Data(numpy.zeros_like(self.position.value))
 
 class Node:
     def __init__(self, name, root=None):
@@ -63,7 +66,9 @@ class Node:
         return child
     def addObject(self, kind, **data):
         made = Object(data)
-        if kind == "MechanicalObject":
+        if kind == "SphereForceField":
+            self.root.sphere, self.root.sphere_start = made, numpy.array(data["center"])
+        if data.get("name") == "nodes":
             self.root.moved, self.root.rest = made.position, made.position.value.copy()
         if "name" in data:
             setattr(self, data["name"], made)
@@ -72,6 +77,9 @@ class Node:
 def animate(root, step):
     root.seconds += step
     root.moved.value = root.rest * (1.0 + root.seconds * numpy.array([1e-3, -2e-3, 0.0]))
+    if hasattr(root, "sphere"):
+        print("sphere at", root.sphere.center.value.tolist())
+        root.moved.value = root.rest + 0.9 * (root.sphere.center.value - root.sphere_start)
 
 Core = types.SimpleNamespace(Node=Node)
 Simulation = sys.modules["Sofa.Simulation"] = types.ModuleType("Sofa.Simulation")
@@ -146,12 +154,50 @@ with h5py.File(ball) as file:
 read = files.read_problem(ball).touch
 assert read.radius == radius and (read.start == way[0]).all() and (read.press == way[1]).all(), read
 assert files.read_problem(problem).touch is None
-for name in ("calculix", "sofa"):
-    refused = adapter(name, ball, folder / "none.csv")
-    assert refused.returncode == 2 and "has a ball that touches, and this adapter knows no contact" in refused.stderr, refused
+refused = adapter("calculix", ball, folder / "none.csv")
+assert refused.returncode == 2 and "has a ball that touches, and this adapter knows no contact" in refused.stderr, refused
 export(ENGINES / "bodies" / "liver_2000.toml", "large_palpation", "--format", "febio")
 done = adapter("febio", ball, folder / "pressed.csv")
 assert done.returncode == 0 and abs(json.loads(done.stdout.splitlines()[-1])["force"] - 0.5) < 1e-12, done
+
+# SOFA's sphere moves in steps to where the press ends, and the body of the stand-in goes nine tenths of the way with it. The
+# numbers of the report are those of plain loops over facets.
+liver = files.read_problem(ball)
+young, nu = liver.young_modulus[0], liver.poisson_ratio[0]
+assert len(liver.young_modulus) == 1 and liver.triangles.shape[1] == 3
+stiffness, mu, lame = numpy.zeros(len(liver.points)), 0.5 * young / (1.0 + nu), young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+for nodes in liver.tetrahedra:
+    edges = liver.points[nodes[1:]] - liver.points[nodes[0]]
+    gradients = numpy.linalg.inv(numpy.hstack([numpy.ones((4, 1)), liver.points[nodes]]))[1:].T
+    for node, gradient in zip(nodes, gradients):
+        for direction in numpy.eye(3):
+            strain = 0.5 * (numpy.outer(gradient, direction) + numpy.outer(direction, gradient))
+            twice_energy = 2.0 * mu * (strain ** 2).sum() + lame * numpy.trace(strain) ** 2
+            stiffness[node] += numpy.linalg.det(edges) / 6.0 * twice_energy / 3.0
+for split in (1, 4):
+    done = adapter("sofa", ball, folder / "ball.csv", "--split", split, "--penalty", 10)
+    assert done.returncode == 0, done
+    report, spheres = json.loads(done.stdout.splitlines()[-1]), re.findall(r"sphere at (\[.*\])", done.stdout)
+    assert numpy.allclose([json.loads(sphere) for sphere in spheres], [way[0] + part * way[1] for part in numpy.arange(1, 11) / 10.0])
+    with open(folder / "ball.csv") as file:
+        rows = numpy.array([[float(value) for value in row.values()] for row in csv.DictReader(file)])
+    moved, points = rows[:, :3] + rows[:, 3:], {}
+    for a, b, c in liver.triangles:
+        for i in range(split + 1):
+            for j in range(split + 1 - i):
+                point = (i * moved[a] + j * moved[b] + (split - i - j) * moved[c]) / split
+                points[tuple(numpy.rint(1e9 * point).astype(int))] = point
+    touched = numpy.array(list(points.values()))
+    outwards = (moved if split == 1 else touched) - way[0] - way[1]
+    distance = numpy.linalg.norm(outwards, axis=1)
+    inside, one = distance < radius, 10.0 * stiffness[numpy.unique(liver.triangles)].mean() / split ** 2
+    force = (one * (radius / distance[inside] - 1.0)[:, None] * outwards[inside]).sum(axis=0)
+    assert report["settings"] == {"law": "corotational", "penalty": 10.0, "split": split} and report["at_rest"] is True, report
+    assert report["points_in_touch"] == inside.sum() > 0 and abs(report["stiffness_of_point"] / one - 1.0) < 1e-9, report
+    assert abs(report["force"] / numpy.linalg.norm(force) - 1.0) < 1e-9, report
+    assert abs(report["deepest_point"] - radius + distance.min()) < 1e-12, report
+    nearest = numpy.linalg.norm(moved - way[0] - way[1], axis=1).min()
+    assert abs(report["deepest"] - max(0.0, radius - nearest)) < 1e-12, report
 
 
 def changed(name, change):
@@ -172,8 +218,9 @@ others = {"tool with friction": changed("friction", lambda touch: touch.attrs.mo
           "two jaws": changed("jaws", lambda touch: touch.create_dataset("between", data=numpy.zeros(3))),
           "tool that slides": changed("slide", slide)}
 for words, path in others.items():
-    refused = adapter("calculix", path, folder / "none.csv")
-    assert refused.returncode == 2 and words in refused.stderr and "adapters know a ball" in refused.stderr, refused
+    for name in ("calculix", "sofa"):
+        refused = adapter(name, path, folder / "none.csv")
+        assert refused.returncode == 2 and words in refused.stderr and "adapters know a ball" in refused.stderr, refused
 
 if shutil.which("node") and (ENGINES / "node_modules" / "h5wasm").is_dir():
     def node(path):
@@ -202,4 +249,8 @@ assert early.returncode == 2 and "stopped at 0.5 of the load" in early.stderr, e
 (programs / "Sofa.py").write_text(SOFA.replace("1e-3, -2e-3, 0.0", "numpy.nan, 0.0, 0.0"))
 early = adapter("sofa", problem, folder / "none.csv")
 assert early.returncode == 2 and "found no equilibrium at 1 of the load" in early.stderr, early
+for follow, part in (("numpy.nan", "0.1"), ("0.0", "0.3")):  # a quarter of the radius is as deep as a point may be in a ball
+    (programs / "Sofa.py").write_text(SOFA.replace("0.9 *", f"{follow} *"))
+    early = adapter("sofa", ball, folder / "none.csv")
+    assert early.returncode == 2 and f"found no equilibrium at {part} of the load" in early.stderr, early
 assert not (folder / "none.csv").exists()

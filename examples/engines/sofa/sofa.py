@@ -21,21 +21,23 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import files  # noqa: E402
 
 LAWS = {"linear": "small", "corotational": "polar"}  # method of TetrahedronFEMForceField
+MAPPING = "Mapping.Linear"  # only under a ball, where points of facets touch
 PLUGINS = ["Constraint.Projective", "LinearSolver.Direct", "LinearSolver.Iterative", "Mass", "MechanicalLoad", "ODESolver.Backward",
            "SolidMechanics.FEM.Elastic", "SolidMechanics.FEM.HyperElastic", "SolidMechanics.Spring", "StateContainer",
            "Topology.Container.Dynamic"]
 NEWTON_STEPS, PER_FRAME = 50, 4  # the exported scene takes four steps in a frame
+SHORTEST_STEP, DEEPEST = 1e-3, 0.25  # of a press, and of the ball's radius
 
 
-def import_sofa():
-    """The module Sofa, with the plugins that both uses need. It prints a lot while it loads."""
+def import_sofa(*others):
+    """The module Sofa, with the plugins that all uses need, and others. It prints a lot while it loads."""
     try:
         import Sofa
         import SofaRuntime
         import Sofa.Simulation
     except ImportError:
         files.stop("Python finds no module Sofa; build SOFA with SofaPython3, and put its site-packages on the PYTHONPATH as README.md says")
-    for plugin in PLUGINS:
+    for plugin in (*PLUGINS, *others):
         SofaRuntime.importPlugin("Sofa.Component." + plugin)
     return Sofa
 
@@ -64,11 +66,44 @@ def add_tetrahedra(body, problem, law):
             region.addObject("TetrahedronFEMForceField", topology="@tetrahedra", youngModulus=young, poissonRatio=nu, method=LAWS[law])
 
 
+def node_stiffness(problem):
+    """Stiffness (N) [N/m] that the tetrahedra of a node oppose it with while all others are held, the mean of three directions:
+    the sum of V |grad N|^2 (lambda + 4 mu) / 3, of small strains."""
+    young, nu = problem.young_modulus[problem.region], problem.poisson_ratio[problem.region]
+    mu, lame = 0.5 * young / (1.0 + nu), young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    corners = problem.points[problem.tetrahedra]
+    edges = numpy.moveaxis(corners[:, 1:] - corners[:, :1], 1, 2)  # an edge in each column
+    gradients = numpy.linalg.inv(edges)  # a row for each of nodes 1 to 3
+    gradients = numpy.concatenate([-gradients.sum(axis=1, keepdims=True), gradients], axis=1)
+    own = (numpy.linalg.det(edges) / 6.0 * (lame + 4.0 * mu) / 3.0)[:, None] * (gradients ** 2).sum(axis=2)
+    return numpy.bincount(problem.tetrahedra.ravel(), own.ravel(), len(problem.points))
+
+
+def points_of_facets(problem, split):
+    """Points that touch, where each edge of the surface is split in so many parts: the nodes (P, 3) that a point lies between, and
+    the part (P, 3) of each. A point on an edge is there once, and points that the ball cannot reach are left out."""
+    lattice = numpy.array([(i, j, split - i - j) for i in range(split + 1) for j in range(split + 1 - i)])
+    nodes, parts = numpy.repeat(problem.triangles, len(lattice), axis=0), numpy.tile(lattice, (len(problem.triangles), 1))
+    nodes = numpy.where(parts > 0, nodes, -1)  # no part of the point, so that its edge or node is the same in each facet
+    order = numpy.argsort(nodes, axis=1)
+    rows = numpy.hstack([numpy.take_along_axis(nodes, order, 1), numpy.take_along_axis(parts, order, 1)])
+    rows = numpy.unique(rows, axis=0)
+    nodes, parts, ball = numpy.maximum(rows[:, :3], 0), rows[:, 3:] / split, problem.touch
+    distance = numpy.linalg.norm(place(problem.points, nodes, parts) - ball.start, axis=1)
+    near = distance < 2.0 * ball.radius + numpy.linalg.norm(ball.press)
+    return nodes[near], parts[near]
+
+
+def place(positions, nodes, parts):
+    """Points (P, 3) of facets where nodes are at positions (N, 3)."""
+    return numpy.einsum("pc,pcd->pd", parts, positions[nodes])
+
+
 class BodyAtRest:
     """A body that Newton's method brings to rest under any multiple of a load."""
 
-    def __init__(self, sofa, problem, law, springs):
-        self.sofa, self.problem = sofa, problem
+    def __init__(self, sofa, problem, settings, springs):
+        self.sofa, self.problem, law, self.pressed = sofa, problem, settings["law"], 0.0
         self.root = sofa.Core.Node("root")
         self.root.gravity = [0.0, 0.0, 0.0]
         self.root.addObject("DefaultAnimationLoop")
@@ -93,20 +128,75 @@ class BodyAtRest:
             add_springs(body, springs)
         else:
             add_tetrahedra(body, problem, law)
+        if problem.touch:
+            self.add_ball(body, settings["penalty"], settings["split"])
         sofa.Simulation.init(self.root)
+
+    def add_ball(self, body, penalty, split):
+        """A sphere that pushes out the nodes of the body, or points of its facets where split is above 1."""
+        problem, ball, each = self.problem, self.problem.touch, numpy.arange(len(self.problem.points))[:, None]
+        self.touching = numpy.hstack([each, each, each]), numpy.tile([1.0, 0.0, 0.0], (len(each), 1))
+        if split > 1:
+            self.touching = points_of_facets(problem, split)
+            body = body.addChild("surface")
+            points = place(problem.points, *self.touching).tolist()
+            body.addObject("MechanicalObject", name="points", template="Vec3d", position=points)
+            body.addObject("BarycentricMapping")
+        surface = numpy.unique(problem.triangles)
+        self.stiffness = penalty * float(node_stiffness(problem)[surface].mean()) / split ** 2
+        self.sphere = body.addObject("SphereForceField", center=ball.start.tolist(), radius=ball.radius, stiffness=self.stiffness,
+                                     damping=0.0)
 
     def displacement_under(self, force_factor, displacement_factor):
         """Displacement (N, 3) [m] at rest, from where the last call ended."""
         if len(self.loaded):
             self.load.forces.value = force_factor * self.problem.force[self.loaded]
-        with self.nodes.position.writeable() as positions:
-            positions[self.problem.is_prescribed] = (self.problem.points +
-                                                     displacement_factor * self.problem.prescribed)[self.problem.is_prescribed]
-        self.sofa.Simulation.animate(self.root, 1.0)
+        if self.problem.touch:
+            self.press_to(displacement_factor)
+        else:
+            self.solve(displacement_factor)
         displacement = self.nodes.position.value - self.problem.points
         if not numpy.isfinite(displacement).all():
             files.stop(f"SOFA found no equilibrium at {force_factor:g} of the load")
         return displacement
+
+    def solve(self, displacement_factor):
+        with self.nodes.position.writeable() as positions:
+            positions[self.problem.is_prescribed] = (self.problem.points +
+                                                     displacement_factor * self.problem.prescribed)[self.problem.is_prescribed]
+        if self.problem.touch:
+            self.sphere.center.value = self.problem.touch.start + displacement_factor * self.problem.touch.press
+        self.sofa.Simulation.animate(self.root, 1.0)
+
+    def press_to(self, part):
+        """Moves the ball to a part of its press, in steps that are halved where Newton's method finds no equilibrium."""
+        step = part - self.pressed
+        while self.pressed < part:
+            goal, before = min(part, self.pressed + step), numpy.array(self.nodes.position.value)
+            self.solve(goal)
+            found = self.contact(goal)
+            if found["at_rest"] and found["deepest_point"] < DEEPEST * self.problem.touch.radius:
+                self.pressed = goal
+                continue
+            step *= 0.5
+            if step < SHORTEST_STEP:
+                files.stop(f"SOFA found no equilibrium at {part:g} of the load")
+            with self.nodes.position.writeable() as positions:
+                positions[:] = before
+
+    def contact(self, part=1.0):
+        """Numbers of the report where the ball is at a part of its press: the force [N] of the penalty on all points, whether what
+        is out of balance is less than a millionth of it, and by how much nodes and points are inside the ball [m]."""
+        ball, positions = self.problem.touch, numpy.array(self.nodes.position.value)
+        points = place(positions, *self.touching)
+        outwards = points - ball.start - part * ball.press
+        distance = numpy.linalg.norm(outwards, axis=1)
+        inside = distance < ball.radius
+        push = self.stiffness * (ball.radius / distance[inside] - 1.0)[:, None] * outwards[inside]
+        force, left = float(numpy.linalg.norm(push.sum(axis=0))), float(numpy.linalg.norm(self.nodes.force.value))
+        return {"force": force, "out_of_balance": left, "at_rest": left <= 1e-6 * force + 1e-9,
+                "points_in_touch": int(inside.sum()), "stiffness_of_point": self.stiffness, "deepest": files.deepest(ball, positions, part),
+                "deepest_point": files.deepest(ball, points, part)}
 
 
 def move(source, output):
@@ -136,14 +226,16 @@ def move(source, output):
 
 
 def main():
-    source, output, settings = files.command_line({"law": "corotational"})
+    source, output, settings = files.command_line({"law": "corotational", "penalty": 100.0, "split": 4})
     if settings["law"] not in (*LAWS, "neo_hookean", "springs"):
         files.stop("--law is linear, corotational, neo_hookean or springs")
     if files.is_scene(source):
         numbers, settings = move(source, output), {"law": "neo_hookean", "substeps": PER_FRAME}
     else:
-        sofa, springs = import_sofa(), source.with_name(source.resolve().parent.name + ".sofa.json")
-        numbers = files.solve_rest(source, output, lambda problem: BodyAtRest(sofa, problem, settings["law"], springs))
+        touches = files.read_ball(source) is not None
+        sofa, springs = import_sofa(*[MAPPING] * touches), source.with_name(source.resolve().parent.name + ".sofa.json")
+        numbers = files.solve_rest(source, output, lambda problem: BodyAtRest(sofa, problem, settings, springs), knows_balls=True)
+        settings = settings if touches else {"law": settings["law"]}
     memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     files.report("sofa", os.environ.get("SOFA_VERSION", "unknown"), settings, memory_bytes=memory, **numbers)
     sys.stdout.flush()
