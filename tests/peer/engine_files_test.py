@@ -198,6 +198,9 @@ for split in (1, 4):
     assert abs(report["deepest_point"] - radius + distance.min()) < 1e-12, report
     nearest = numpy.linalg.norm(moved - way[0] - way[1], axis=1).min()
     assert abs(report["deepest"] - max(0.0, radius - nearest)) < 1e-12, report
+for setting in ("split", "penalty"):
+    refused = adapter("sofa", ball, folder / "none.csv", f"--{setting}", 0)
+    assert refused.returncode == 2 and "--split is a whole number of 1 or more, and --penalty above 0" in refused.stderr, refused
 
 
 def changed(name, change):

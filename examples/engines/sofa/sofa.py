@@ -2,10 +2,12 @@
 """Solves a problem or moves a scene of `livermark export` with SOFA, for `livermark score`.
 
     sofa.py out/beam/beam_bend.problem.h5 solution.csv [--law corotational]
+    sofa.py out/liver_healthy/large_palpation.problem.h5 solution.csv [--law neo_hookean] [--penalty 100] [--split 4]
     sofa.py out/liver_healthy/press_and_slide.scene.h5 motion.h5
 
 In motion it steps through the .sofa.py that `livermark export` writes beside the scene; at rest it builds the scene here, and
-Newton's method finds the equilibrium of each multiple of the load. Needs the modules of SofaPython3 on the PYTHONPATH.
+Newton's method finds the equilibrium of each multiple of the load. A ball that touches is a SphereForceField: springs of one
+stiffness between its surface and the points that are inside. Needs the modules of SofaPython3 on the PYTHONPATH.
 """
 import importlib.util
 import json
@@ -26,7 +28,7 @@ PLUGINS = ["Constraint.Projective", "LinearSolver.Direct", "LinearSolver.Iterati
            "SolidMechanics.FEM.Elastic", "SolidMechanics.FEM.HyperElastic", "SolidMechanics.Spring", "StateContainer",
            "Topology.Container.Dynamic"]
 NEWTON_STEPS, PER_FRAME = 50, 4  # the exported scene takes four steps in a frame
-SHORTEST_STEP, DEEPEST = 1e-3, 0.25  # of a press, and of the ball's radius
+SHORTEST_STEP, DEEPEST = 1e-3, 0.25  # of a press; of the ball's radius, where the ball has gone through a facet
 
 
 def import_sofa(*others):
@@ -133,16 +135,19 @@ class BodyAtRest:
         sofa.Simulation.init(self.root)
 
     def add_ball(self, body, penalty, split):
-        """A sphere that pushes out the nodes of the body, or points of its facets where split is above 1."""
-        problem, ball, each = self.problem, self.problem.touch, numpy.arange(len(self.problem.points))[:, None]
-        self.touching = numpy.hstack([each, each, each]), numpy.tile([1.0, 0.0, 0.0], (len(each), 1))
-        if split > 1:
+        """A sphere that pushes points of the facets of the body out, or its nodes alone where edges are not split."""
+        problem, ball = self.problem, self.problem.touch
+        if split == 1:
+            each = numpy.arange(len(problem.points))[:, None]
+            self.touching = numpy.hstack([each, each, each]), numpy.tile([1.0, 0.0, 0.0], (len(each), 1))
+        else:
             self.touching = points_of_facets(problem, split)
             body = body.addChild("surface")
             points = place(problem.points, *self.touching).tolist()
             body.addObject("MechanicalObject", name="points", template="Vec3d", position=points)
             body.addObject("BarycentricMapping")
         surface = numpy.unique(problem.triangles)
+        # A node, with the points around it, has a penalty of so many times its own stiffness: the mean over the surface.
         self.stiffness = penalty * float(node_stiffness(problem)[surface].mean()) / split ** 2
         self.sphere = body.addObject("SphereForceField", center=ball.start.tolist(), radius=ball.radius, stiffness=self.stiffness,
                                      damping=0.0)
@@ -169,7 +174,8 @@ class BodyAtRest:
         self.sofa.Simulation.animate(self.root, 1.0)
 
     def press_to(self, part):
-        """Moves the ball to a part of its press, in steps that are halved where Newton's method finds no equilibrium."""
+        """Moves the ball to a part of its press, in steps that are halved where Newton's method finds no equilibrium, or one with
+        the ball through a facet, whose points then push against each other."""
         step = part - self.pressed
         while self.pressed < part:
             goal, before = min(part, self.pressed + step), numpy.array(self.nodes.position.value)
@@ -195,8 +201,8 @@ class BodyAtRest:
         push = self.stiffness * (ball.radius / distance[inside] - 1.0)[:, None] * outwards[inside]
         force, left = float(numpy.linalg.norm(push.sum(axis=0))), float(numpy.linalg.norm(self.nodes.force.value))
         return {"force": force, "out_of_balance": left, "at_rest": left <= 1e-6 * force + 1e-9,
-                "points_in_touch": int(inside.sum()), "stiffness_of_point": self.stiffness, "deepest": files.deepest(ball, positions, part),
-                "deepest_point": files.deepest(ball, points, part)}
+                "points_in_touch": int(inside.sum()), "stiffness_of_point": self.stiffness,
+                "deepest": files.deepest(ball, positions, part), "deepest_point": files.deepest(ball, points, part)}
 
 
 def move(source, output):
@@ -229,11 +235,14 @@ def main():
     source, output, settings = files.command_line({"law": "corotational", "penalty": 100.0, "split": 4})
     if settings["law"] not in (*LAWS, "neo_hookean", "springs"):
         files.stop("--law is linear, corotational, neo_hookean or springs")
+    if settings["split"] < 1 or settings["penalty"] <= 0.0:
+        files.stop("--split is a whole number of 1 or more, and --penalty above 0")
     if files.is_scene(source):
         numbers, settings = move(source, output), {"law": "neo_hookean", "substeps": PER_FRAME}
     else:
         touches = files.read_ball(source) is not None
-        sofa, springs = import_sofa(*[MAPPING] * touches), source.with_name(source.resolve().parent.name + ".sofa.json")
+        mapping = [MAPPING] if touches and settings["split"] > 1 else []
+        sofa, springs = import_sofa(*mapping), source.with_name(source.resolve().parent.name + ".sofa.json")
         numbers = files.solve_rest(source, output, lambda problem: BodyAtRest(sofa, problem, settings, springs), knows_balls=True)
         settings = settings if touches else {"law": settings["law"]}
     memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
