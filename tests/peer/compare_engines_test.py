@@ -58,6 +58,32 @@ assert float(cells["memory [MB]"]) > 0.0, cells
 text = entry.read_text()
 assert f'engine = "{engine}"' in text and "[[problem]]" in text and "solution = " in text, text
 
+if engine == "bullet":  # a ball with two edges of the mesh in its radius: as near to the reference as linear tetrahedra
+    pieces = folder / "ball"
+    pieces.mkdir()
+    shutil.copy(ENGINES / "pieces" / "cube.toml", pieces / "small.toml")
+    subprocess.run([livermark, "mesh", "box", "--size", "0.04", "0.04", "0.04", "--edge", "0.006", "-o", pieces / "cube.msh"], check=True)
+    (pieces / "press.toml").write_text("""title = "A rigid ball presses a cube"
+regime = "large"
+target_peak_displacement = 0.004
+
+[[condition]]
+patch = "z_min"
+displacement = [0.0, 0.0, 0.0]
+
+[touch]
+disc = { patch = "z_max", radius = 0.012 }
+radius = 0.012
+depth = 0.004
+""")
+    pressed = compare("--body", pieces / "small.toml", "--load-case", pieces / "press.toml", "--set", "steps=150")
+    assert pressed.returncode == 0, pressed
+    rows = [[word.strip() for word in line.strip("|").split("|")] for line in pressed.stdout.splitlines() if line.startswith("|")]
+    ball = dict(zip(rows[0], rows[2]))
+    assert ball["outcome"] in ("ok", "not at rest"), ball
+    assert float(ball["L2 [%]"]) < float(ball["of fem_p1 [%]"]) + 2.0, ball
+    assert abs(float(ball["to fem_p1"]) - 1.0) < 0.05, ball
+
 # An engine that fails is a row, and a setting that it does not have is named.
 refused = compare(*problem, "--set", "no_such_setting=1")
 assert refused.returncode == 1 and "no_such_setting" in refused.stdout, refused
