@@ -106,6 +106,7 @@ set(bullet_adapter "")
 if(BULLET_FOUND)
   add_executable(bullet_adapter ${PROJECT_SOURCE_DIR}/examples/engines/bullet/bullet.cpp)
   target_compile_features(bullet_adapter PRIVATE cxx_std_20)
+  target_include_directories(bullet_adapter PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(bullet_adapter PRIVATE livermark_hdf5 livermark_bullet livermark_build_options)
   # Whatever the tests are compiled with: it is an example of something fast.
   target_compile_options(bullet_adapter PRIVATE -O2)

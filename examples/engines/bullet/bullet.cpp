@@ -7,7 +7,7 @@
 // itself. Constrained nodes have zero mass: Bullet moves them with their velocity, whatever pulls. README.md has the
 // command that compiles this, and the settings.
 #include "files.hpp"
-#include "world.hpp"
+#include "examples/engines/bullet/world.hpp"
 
 #include <algorithm>
 #include <cmath>

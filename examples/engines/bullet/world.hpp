@@ -2,7 +2,7 @@
 // All is in SI units, in single precision.
 #pragma once
 
-#include "files.hpp"
+#include "examples/engines/bullet/files.hpp"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
