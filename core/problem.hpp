@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <memory>
 #include <optional>
@@ -50,6 +51,23 @@ struct Body {
     std::optional<double> patch_confidence{};
     BodyAxes axes{};
     std::optional<Capsule> capsule{};
+    /// (M) moduli of each tetrahedron over those of the material of its region, > 0, as a map of stiffness has them;
+    /// empty where all are 1.
+    std::vector<double> modulus_factor{};
+
+    double modulus_factor_of(std::size_t t) const { return modulus_factor.empty() ? 1.0 : modulus_factor[t]; }
+    /// Material of a tetrahedron: that of its region, with its own Young's modulus.
+    Material material_of(std::size_t t) const {
+        auto material = materials[static_cast<std::size_t>(mesh.region[t])];
+        material.young_modulus *= modulus_factor_of(t);
+        return material;
+    }
+    double shear_modulus_of(std::size_t t) const {
+        return materials[static_cast<std::size_t>(mesh.region[t])].shear_modulus() * modulus_factor_of(t);
+    }
+    double young_modulus_of(std::size_t t) const {
+        return materials[static_cast<std::size_t>(mesh.region[t])].young_modulus * modulus_factor_of(t);
+    }
 };
 
 /// Problem that every model gets: a body and the load case put on its mesh. The body is shared between load cases.

@@ -57,8 +57,8 @@ EngineArray node_mass_of(const Body &body) {
 /// A number of each tetrahedron.
 template <class Value> std::vector<double> in_tetrahedra(const Body &body, Value value) {
     std::vector<double> values;
-    for (const int region : body.mesh.region)
-        values.push_back(value(body.materials[region]));
+    for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t)
+        values.push_back(value(body.material_of(t)));
     return values;
 }
 
@@ -78,11 +78,15 @@ std::size_t main_region(const Body &body) {
 
 /// Sentence on a body of several materials, for an engine that has one.
 std::vector<std::string> one_material(const Body &body, const std::string &noun) {
+    std::vector<std::string> sentences;
+    if (!body.modulus_factor.empty())
+        sentences.push_back(fmt::format("{} has one material: the map of stiffness is left out", noun));
     if (body.materials.size() == 1)
-        return {};
-    return {fmt::format(
+        return sentences;
+    sentences.push_back(fmt::format(
         "{} has one material: the numbers are those of region {}, and the {} other region{} get them too", noun,
-        body.mesh.region_names[main_region(body)], body.materials.size() - 1, body.materials.size() > 2 ? "s" : "")};
+        body.mesh.region_names[main_region(body)], body.materials.size() - 1, body.materials.size() > 2 ? "s" : ""));
+    return sentences;
 }
 
 EngineSetting substep_setting(std::string name, int substeps, const EngineChoices &choices,
@@ -126,7 +130,7 @@ EngineParameters jolt(const Body &body, const EngineChoices &choices) {
     const auto volumes = core::tetrahedron_volumes(mesh);
     bool is_too_compressible = false;
     for (std::size_t t = 0; t < volumes.size(); ++t) {
-        const auto &material = body.materials[mesh.region[t]];
+        const auto material = body.material_of(t);
         const double modulus = modulus_beside_springs(material);
         constexpr double rounding = 1e-12;
         is_too_compressible = is_too_compressible || modulus < -rounding * material.shear_modulus();
@@ -467,7 +471,7 @@ double mean_shear_modulus_ratio(const std::vector<double> &stiffness, const std:
         springs_sum += stiffness[s] * length[s] * length[s];
     const auto volumes = core::tetrahedron_volumes(body.mesh);
     for (std::size_t t = 0; t < volumes.size(); ++t)
-        body_sum += 15.0 * body.materials[body.mesh.region[t]].shear_modulus() * volumes[t];
+        body_sum += 15.0 * body.shear_modulus_of(t) * volumes[t];
     return springs_sum / body_sum;
 }
 

@@ -46,7 +46,7 @@ class Corotational {
         }
         for (int t = 0; t < body.mesh.num_tetrahedra(); ++t) {
             const auto &nodes = body.mesh.tetrahedra[t];
-            const auto &material = body.materials[body.mesh.region[t]];
+            const auto material = body.material_of(t);
             Eigen::Matrix3d edges;
             for (int c = 0; c < 3; ++c)
                 edges.col(c) = body.mesh.points[nodes[c + 1]] - body.mesh.points[nodes[0]];

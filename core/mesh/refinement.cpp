@@ -70,7 +70,11 @@ void cut_triangle(const std::array<int, 3> &corners, const EdgeTable &table, int
 Body refine(const Body &body) {
     const auto &coarse = body.mesh;
     const auto table = edge_table(coarse.tetrahedra);
-    Body refined{.name = body.name, .mesh = {}, .materials = body.materials, .capsule = body.capsule};
+    Body refined{.name = body.name,
+                 .mesh = {},
+                 .materials = body.materials,
+                 .capsule = body.capsule,
+                 .modulus_factor = repeated(body.modulus_factor, 8)};
     auto &fine = refined.mesh;
     fine.points = coarse.points;
     fine.points.reserve(coarse.points.size() + table.edges.size());
@@ -298,6 +302,8 @@ BisectedBody split_edges(const Body &body, const std::map<Edge, Vector3> &points
         new_nodes.cut(coarse.tetrahedra[t], [&](const auto &part) {
             fine.tetrahedra.push_back(part);
             fine.region.push_back(coarse.region[t]);
+            if (!body.modulus_factor.empty())
+                result.body.modulus_factor.push_back(body.modulus_factor[t]);
             result.parent_tetrahedron.push_back(static_cast<int>(t));
         });
     for (int f = 0; f < coarse.num_boundary_triangles(); ++f)

@@ -171,7 +171,7 @@ std::map<std::array<int, 3>, double> moduli_behind_facets(const Body &body) {
             const auto facet = moduli.find(sorted({nodes[face[0]], nodes[face[1]], nodes[face[2]]}));
             if (facet == moduli.end())
                 continue;
-            const auto &material = body.materials[mesh.region[t]];
+            const auto material = body.material_of(t);
             facet->second = material.young_modulus / (1.0 - material.poisson_ratio * material.poisson_ratio);
         }
     return moduli;

@@ -107,6 +107,8 @@ Part at_nodes_of(int rank, const Part &whole) {
             node = place[node];
         out.mesh.tetrahedra.push_back(corners);
         out.mesh.region.push_back(mesh.region[t]);
+        if (!body.modulus_factor.empty())
+            out.modulus_factor.push_back(body.modulus_factor[t]);
     }
     // A face may have all its corners here and its tetrahedron elsewhere.
     std::vector<std::array<int, 3>> outer = core::outer_faces(out.mesh.tetrahedra);

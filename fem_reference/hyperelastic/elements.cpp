@@ -159,7 +159,7 @@ struct Elements::Cell {
     int number;
     std::span<const int> nodes;
     const std::array<int, 4> *pressures; ///< nullptr where there are none
-    const core::Material *material;
+    core::Material material;
     Matrix3 inverse_edges; ///< of the matrix whose columns are the edges from the first corner [1/m]
     double volume;         ///< [m^3]
 
@@ -185,7 +185,7 @@ template <class Action> void Elements::for_each_cell(const Action &action) const
                   std::span(system_.cell_nodes).subspan(t * num_local, num_local),
                   pressure_.num_pressures() > 0 && pressure_.cell_pressures[t][0] >= 0 ? &pressure_.cell_pressures[t]
                                                                                        : nullptr,
-                  &body_->materials[body_->mesh.region[t]],
+                  body_->material_of(t),
                   {},
                   0.0};
         Matrix3 edges;
@@ -219,7 +219,7 @@ Elements::Elements(std::shared_ptr<const core::Body> body, int degree, Formulati
                 for (int l = 0; l < 4; ++l) { // the integral of psi_k psi_l over a tetrahedron is V (1 + delta_kl) / 20
                     const int at = fem_reference::place_of_entry(compliance_.row_start, compliance_.column,
                                                                  (*cell.pressures)[k], (*cell.pressures)[l]);
-                    compliance_.value[at] += cell.volume * (k == l ? 0.1 : 0.05) / law_->volume_modulus(*cell.material);
+                    compliance_.value[at] += cell.volume * (k == l ? 0.1 : 0.05) / law_->volume_modulus(cell.material);
                 }
         return true;
     });
@@ -246,7 +246,7 @@ void Elements::stand_on(const core::Foundation &foundation) {
 }
 
 IsochoricPart Elements::isochoric_part(const Cell &cell, std::size_t point) const {
-    return {*law_, *cell.material, memory_->faded,
+    return {*law_, cell.material, memory_->faded,
             memory_->remembered[static_cast<std::size_t>(cell.number) * reference_.weight.size() + point]};
 }
 
@@ -254,8 +254,8 @@ std::vector<Matrix3> Elements::isochoric_stresses(const State &state) const {
     std::vector<Matrix3> stresses;
     for_each_cell([&](const Cell &cell) {
         for (const auto &gradient : reference_.gradient)
-            stresses.push_back(isochoric_stress(*law_, *cell.material,
-                                                cell.deformation(cell.gradients(gradient), state.displacement)));
+            stresses.push_back(
+                isochoric_stress(*law_, cell.material, cell.deformation(cell.gradients(gradient), state.displacement)));
         return true;
     });
     return stresses;
@@ -281,7 +281,7 @@ InternalForces Elements::internal_forces(const State &state, std::span<const dou
                           .force = std::vector<double>(num_displacements(), 0.0),
                           .imbalance = std::vector<double>(num_pressures(), 0.0)};
     for_each_cell([&](const Cell &cell) {
-        const double modulus = law_->volume_modulus(*cell.material);
+        const double modulus = law_->volume_modulus(cell.material);
         const double share = energy_share.empty() ? 1.0 : energy_share[cell.number];
         for (std::size_t q = 0; q < reference_.weight.size(); ++q) {
             const Gradients gradients = cell.gradients(reference_.gradient[q]);
@@ -297,7 +297,7 @@ InternalForces Elements::internal_forces(const State &state, std::span<const dou
             const double pressure =
                 cell.pressures ? cell.pressure(reference_.linear_shape[q], state.pressure) : modulus * volume.value;
             Matrix3 stress =
-                law_->stress(*cell.material, f) + pressure * volume.slope * jacobian * Matrix3(f.inverse().transpose());
+                law_->stress(cell.material, f) + pressure * volume.slope * jacobian * Matrix3(f.inverse().transpose());
             if (memory_) {
                 const auto part = isochoric_part(cell, q);
                 stress += part.stress(f);
@@ -305,7 +305,7 @@ InternalForces Elements::internal_forces(const State &state, std::span<const dou
             }
             for (std::size_t a = 0; a < cell.nodes.size(); ++a)
                 Vector3::Map(&result.force[3 * cell.nodes[a]]) += weight * (stress * gradients.col(a));
-            result.energy += share * weight * law_->energy(*cell.material, f);
+            result.energy += share * weight * law_->energy(cell.material, f);
             if (cell.pressures) {
                 const double imbalance = volume.value - pressure / modulus;
                 for (int k = 0; k < 4; ++k)
@@ -338,7 +338,7 @@ void Elements::assemble_tangent(const State &state, TangentMatrices &tangent) co
     std::ranges::fill(tangent.divergence.value, std::array<double, 3>{});
     const int *block = block_.data();
     for_each_cell([&](const Cell &cell) {
-        const double modulus = law_->volume_modulus(*cell.material);
+        const double modulus = law_->volume_modulus(cell.material);
         const auto num_local = cell.nodes.size();
         // Summed over the points before they go where they belong: the block of nodes a >= b at a (a + 1) / 2 + b.
         std::array<Matrix3, most_nodes *(most_nodes + 1) / 2> local;
@@ -353,7 +353,7 @@ void Elements::assemble_tangent(const State &state, TangentMatrices &tangent) co
             const double jacobian = f.determinant();
             const double weight = reference_.weight[q] * cell.volume;
             const auto volume = law_->volume(jacobian);
-            Tangent point_tangent = law_->tangent(*cell.material, f);
+            Tangent point_tangent = law_->tangent(cell.material, f);
             if (cell.pressures) {
                 const double pressure = cell.pressure(reference_.linear_shape[q], state.pressure);
                 add_volume_tangent(pressure * volume.slope, pressure * volume.curvature, jacobian, inverse,

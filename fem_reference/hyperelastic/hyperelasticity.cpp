@@ -457,7 +457,7 @@ class SlowBody {
     double shear_modulus_at(std::size_t point) const {
         const auto &body = elements_.body();
         const auto points_per_cell = stress_.size() / body.mesh.tetrahedra.size();
-        return body.materials[body.mesh.region[point / points_per_cell]].shear_modulus();
+        return body.shear_modulus_of(point / points_per_cell);
     }
 
     Elements &elements_;

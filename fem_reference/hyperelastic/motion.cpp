@@ -134,12 +134,12 @@ template <int nodes> double MotionForces::begin(std::span<const double> displace
     for (std::size_t t = 0; t < volume_.size(); ++t) {
         const auto numbers = std::span(elements_->system().cell_nodes).subspan(t * nodes, nodes);
         const auto u = gather<nodes>(numbers, displacement);
+        const auto material = body.material_of(t);
         for (std::size_t q = 0; q < reference_.weight.size(); ++q, ++point) {
             const Eigen::Map<const Eigen::Matrix<double, 3, nodes>> gradient(reference_.gradient[q].data());
             const Matrix3 slope = u * gradient.transpose();
             point->deformation = Matrix3::Identity() + slope * inverse_edges_[t];
-            const auto here = response(law, body.materials[body.mesh.region[t]], point->deformation,
-                                       point->deformation.determinant());
+            const auto here = response(law, material, point->deformation, point->deformation.determinant());
             point->stress = here.stress;
             point->energy = here.energy;
             energy += reference_.weight[q] * volume_[t] * here.energy;
@@ -158,7 +158,7 @@ void MotionForces::end(std::span<const double> displacement, double time_step, A
     auto point = start_.begin();
     for (std::size_t t = 0; t < volume_.size(); ++t) {
         const auto numbers = std::span(elements_->system().cell_nodes).subspan(t * nodes, nodes);
-        const auto &material = body.materials[body.mesh.region[t]];
+        const auto material = body.material_of(t);
         const auto u = gather<nodes>(numbers, displacement);
         Eigen::Matrix<double, 3, nodes> force = Eigen::Matrix<double, 3, nodes>::Zero();
         for (std::size_t q = 0; q < reference_.weight.size(); ++q, ++point) {
@@ -498,8 +498,8 @@ double order_of_force(const core::Body &body, const core::LoadCase &load_case) {
     for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
         if (load_case.constraint_on(f) == load_case.tool->constraint)
             area += core::area_vector(body.mesh, f).norm();
-    for (const auto &material : body.materials)
-        modulus = std::max(modulus, material.young_modulus);
+    for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t)
+        modulus = std::max(modulus, body.young_modulus_of(t));
     return modulus * std::sqrt(area) * load_case.target_peak_displacement;
 }
 

@@ -111,8 +111,8 @@ constexpr double largest_pressure_over_modulus = 4.0;
 
 double largest_modulus(const core::Body &body) {
     double modulus = 0.0;
-    for (const auto &material : body.materials)
-        modulus = std::max(modulus, material.young_modulus);
+    for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t)
+        modulus = std::max(modulus, body.young_modulus_of(t));
     return modulus;
 }
 
@@ -432,7 +432,7 @@ std::vector<SurfacePoint> surface_points(const Elements &elements, std::span<con
             if (point.normal.dot(system.points[cell[corner]] - a) > 0.0)
                 point.normal = -point.normal;
             point.deformation = deformation_opposite(corner, cell, system.points, displacement);
-            point.material = elements.body().materials[mesh.region[t]];
+            point.material = elements.body().material_of(t);
         }
     }
     return result;

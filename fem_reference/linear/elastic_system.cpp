@@ -175,7 +175,7 @@ void integrate_cells(ElasticSystem &system, const core::Body &body, const dealii
     for (const auto &cell : dof_handler.active_cell_iterators()) {
         values.reinit(cell);
         const auto t = cell->active_cell_index();
-        const auto &material = body.materials[body.mesh.region[t]];
+        const auto material = body.material_of(t);
         const int *const nodes = system.cell_nodes.data() + t * num_local;
         const double lambda = material.lame_lambda(), mu = material.shear_modulus();
         const int num_pairs = num_local * num_local;
@@ -364,7 +364,7 @@ PressureSystem assemble_pressure_on(const DealIiMesh &mesh, const core::Body &bo
         if (corners[0] < 0)
             continue;
         gradients.reinit(cell);
-        const auto &material = body.materials[body.mesh.region[t]];
+        const auto material = body.material_of(t);
         const double compliance_here = 1.0 / material.lame_lambda();
         const double norm_here = compliance_here + 0.5 / material.shear_modulus();
         const int *const places = nodes_of.place.data() + 4 * t * system.nodes_per_cell;
@@ -412,7 +412,7 @@ double pressure_scale(const core::Body &body) {
     double modulus = 0.0, volume = 0.0;
     const auto volumes = core::tetrahedron_volumes(body.mesh);
     for (std::size_t t = 0; t < volumes.size(); ++t) {
-        modulus += volumes[t] * body.materials[body.mesh.region[t]].shear_modulus();
+        modulus += volumes[t] * body.shear_modulus_of(t);
         volume += volumes[t];
     }
     return modulus / volume / std::cbrt(volume);

@@ -17,7 +17,7 @@ std::vector<Tetrahedron> tetrahedra_at_rest(const core::Body &body) {
     result.reserve(body.mesh.tetrahedra.size());
     for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t) {
         const auto &nodes = body.mesh.tetrahedra[t];
-        const auto &material = body.materials[body.mesh.region[t]];
+        const auto material = body.material_of(t);
         Matrix3 edges;
         for (int c = 0; c < 3; ++c)
             edges.col(c) = body.mesh.points[nodes[c + 1]] - body.mesh.points[nodes[0]];
@@ -316,7 +316,7 @@ Springs springs_with_shear_modulus(const core::Body &body, const core::EdgeTable
     Springs springs{table.edges, core::capsule_springs(body, table), {}};
     for (std::size_t t = 0; t < volumes.size(); ++t) {
         const double length = std::cbrt(6.0 * std::numbers::sqrt2 * volumes[t]);
-        const double young_modulus = young_over_shear * body.materials[body.mesh.region[t]].shear_modulus();
+        const double young_modulus = young_over_shear * body.shear_modulus_of(t);
         for (const int edge : table.tetrahedron_edge[t])
             springs.stiffness[edge] += factor * length * young_modulus;
     }

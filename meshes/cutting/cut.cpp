@@ -121,6 +121,8 @@ core::Body body_of(const CutMesh &cut, const std::vector<int> &piece, const Face
         for (int &node : nodes)
             node = number[node];
         mesh.region.push_back(from.region[t]);
+        if (!cut.body.modulus_factor.empty())
+            body.modulus_factor.push_back(cut.body.modulus_factor[t]);
         for (std::size_t k = 0; k < 4; ++k) {
             if (patches[t][k] < 0 && !is_wound[t][k])
                 continue;

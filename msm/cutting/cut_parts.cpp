@@ -375,6 +375,8 @@ PartOfBody part_of_body(const core::Body &body, const std::vector<char> &is_in, 
         for (const int node : mesh_of_part.tetrahedra.emplace_back(mesh.tetrahedra[t]))
             number[node] = 0;
         mesh_of_part.region.push_back(mesh.region[t]);
+        if (!body.modulus_factor.empty())
+            part.body.modulus_factor.push_back(body.modulus_factor[t]);
     }
     for (std::size_t i = 0; i < number.size(); ++i)
         if (number[i] == 0) {

@@ -16,6 +16,10 @@ SpringStepper::SpringStepper(std::shared_ptr<const core::Body> body, MovingSprin
             "{} has a capsule, which cuts in motion do not open; leave [capsule] out of the body, or "
             "cut it at rest",
             body_->name);
+    if (moving_.options.may_be_cut && !body_->modulus_factor.empty())
+        throw support::InputError("{} has a map of stiffness, which cuts in motion do not know; leave [stiffness_map] "
+                                  "out of the body, or cut it at rest",
+                                  body_->name);
     if (moving_.options.may_be_cut)
         parts_ = CutParts::prepare(*body_, moving_.springs, moving_.source);
     if (!moving_.bears_ball_as_loads)

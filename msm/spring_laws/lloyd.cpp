@@ -16,7 +16,7 @@ std::array<double, 6> edge_stiffness(const core::Body &body, std::size_t t) {
     const double volume = core::signed_volume(points[a], points[b], points[c], points[d]);
     const double length = std::cbrt(6.0 * std::numbers::sqrt2 * volume);
     std::array<double, 6> added{};
-    added.fill(factor * length * body.materials[body.mesh.region[t]].young_modulus);
+    added.fill(factor * length * body.young_modulus_of(t));
     return added;
 }
 

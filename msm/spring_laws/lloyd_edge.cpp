@@ -11,7 +11,7 @@ namespace {
 std::array<double, 6> edge_stiffness(const core::Body &body, std::size_t t) {
     constexpr double factor = 2.0 * std::numbers::sqrt2 / 25.0;
     const auto &mesh = body.mesh;
-    const double young_modulus = body.materials[mesh.region[t]].young_modulus;
+    const double young_modulus = body.young_modulus_of(t);
     std::array<double, 6> added{};
     for (std::size_t e = 0; e < 6; ++e) {
         const auto [i, j] = core::tetrahedron_edges[e];

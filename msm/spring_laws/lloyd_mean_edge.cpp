@@ -15,7 +15,7 @@ std::array<double, 6> edge_stiffness(const core::Body &body, std::size_t t) {
     for (const auto &[i, j] : core::tetrahedron_edges)
         length += (mesh.points[mesh.tetrahedra[t][j]] - mesh.points[mesh.tetrahedra[t][i]]).norm() / 6.0;
     std::array<double, 6> added{};
-    added.fill(factor * length * body.materials[mesh.region[t]].young_modulus);
+    added.fill(factor * length * body.young_modulus_of(t));
     return added;
 }
 

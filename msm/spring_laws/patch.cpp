@@ -213,6 +213,33 @@ std::vector<double> fit(const Part &part, const core::TetraMesh &mesh, const cor
     return stiffness;
 }
 
+/// Springs of a region whose modulus varies: each times the mean of what is around it, then all so that they have the
+/// trace of the solid again.
+std::vector<double> with_modulus_factors(std::vector<double> stiffness, const core::Body &body,
+                                         const core::EdgeTable &table, int region) {
+    const auto &mesh = body.mesh;
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    std::vector<double> around(stiffness.size(), 0.0), stiff(stiffness.size(), 0.0);
+    double needed = 0.0, trace = 0.0;
+    for (std::size_t t = 0; t < volumes.size(); ++t)
+        if (mesh.region[t] == region) {
+            needed += 15.0 * shear_modulus * body.modulus_factor[t] * volumes[t];
+            for (const int edge : table.tetrahedron_edge[t]) {
+                around[edge] += volumes[t];
+                stiff[edge] += body.modulus_factor[t] * volumes[t];
+            }
+        }
+    for (std::size_t s = 0; s < stiffness.size(); ++s)
+        if (around[s] > 0.0) {
+            const auto [i, j] = table.edges[s];
+            stiffness[s] *= stiff[s] / around[s];
+            trace += stiffness[s] * (mesh.points[j] - mesh.points[i]).squaredNorm();
+        }
+    for (double &k : stiffness)
+        k *= needed / trace;
+    return stiffness;
+}
+
 /// The k_ij >= 0.05 of Van Gelder's that best fit (a) and (b) above, then all times 15 sum(mu V) / sum(k l^2), which
 /// gives them the trace of the solid: a least squares fit that cannot be met is on average too soft. Mesh and Young's
 /// moduli are all that goes in, no finite element solution.
@@ -223,7 +250,9 @@ std::vector<double> stiffness(const core::Body &body, const core::EdgeTable &tab
         const auto part = part_of(body.mesh, table, static_cast<int>(region), strains);
         if (part.total_volume == 0.0)
             continue;
-        const auto unit = fit(part, body.mesh, table, strains, weight_of_forces);
+        auto unit = fit(part, body.mesh, table, strains, weight_of_forces);
+        if (!body.modulus_factor.empty())
+            unit = with_modulus_factors(unit, body, table, static_cast<int>(region));
         for (std::size_t s = 0; s < stiffness.size(); ++s)
             stiffness[s] += body.materials[region].young_modulus * unit[s];
     }

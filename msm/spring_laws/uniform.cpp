@@ -19,7 +19,7 @@ std::vector<double> stiffness(const core::Body &body, const core::EdgeTable &tab
     std::vector<double> volume_around(table.edges.size(), 0.0);
     double needed = 0.0;
     for (std::size_t t = 0; t < volumes.size(); ++t) {
-        const double young_modulus = body.materials[mesh.region[t]].young_modulus;
+        const double young_modulus = body.young_modulus_of(t);
         needed += 15.0 * (young_modulus / 2.5) * volumes[t];
         for (const int edge : table.tetrahedron_edge[t]) {
             stiffness[edge] += young_modulus * volumes[t];

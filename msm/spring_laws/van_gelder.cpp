@@ -11,7 +11,7 @@ std::array<double, 6> edge_stiffness(const core::Body &body, std::size_t t) {
     const auto &points = body.mesh.points;
     const auto &nodes = body.mesh.tetrahedra[t];
     const double volume = core::signed_volume(points[nodes[0]], points[nodes[1]], points[nodes[2]], points[nodes[3]]);
-    const double young_modulus = body.materials[body.mesh.region[t]].young_modulus;
+    const double young_modulus = body.young_modulus_of(t);
     std::array<double, 6> added{};
     for (std::size_t e = 0; e < 6; ++e) {
         const auto [i, j] = core::tetrahedron_edges[e];

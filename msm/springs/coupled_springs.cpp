@@ -29,7 +29,7 @@ struct MeanParts {
     };
 
     std::vector<double> volume;  ///< (C) at rest, times the weight of their kind [m^3]
-    std::vector<double> modulus; ///< (C) shear modulus [Pa]
+    std::vector<double> modulus; ///< (C) shear modulus, its mean over the volume [Pa]
     std::vector<Member> members; ///< of each tetrahedron behind each other
     std::vector<int> start;      ///< (M + 1) where these begin
 
@@ -59,13 +59,19 @@ MeanParts mean_parts(const core::Body &body, const StrainDomains &domains) {
                 const auto [at, is_new] = number.try_emplace({place, region}, static_cast<int>(whole.size()));
                 if (is_new) {
                     whole.push_back(0.0);
-                    parts.modulus.push_back(body.materials[region].shear_modulus());
+                    parts.modulus.push_back(body.modulus_factor.empty() ? body.shear_modulus_of(t) : 0.0);
                 }
-                whole[at->second] += volumes[t] / static_cast<double>(num_places);
+                const double share = volumes[t] / static_cast<double>(num_places);
+                whole[at->second] += share;
+                if (!body.modulus_factor.empty())
+                    parts.modulus[at->second] += share * body.shear_modulus_of(t);
                 kind.part.push_back(at->second);
             }
-        for (std::size_t c = parts.volume.size(); c < whole.size(); ++c)
+        for (std::size_t c = parts.volume.size(); c < whole.size(); ++c) {
             parts.volume.push_back(weight * whole[c]);
+            if (!body.modulus_factor.empty())
+                parts.modulus[c] /= whole[c];
+        }
     };
     add_kind(domains.nodes, 4, [&](std::size_t t) { return mesh.tetrahedra[t]; });
     const auto edges = domains.edges > 0.0 ? core::edge_table(mesh.tetrahedra) : core::EdgeTable{};

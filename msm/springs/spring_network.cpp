@@ -248,7 +248,7 @@ class InversionGuard : public ElasticTerm {
     explicit InversionGuard(const core::Body &body) : tetrahedra_(body.mesh.tetrahedra) {
         const auto volumes = core::tetrahedron_volumes(body.mesh);
         for (std::size_t t = 0; t < volumes.size(); ++t) {
-            const auto &material = body.materials[body.mesh.region[t]];
+            const auto material = body.material_of(t);
             least_volume_.push_back(smallest_part * volumes[t]);
             modulus_per_volume_.push_back(modulus(material) / volumes[t]);
         }
@@ -318,8 +318,8 @@ std::shared_ptr<const ElasticTerm> pressed_guard(const core::Body &body) {
     ControlVolumes tetrahedra;
     tetrahedra.share.resize(body.mesh.num_tetrahedra(), body.mesh.num_tetrahedra());
     tetrahedra.share.setIdentity();
-    for (const int region : body.mesh.region)
-        tetrahedra.modulus.push_back(modulus(body.materials[region]));
+    for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t)
+        tetrahedra.modulus.push_back(modulus(body.material_of(t)));
     return volume_penalty(body.mesh, tetrahedra);
 }
 

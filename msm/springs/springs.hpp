@@ -83,6 +83,7 @@ struct NodalParts {
     std::vector<double> volume;                ///< (C) at rest [m^3]
     std::vector<std::array<int, 4>> at_corner; ///< (M) part around each corner of a tetrahedron
     std::vector<double> tetrahedron_volume;    ///< (M) at rest [m^3]
+    std::vector<double> modulus_factor;        ///< (C) mean of core::Body::modulus_factor over the volume
 };
 
 /// @param body  at rest, positive volumes

@@ -147,7 +147,7 @@ Eigen::SparseMatrix<double> stiffness_of_softer_volume(const core::Body &body, d
     constexpr double usual = 2.5, nearly_incompressible = 12.0, limit = 10.0;
     const auto rest = to_unknowns(body.mesh.points);
     return sum_of_blocks(body.mesh.tetrahedra, rest.size(), [&](std::size_t t) -> Matrix12 {
-        auto material = body.materials[body.mesh.region[t]];
+        auto material = body.material_of(t);
         const double mu = material.shear_modulus();
         const double ratio = material.lame_lambda() > limit * mu ? nearly_incompressible : usual;
         const double lambda = std::min(material.lame_lambda(), ratio * mu);

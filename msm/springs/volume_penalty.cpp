@@ -25,10 +25,15 @@ NodalParts nodal_parts(const core::Body &body) {
                 parts.node.push_back(node);
                 parts.region.push_back(mesh.region[t]);
                 parts.volume.push_back(0.0);
+                parts.modulus_factor.push_back(0.0);
             }
             parts.at_corner[t][corner] = place->second;
-            parts.volume[place->second] += parts.tetrahedron_volume[t] / 4.0;
+            const double share = parts.tetrahedron_volume[t] / 4.0;
+            parts.volume[place->second] += share;
+            parts.modulus_factor[place->second] += share * body.modulus_factor_of(t);
         }
+    for (std::size_t c = 0; c < parts.volume.size(); ++c)
+        parts.modulus_factor[c] = body.modulus_factor.empty() ? 1.0 : parts.modulus_factor[c] / parts.volume[c];
     return parts;
 }
 
@@ -288,8 +293,8 @@ VolumeMeasure logarithm_of_volume(double change) {
 ControlVolumes volumes_around_nodes(const NodalParts &parts, const std::vector<double> &modulus) {
     ControlVolumes result;
     result.centre = parts.node;
-    for (const int region : parts.region)
-        result.modulus.push_back(modulus[region]);
+    for (std::size_t c = 0; c < parts.region.size(); ++c)
+        result.modulus.push_back(modulus[parts.region[c]] * parts.modulus_factor[c]);
     std::vector<Eigen::Triplet<double>> share;
     for (std::size_t t = 0; t < parts.at_corner.size(); ++t)
         for (const int part : parts.at_corner[t])

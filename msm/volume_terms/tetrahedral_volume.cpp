@@ -12,8 +12,8 @@ std::shared_ptr<const ElasticTerm> make(const core::Body &body, const std::vecto
     ControlVolumes parts;
     parts.share.resize(mesh.num_tetrahedra(), mesh.num_tetrahedra());
     parts.share.setIdentity();
-    for (const int region : mesh.region)
-        parts.modulus.push_back(modulus[region]);
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        parts.modulus.push_back(modulus[mesh.region[t]] * body.modulus_factor_of(t));
     return volume_penalty(mesh, parts);
 }
 

@@ -126,7 +126,7 @@ bool are_equal(const core::Material &a, const core::Material &b) {
 /// Whether two bodies have the same stiffness, facet by facet.
 bool are_equal(const core::Body &a, const core::Body &b) {
     return a.mesh.points == b.mesh.points && a.mesh.tetrahedra == b.mesh.tetrahedra && a.mesh.region == b.mesh.region &&
-           a.mesh.boundary_triangles == b.mesh.boundary_triangles &&
+           a.mesh.boundary_triangles == b.mesh.boundary_triangles && a.modulus_factor == b.modulus_factor &&
            std::ranges::equal(a.materials, b.materials, [](const core::Material &first, const core::Material &second) {
                return are_equal(first, second);
            });
