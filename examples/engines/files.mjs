@@ -36,6 +36,8 @@ const refused = {
   'load_case/foundation': 'elastic springs below facets',
   'load_case/slow_history': 'tissue that relaxes',
   'load_case/release': 'a release, which happens in time',
+  capsule: 'a capsule',
+  'mesh/modulus_factor': 'a map of stiffness',
 };
 
 /** A rigid ball that touches without friction, or null where a problem has none. Throws an Error where its tool is another. */

@@ -103,12 +103,18 @@ def deepest(ball, points, part=1.0):
     return max(0.0, ball.radius - float(distance.min()))
 
 
-def read_problem(path):
+REFUSED = {"load_case/foundation": "elastic springs below facets", "load_case/slow_history": "tissue that relaxes",
+           "load_case/release": "a release, which happens in time", "capsule": "a capsule", "mesh/modulus_factor": "a map of stiffness"}
+
+
+def read_problem(path, knows=()):
     """A problem at rest: points (N, 3), tetrahedra (M, 4), region (M) index into young_modulus, poisson_ratio and density;
     triangles (F, 3) of the surface; force (N, 3) [N]; is_prescribed (N, 3) and prescribed (N, 3) [m]; is_large; press_depth [m],
     which is 0 where force is the whole load, and else what sum force . u has to become under a multiple of force; touch, the ball
-    of read_ball() or None."""
+    of read_ball() or None. What is in REFUSED ends the adapter, unless it knows it."""
     with h5py.File(path) as file:
+        for words in (words for part, words in REFUSED.items() if part in file and part not in knows):
+            stop(f"{path} has {words}, which adapters do not read; choose another load case or body")
         load_case = file["load_case"]
         regime = load_case.attrs.get("regime", b"small")
         problem = SimpleNamespace(**_mesh(file, "mesh/"), triangles=file["mesh/boundary_triangles"][:].astype(int),

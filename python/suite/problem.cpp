@@ -34,7 +34,7 @@ auto tetrahedron_values(double core::Material::*constant) {
         const auto &body = *loaded.problem.body;
         py::array_t<double> values(static_cast<py::ssize_t>(body.mesh.region.size()));
         for (std::size_t t = 0; t < body.mesh.region.size(); ++t)
-            values.mutable_data()[t] = body.materials[body.mesh.region[t]].*constant;
+            values.mutable_data()[t] = body.material_of(t).*constant;
         return values;
     };
 }
@@ -77,7 +77,7 @@ py::object ball(const LoadedBody &loaded) {
 std::vector<std::string> further_nouns(const LoadedBody &loaded) {
     std::vector<std::string> nouns;
     for (const auto &part : studies::further_parts(loaded.problem))
-        if (!part.is_plain_ball)
+        if (!part.is_plain_ball && !part.is_map) // which the other properties have
             nouns.push_back(part.noun);
     return nouns;
 }
@@ -151,13 +151,12 @@ void add_problem(py::module_ &module) {
             "press_depth", [](const LoadedBody &p) { return p.problem.load_case.press_depth; },
             "[m], not 0 where a place presses: forces are those of one newton of it, and are to be multiplied by the "
             "number\nwith sum(forces * displacement) = press_depth")
-        .def_property_readonly(
-            "ball", &ball,
-            "(radius, start, press) [m] of a rigid ball that presses without friction: the centre where it just\ntouches "
-            "the body at rest, and by which it moves; None where there is none")
-        .def_property_readonly(
-            "further_parts", &further_nouns,
-            "what acts on the body and is in none of these arrays, such as 'a capsule': list of str")
+        .def_property_readonly("ball", &ball,
+                               "(radius, start, press) [m] of a rigid ball that presses without friction: the centre "
+                               "where it just\ntouches "
+                               "the body at rest, and by which it moves; None where there is none")
+        .def_property_readonly("further_parts", &further_nouns,
+                               "what acts on the body and is in none of these arrays, such as 'a capsule': list of str")
         .def_property_readonly("follower_pressure", &follower_pressure,
                                "(T) [Pa], pressures that stay perpendicular to the moving surface, 0 elsewhere")
         .def_property_readonly("dead_forces", &dead_forces,

@@ -67,6 +67,7 @@ template <class Hash> void add_problem(Hash &hash, const core::Problem &problem)
     }
     if (const auto &capsule = problem.body->capsule) // others keep the name that they had before there was one
         hash.add_all(std::array{capsule->thickness, capsule->young_modulus});
+    hash.add_all(problem.body->modulus_factor); // nothing, where there is no map of stiffness
     hash.add(core::to_string(load_case.regime));
     hash.add_all(facets.condition);
     hash.add_all(facets.constraint);

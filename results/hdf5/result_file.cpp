@@ -122,6 +122,13 @@ template <class At> void describe_body(At root, Of<At, core::Body> &body) {
     at.named_indices("boundary_patch", mesh.boundary_patch, mesh.patch_names, mesh.boundary_triangles.size(), 0);
     at.on("boundary_patch").number("confidence", body.patch_confidence);
     describe_axes(at, body.axes);
+    if (at.has("modulus_factor", !body.modulus_factor.empty())) {
+        at.rows("modulus_factor", body.modulus_factor, "", mesh.tetrahedra.size());
+        if constexpr (At::reads)
+            at.check(std::ranges::all_of(body.modulus_factor,
+                                         [](double factor) { return factor > 0.0 && std::isfinite(factor); }),
+                     "modulus_factor", "it has to be positive");
+    }
     hdf5::describe_materials(root, body.materials, mesh.region_names.size());
     describe_capsule(root, body.capsule);
 }

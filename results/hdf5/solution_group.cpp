@@ -260,7 +260,15 @@ std::vector<std::int64_t> step_offsets(int num_steps, int stride) {
     return offsets;
 }
 
-void write_mesh(hdf5::OutputFile &file, const core::TetraMesh &mesh) {
+/// Datasets of /mesh that are shown on tetrahedra.
+std::vector<std::string> cell_data_of(const core::Body &body) {
+    if (body.modulus_factor.empty())
+        return {"region"};
+    return {"region", "modulus_factor"};
+}
+
+void write_mesh(hdf5::OutputFile &file, const core::Body &body) {
+    const auto &mesh = body.mesh;
     std::vector<std::int64_t> connectivity;
     std::vector<std::int64_t> offsets{0};
     connectivity.reserve(nodes_per_tetrahedron * mesh.tetrahedra.size());
@@ -277,11 +285,12 @@ void write_mesh(hdf5::OutputFile &file, const core::TetraMesh &mesh) {
     file.dataset("/VTKHDF/Offsets", offsets, "");
     file.dataset("/VTKHDF/Types", std::vector<std::uint8_t>(mesh.tetrahedra.size(), vtk_tetra), "");
     file.group("/VTKHDF/CellData");
-    file.hard_link("/mesh/region", "/VTKHDF/CellData/region");
+    for (const auto &name : cell_data_of(body))
+        file.hard_link("/mesh/" + name, "/VTKHDF/CellData/" + name);
 }
 
 /// One mesh for all steps, so every offset into it is zero.
-void write_steps(hdf5::OutputFile &file, const Steps &steps) {
+void write_steps(hdf5::OutputFile &file, const Steps &steps, const std::vector<std::string> &cell_data) {
     const int num_steps = static_cast<int>(steps.values.size());
     const auto same_place = step_offsets(num_steps, 0);
     file.group(steps_group);
@@ -293,7 +302,8 @@ void write_steps(hdf5::OutputFile &file, const Steps &steps) {
     file.blocks(steps_group + "/CellOffsets", same_place, 1, "");
     file.blocks(steps_group + "/ConnectivityIdOffsets", same_place, 1, "");
     file.group(steps_group + "/CellDataOffsets");
-    file.dataset(steps_group + "/CellDataOffsets/region", same_place, "");
+    for (const auto &name : cell_data)
+        file.dataset(steps_group + "/CellDataOffsets/" + name, same_place, "");
     file.group(steps_group + "/PointDataOffsets");
 }
 
@@ -306,9 +316,9 @@ void write_vtkhdf(hdf5::OutputFile &file, const Result &result) {
     file.group("/VTKHDF");
     file.ascii("/VTKHDF", "Type", "UnstructuredGrid");
     file.integers("/VTKHDF", "Version", {moves ? 2 : 1, 0});
-    write_mesh(file, mesh);
+    write_mesh(file, *result.problem.body);
     if (moves)
-        write_steps(file, steps);
+        write_steps(file, steps, cell_data_of(*result.problem.body));
 
     file.group("/VTKHDF/PointData");
     const auto array = [&](const std::string &name, const std::string &fixed, const std::string &frames) {

@@ -36,6 +36,10 @@ namespace {
 ExportedProblem export_tool_scene(const ExportOptions &options, const std::string &command_line) {
     auto [problems, notes, left_out] = read_arena_problems({options.body}, options.load_case);
     const auto &problem = problems.front();
+    for (const auto &part : further_parts(problem))
+        if (part.is_map || problem.body->capsule)
+            throw support::InputError("{} has {}, which scenes cannot say; export {} on a body without",
+                                      problem.body->name, part.noun, problem.load_case.name);
     const auto place = models::tool_place(problem, msm::lumped_masses(*problem.body));
     results::ToolNodes tool{.held = place.held, .nodes = place.nodes, .displacement = {}};
     for (const double time : core::record_times(place.motion)) {
@@ -250,7 +254,7 @@ results::ToolReference reference_for(const core::Problem &problem, const std::fi
 
 bool is_known(const exchange::ExportFormat &format, const FurtherPart &part, bool on_linear_elements) {
     return !format.is_job || (part.is_small_capsule && on_linear_elements && format.knows_capsule) ||
-           (part.is_plain_ball && format.knows_ball);
+           (part.is_plain_ball && format.knows_ball) || (part.is_map && format.knows_map);
 }
 
 /// Leaves out jobs that cannot say all of a problem.
@@ -294,6 +298,8 @@ std::vector<FurtherPart> further_parts(const core::Problem &problem) {
         parts.push_back({.noun = "a capsule",
                          .group = "/capsule",
                          .is_small_capsule = problem.load_case.regime == core::Regime::small});
+    if (!problem.body->modulus_factor.empty())
+        parts.push_back({.noun = "a map of stiffness", .group = "/mesh/modulus_factor", .is_map = true});
     return parts;
 }
 

@@ -65,8 +65,9 @@ def check_structure(job):
             assert len(set(nodes)) == len(nodes) and 1 <= min(nodes) and max(nodes) <= num_nodes
     sizes = {entry.get("name"): len(numbers(entry)) for entry in job.findall("Mesh/NodeSet")}
     sizes |= {entry.get("name"): len(entry) for entry in job.findall("Mesh/Surface")}
+    elements = {entry.get("name"): len(entry) for entry in job.findall("Mesh/Elements")}
     for entry in job.findall("MeshData/*"):
-        items = sizes[entry.get("node_set") or entry.get("surface")]
+        items = {**sizes, **elements}[entry.get("node_set") or entry.get("surface") or entry.get("elem_set")]
         assert [child.get("lid") for child in entry] == [str(k + 1) for k in range(items)]
         assert table(entry).shape == (items, {"scalar": 1, "vec3": 3}[entry.get("data_type")])
     used = names(job, "Boundary/bc", "node_set") + names(job, "Loads/*", "node_set") + names(job, "Loads/*", "surface")
@@ -220,6 +221,17 @@ def test_solid_of_own_arrays_makes_a_material_for_each_stiffness(bar, tmp_path):
     assert [float(e.text) for e in job.findall("Material/material/E")] == [1e3, 2e3]
     assert names(job, "Boundary/bc") == ["fixed_xy"] and job.find("Loads") is None and job.find("MeshData") is None
     assert job.find("Control/time_steps").text == "10"
+
+
+def test_modulus_that_varies_over_a_region_is_a_map(bar, tmp_path, monkeypatch):
+    monkeypatch.setattr(livermark.convert.febio, "MOST_MATERIALS", 3)
+    points, tetrahedra = bar
+    solid = livermark.Solid(points, tetrahedra, [1e3, 2e3, 3e3, 4e3, 5e3, 5e3], 0.45, region=[0] * 5 + [1], region_names=["a", "b"])
+    job = job_of(solid, tmp_path)
+    assert names(job, "Mesh/Elements") == ["a", "b"]
+    assert job.find("Material/material[@name='a']/E").attrib == {"type": "map"}
+    assert table(job.find("MeshData/ElementData[@elem_set='a']"))[:, 0].tolist() == [1e3, 2e3, 3e3, 4e3, 5e3]
+    assert job.find("Material/material[@name='b']/E").text == "5000.0"
 
 
 @pytest.mark.parametrize("change, sentence", [

@@ -137,7 +137,7 @@ def lines_of(result, schema, tables, section):
 
 
 def main(schema, folder):
-    # No tool is a plate and two jaws; the body with jaws has a capsule.
+    # No tool is a plate and two jaws; the body with jaws has a capsule and a map.
     check(schema, [f"{folder}/sample_result.h5", f"{folder}/with_jaws_result.h5"], "")
     for section, file in OTHER_FILES.items():
         check(schema, [f"{folder}/{file}"], section)

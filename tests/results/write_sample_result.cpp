@@ -1,6 +1,8 @@
 // write_sample_result <folder>: the files that schema_test.py and vtkhdf_reader_test.py look at, and a result small
 // enough to be printed and fuzzed.
 #include <filesystem>
+#include <memory>
+#include <utility>
 
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
@@ -27,7 +29,9 @@ int main(int argc, char **argv) {
             model.comparison->load_fraction = 0.75;
     results::write_result(folder / "sample_result.h5", part_of_load);
     auto jaws = tests::with_jaws(result);
-    jaws.problem.body = tests::covered::with_capsule(jaws.problem.body);
+    auto body = *tests::covered::with_capsule(jaws.problem.body);
+    body.modulus_factor.assign(body.mesh.tetrahedra.size(), 1.0);
+    jaws.problem.body = std::make_shared<const livermark::core::Body>(std::move(body));
     results::write_result(folder / "with_jaws_result.h5", jaws);
     results::write_result(folder / "still_result.h5", tests::without_motion(result));
     results::write_result(folder / "path_result.h5", tests::along_a_path(result));

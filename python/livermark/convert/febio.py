@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 Path = Union[str, "os.PathLike[str]"]
 AXES = "xyz"
 HALVINGS = 5  # of the edges of a ball: 8192 triangles, which lie within 0.12 % of its radius
+MOST_MATERIALS = 20  # of a region, above which its Young's modulus is a map
 PENALTY = 100.0  # of contact, times FEBio's own guess: 10 needs twice the augmentations for the same gap
 
 
@@ -252,18 +253,33 @@ def _add_wound(parts: _Parts, problem: Union[Problem, Solid]) -> None:
         parts.add_surface(WOUND, facets + 1)
 
 
-def _regions(arrays: _Arrays) -> tuple[list[str], list[str], list[str]]:
+def _kinds(arrays: _Arrays) -> tuple[NDArray, NDArray]:
+    """Materials (K, 4) with NaN for a Young's modulus that varies over a region, and which of them each tetrahedron has (M)."""
+    materials = arrays.materials.copy()
+    for region in numpy.unique(materials[:, 0]):
+        inside = materials[:, 0] == region
+        if len(numpy.unique(materials[inside, 1])) > MOST_MATERIALS:
+            materials[inside, 1] = numpy.nan
+    kinds, kind = numpy.unique(materials, axis=0, return_inverse=True, equal_nan=True)
+    return kinds, kind.ravel()
+
+
+def _regions(parts: _Parts, arrays: _Arrays) -> tuple[list[str], list[str], list[str]]:
     """Material, Elements and SolidDomain of each region, one more where a region has several materials."""
-    kinds, kind = numpy.unique(arrays.materials, axis=0, return_inverse=True)
+    kinds, kind = _kinds(arrays)
     materials, elements, domains, number = [], [], [], 1
     for k, (region, young_modulus, poisson_ratio, density) in enumerate(kinds):
         name = arrays.region_names[int(region)]
         if (kinds[:, 0] == region).sum() > 1:
             name += f"_{k + 1}"
-        inside = [f"<density>{float(density)!r}</density>", f"<E>{float(young_modulus)!r}</E>",
-                  f"<v>{float(poisson_ratio)!r}</v>"]
+        modulus = f"<E>{float(young_modulus)!r}</E>"
+        if numpy.isnan(young_modulus):
+            modulus = f'<E type="map">young_modulus_{k + 1}</E>'
+            parts.data += _element("ElementData", _rows("elem", "lid", 1, arrays.materials[kind == k, 1:2]),
+                                   name=f"young_modulus_{k + 1}", elem_set=name, data_type="scalar")
+        inside = [f"<density>{float(density)!r}</density>", modulus, f"<v>{float(poisson_ratio)!r}</v>"]
         materials += _element("material", inside, id=k + 1, name=name, type="neo-Hookean")
-        chosen = arrays.tetrahedra[kind.ravel() == k] + 1
+        chosen = arrays.tetrahedra[kind == k] + 1
         elements += _element("Elements", _rows("elem", "id", number, chosen), type="tet4", name=name)
         domains.append(f"<SolidDomain name={quoteattr(name)} mat={quoteattr(name)}/>")
         number += len(chosen)
@@ -317,7 +333,7 @@ def _sections(problem: Union[Problem, Solid], stem: str) -> dict[str, list[str]]
     _add_constraints(parts, arrays.displacement)
     _add_loads(parts, arrays)
     _add_wound(parts, problem)
-    materials, elements, domains = _regions(arrays)
+    materials, elements, domains = _regions(parts, arrays)
     ball = getattr(problem, "ball", None)
     if ball is not None:
         _add_ball(parts, _checked(*ball), arrays, len(domains) + 1)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple, Union
 
 import numpy
 
-from livermark.convert.febio import AXES, Solid, _arrays, _element, _numbers, _regions, _rows, _solver, _write_job
+from livermark.convert.febio import AXES, Solid, _arrays, _element, _numbers, _Parts, _regions, _rows, _solver, _write_job
 from livermark.errors import InputError
 from livermark.hdf5_files import FAULTS, open_hdf5
 
@@ -114,7 +114,7 @@ def tool_scene_to_febio(scene: ToolScene, path: Path) -> None:
     displacements of all nodes and the reactions of the tool's beside the file, at each of them. Raises InputError.
     """
     sets, conditions, curves = _tool(scene)
-    materials, elements, domains = _regions(_arrays(scene.solid()))
+    materials, elements, domains = _regions(_Parts(), _arrays(scene.solid()))
     num_frames, records = len(scene.time) - 1, len(AXES) * len(scene.tool_nodes) + 1
     longest = [f"<pt>{time!r},{scene.step!r}</pt>" for time in scene.time.tolist()]
     curves += _element("load_controller", ["<interpolate>LINEAR</interpolate>", "<extend>CONSTANT</extend>",

@@ -34,6 +34,7 @@ struct ExportFormat {
     /// Others leave to the .problem.h5 what is more than a mesh, prescribed displacements and nodal forces.
     bool is_job = false;
     bool knows_capsule = false; ///< whether a job has the capsule of a body, on linear elements in the small regime
+    bool knows_map = false;     ///< whether a job has moduli of tetrahedra, see core::Body::modulus_factor
     bool knows_ball = false;    ///< whether a job has a ball that only presses, see is_plain_ball()
 };
 

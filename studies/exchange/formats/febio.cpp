@@ -19,8 +19,8 @@ void write_feb(std::ostream &out, const core::Problem &problem, const ExportChoi
         pressure.push_back(core::follower_pressure(load_case, mesh, f));
     const auto tetrahedron_values = [&](double core::Material::*constant) {
         std::vector<double> values;
-        for (const int region : mesh.region)
-            values.push_back(problem.body->materials[region].*constant);
+        for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+            values.push_back(problem.body->material_of(t).*constant);
         return values;
     };
     nlohmann::json fields;
@@ -56,6 +56,7 @@ ExportFormat febio() {
             .files = {{".feb", write_feb}},
             .only_when_named = true,
             .is_job = true,
+            .knows_map = true,
             .knows_ball = true};
 }
 

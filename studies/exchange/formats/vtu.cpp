@@ -85,7 +85,7 @@ void write_vtu(std::ostream &out, const core::Problem &problem, const ExportChoi
     array(out, "Int32", "region", 1, num_cells, [&](std::size_t t) { return mesh.region[t]; });
     const auto material = [&](const std::string &name, double core::Material::*property) {
         array(out, "Float64", name, 1, num_cells,
-              [&](std::size_t t) { return problem.body->materials[mesh.region[t]].*property; });
+              [&](std::size_t t) { return problem.body->material_of(t).*property; });
     };
     material("young_modulus", &core::Material::young_modulus);
     material("poisson_ratio", &core::Material::poisson_ratio);

@@ -86,6 +86,13 @@ TEST_F(ResultFile, GivesBackWhatWasWritten) {
     EXPECT_EQ(read_result(path_).problem.load_case.touching, tests::with_jaws(sample).problem.load_case.touching);
     changed(sample, [](Result &result) { result.problem.body = tests::covered::with_capsule(result.problem.body); });
     EXPECT_EQ(read_result(path_).problem.body->capsule, tests::covered::capsule);
+    changed(sample, [](Result &result) {
+        auto body = *result.problem.body;
+        for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t)
+            body.modulus_factor.push_back(0.5 + 0.1 * static_cast<double>(t % 10));
+        result.problem.body = std::make_shared<const core::Body>(std::move(body));
+    });
+    EXPECT_EQ(read_result(path_).problem.body->modulus_factor[3], 0.5 + 0.1 * 3.0);
     changed(sample, [](Result &result) { result.problem.load_case.foundation.value().normal_only = false; });
     // A reference that was kept has the probes and no frames; there is no error in frames then.
     changed(sample, [](Result &result) {

@@ -1,6 +1,6 @@
 // What of a file can be set in motion: the mesh, its materials, and where the load case fixes it.
 import type { File } from 'h5wasm';
-import { exactly, rows, text } from './hdf5.ts';
+import { exactly, has, rows, text } from './hdf5.ts';
 import { readMesh } from './read_mesh.ts';
 import { Fault, type SoftBody } from './types.ts';
 
@@ -29,8 +29,14 @@ function readMaterial(file: File, quantity: string, numRegions: number, isOne: (
   return values;
 }
 
+/** Parts of a body that no engine of the page moves, with what a body file calls them. */
+const unmoved = { '/capsule': ['a capsule', '[capsule]'], '/mesh/modulus_factor': ['a map of stiffness', '[stiffness_map]'] };
+
 /** @throws Fault with a sentence that names the place in the file */
 export function readBody(file: File): SoftBody {
+  for (const [path, [noun, table]] of Object.entries(unmoved))
+    if (has(file, path))
+      throw new Fault(`Its body has ${noun}, which does not move live; choose a result of the body without ${table}.`);
   const mesh = readMesh(file);
   const region = Int32Array.from(mesh.region);
   if (region.some((r) => r < 0))
