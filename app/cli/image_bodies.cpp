@@ -410,6 +410,40 @@ int make_body_of_surfaces(const SegmentCommand &command) {
     return make_body(command, std::move(words));
 }
 
+void add_stiffness_map(const StiffnessCommand &command, const std::string &command_line) {
+    const fs::path output = command.output;
+    if (support::file_ending(output) != ".toml")
+        throw support::InputError("{}: the body is written as a .toml; end its name so", command.output);
+    support::check_place(output);
+    if (support::file_ending(command.body) != ".toml")
+        throw support::InputError("{}: a map is given to a body that says its materials; write a .toml for it, as "
+                                  "docs/reference/load_cases.md shows",
+                                  command.body);
+    auto table = support::parse_toml(support::read_text(command.body), command.body);
+    if (std::error_code error; fs::equivalent(command.body, output, error))
+        throw support::InputError("{}: this is the body itself; name another file with -o", command.output);
+    if (table.contains("stiffness_map"))
+        throw support::InputError("{}: this body has a map of stiffness already; give the body without it",
+                                  command.body);
+    auto moduli = output;
+    moduli.replace_extension(".moduli.txt");
+    segment({"stiffness", command.body, "--map", command.map, "--of", command.quantity, "--unit", command.unit,
+             "--output", moduli.string()});
+    const auto mesh = fs::absolute(fs::path(command.body).parent_path() / support::required_string(table, "mesh"));
+    table.insert_or_assign("mesh", fs::relative(mesh, fs::absolute(output).parent_path()).string());
+    table.insert_or_assign(
+        "stiffness_map",
+        toml::table{
+            {"file", moduli.filename().string()},
+            {"source", fmt::format("{} of {}, {}", command.quantity == "shear" ? "shear modulus" : "Young's modulus",
+                                   fs::path(command.map).filename().string(), without_force(command_line))}});
+    std::ostringstream text;
+    text << table << '\n';
+    support::write_whole(output, text.str());
+    fmt::print("{} and {} are written; next: livermark run --body {}\n", output.string(), moduli.string(),
+               output.string());
+}
+
 std::string figures_of_labels(const std::string &file) {
     return segment({"figures-of-labels", file}).output;
 }
@@ -436,10 +470,12 @@ int make_phantom(const PhantomCommand &command) {
     }
     if (command.touching)
         words.emplace_back("--touching");
-    if (!command.scan.empty()) {
-        support::check_place(command.scan);
-        words.insert(words.end(), {"--scan", command.scan});
-    }
+    for (const auto &[option, file] :
+         {std::pair("--scan", &command.scan), std::pair("--stiffness", &command.stiffness)})
+        if (!file->empty()) {
+            support::check_place(*file);
+            words.insert(words.end(), {option, *file});
+        }
     fmt::print("{}", segment(std::move(words)).output);
     return 0;
 }

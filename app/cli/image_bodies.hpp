@@ -35,6 +35,18 @@ struct SegmentCommand {
 int make_body_of_labels(const SegmentCommand &command);
 int make_body_of_surfaces(const SegmentCommand &command);
 
+/// Options of `livermark mesh stiffness`.
+struct StiffnessCommand {
+    std::string body; ///< a body file
+    std::string map;  ///< image of a modulus
+    std::string quantity{"shear"}, unit{"kPa"};
+    std::string output; ///< the .toml file; the moduli go beside it
+};
+
+/// Writes a body file that has the map of stiffness, and the moduli of its tetrahedra beside it.
+/// @throws support::InputError
+void add_stiffness_map(const StiffnessCommand &command, const std::string &command_line);
+
 /// Figures of a label image, or of a surface, for `livermark mesh check`: lines of "name value unit".
 /// @throws support::InputError
 std::string figures_of_labels(const std::string &file);
@@ -45,8 +57,9 @@ struct PhantomCommand {
     std::vector<double> spacing{0.8e-3, 0.8e-3, 3e-3}; ///< [m]
     std::vector<double> turn{0.0, 0.0, 0.0};           ///< rotation vector [rad]
     bool touching = false;
-    std::string output; ///< label image
-    std::string scan;   ///< scan beside it, if there is to be one
+    std::string output;    ///< label image
+    std::string scan;      ///< scan beside it, if there is to be one
+    std::string stiffness; ///< the same of a map of its shear modulus
 };
 
 /// Writes the label image of the liver that ships, and a scan of it.

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdlib>
 #include <fmt/format.h>
 #include <iterator>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
@@ -158,7 +161,7 @@ void apply(const MaterialOverride &override_with, std::vector<core::Material> &m
 toml::table read_table(const std::filesystem::path &toml_file) {
     auto table = support::parse_toml(support::read_text(toml_file), toml_file);
     support::refuse_unknown_keys(table, {"title", "mesh", "unit", "axes", "find_patches", "generator", "regions",
-                                         "patches", "image", "cut", "capsule"});
+                                         "patches", "image", "cut", "capsule", "stiffness_map"});
     return table;
 }
 
@@ -199,6 +202,79 @@ std::vector<std::string> orient(core::Body &body, bool has_to_find, const SaidAx
     return remarks;
 }
 
+/// Young's modulus of each tetrahedron [Pa] of a file, a line each; nan where nothing is known.
+std::vector<double> read_moduli(const std::filesystem::path &file, std::size_t num_tetrahedra) {
+    std::istringstream text(support::read_text(file));
+    std::vector<double> moduli;
+    std::size_t number = 0;
+    for (std::string line; std::getline(text, line);) {
+        ++number;
+        if (line.ends_with('\r'))
+            line.pop_back();
+        if (line.empty() || line.starts_with('#'))
+            continue;
+        char *end = nullptr;
+        const double modulus = std::strtod(line.c_str(), &end);
+        if (*end != '\0' || !(std::isnan(modulus) || (modulus > 0.0 && std::isfinite(modulus))))
+            throw support::InputError("{}: line {} is '{}'; give a Young's modulus above 0 Pa, or nan where it is not "
+                                      "known",
+                                      file.string(), number, support::shown(line));
+        moduli.push_back(modulus);
+    }
+    if (moduli.size() != num_tetrahedra)
+        throw support::InputError(
+            "{}: it has {} values, and the mesh {} tetrahedra; give one for each, in the order of "
+            "the mesh, or make it again with `livermark mesh stiffness`",
+            file.string(), moduli.size(), num_tetrahedra);
+    return moduli;
+}
+
+/// Median Young's modulus that is believed [Pa].
+constexpr double softest_tissue = 100.0, stiffest_tissue = 1e6;
+
+/// Gives each tetrahedron a modulus of its own, and each region the mean of its own. What has none gets that of its
+/// region as it was.
+void apply_stiffness_map(const std::filesystem::path &body_file, const toml::table &table, core::Body &body) {
+    support::refuse_unknown_keys(table, {"file", "source"});
+    const auto file = body_file.parent_path() / support::required_string(table, "file");
+    auto modulus = read_moduli(file, body.mesh.tetrahedra.size());
+    const auto volumes = core::tetrahedron_volumes(body.mesh);
+    std::vector<double> known;
+    std::ranges::copy_if(modulus, std::back_inserter(known), [](double value) { return !std::isnan(value); });
+    if (known.empty())
+        throw support::InputError("{}: no tetrahedron has a modulus; leave [stiffness_map] out", file.string());
+    std::ranges::nth_element(known, known.begin() + std::ssize(known) / 2);
+    if (const double median = known[known.size() / 2]; !(median >= softest_tissue && median <= stiffest_tissue))
+        throw support::InputError(
+            "{}: half of the moduli are below {:.3g} Pa, which is no soft tissue; give them in Pa", file.string(),
+            median);
+    const auto num_regions = body.materials.size();
+    std::vector<double> volume(num_regions, 0.0), sum(num_regions, 0.0);
+    double filled = 0.0, whole = 0.0;
+    for (std::size_t t = 0; t < volumes.size(); ++t) {
+        const int region = body.mesh.region[t];
+        if (std::isnan(modulus[t])) {
+            modulus[t] = body.materials[region].young_modulus;
+            filled += volumes[t];
+        }
+        whole += volumes[t];
+        volume[region] += volumes[t];
+        sum[region] += volumes[t] * modulus[t];
+    }
+    for (std::size_t r = 0; r < num_regions; ++r)
+        if (volume[r] > 0.0)
+            body.materials[r].young_modulus = sum[r] / volume[r];
+    for (std::size_t t = 0; t < volumes.size(); ++t)
+        body.modulus_factor.push_back(modulus[t] / body.materials[body.mesh.region[t]].young_modulus);
+    const auto [least, largest] = std::ranges::minmax(modulus);
+    body.assumptions.push_back(
+        fmt::format("Young's modulus is that of {}, {:.0f} to {:.0f} Pa{}", file.filename().string(), least, largest,
+                    filled > 0.0 ? fmt::format("; {:.2g} % of the body has none there and gets that of "
+                                               "its region",
+                                               100.0 * filled / whole)
+                                 : ""));
+}
+
 /// @param orientation  gets the sentences on patches and axes, which are in its assumptions too
 core::Body body_of_table(const std::filesystem::path &file, std::vector<std::string> &orientation) {
     const auto table = read_table(file);
@@ -220,6 +296,8 @@ core::Body body_of_table(const std::filesystem::path &file, std::vector<std::str
         refuse_missing_materials(table, body.mesh);
     body.materials = read_materials(table, body.mesh);
     body.capsule = read_capsule(table);
+    if (table.contains("stiffness_map"))
+        apply_stiffness_map(file, support::required_table(table, "stiffness_map"), body);
     check_patches(table, body.mesh);
     return cut(std::move(body), read_cuts(table));
 }

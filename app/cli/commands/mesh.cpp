@@ -183,7 +183,7 @@ int make_of_segmentation(SegmentationOptions options) {
         (options.body.labels.empty() ? 0 : 1) + (options.body.surfaces.empty() ? 0 : 1) + (options.is_phantom ? 1 : 0);
     if (num_sources != 1)
         throw support::InputError("one source is needed; give one of --labels, --surfaces and --phantom, or one of "
-                                  "the subcommands liver, box, cut and check; see `livermark mesh --help`");
+                                  "the subcommands liver, box, cut, stiffness and check; see `livermark mesh --help`");
     if (options.output.empty())
         throw support::InputError("no file to write is given; name it with -o");
     options.body.output = options.phantom.output = options.output;
@@ -237,6 +237,8 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
     command.add_flag("--touching", options->phantom.touching,
                      "A lesion of the phantom touches the capsule, and another one its neighbour");
     command.add_option("--scan", options->phantom.scan, "File for a scan of the phantom, beside its labels");
+    command.add_option("--stiffness", options->phantom.stiffness,
+                       "File for a map of the phantom's shear modulus [Pa], beside its labels");
     command.add_option("--ct", options->ct, "Always refused: a scan has to be segmented first");
     command.add_option("-o,--output", options->output,
                        "The .msh file to write, with a .toml beside it; for --phantom "
@@ -317,6 +319,27 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
 
     const auto cut = add_mesh_cut(*command, command_line);
 
+    auto stiffness = std::make_shared<StiffnessCommand>();
+    auto *map = command->add_subcommand(
+        "stiffness", "Give each tetrahedron of a body the modulus that an image of elastography has there");
+    map->add_option("body", stiffness->body,
+                    "The .toml of a body in the patient's coordinates (LPS), such as one of a "
+                    "segmentation")
+        ->required();
+    map->add_option(
+           "--map", stiffness->map,
+           "An image of the modulus: NIfTI, NRRD, MetaImage, or the folder of a DICOM series. Voxels of 0 have "
+           "no value")
+        ->required();
+    map->add_option("--of", stiffness->quantity,
+                    "shear (of wave elastography; E = 2 (1 + nu) mu with the region's nu) or young")
+        ->check(CLI::IsMember({"shear", "young"}))
+        ->capture_default_str();
+    map->add_option("--unit", stiffness->unit, "Unit of its values, kPa or Pa")
+        ->check(CLI::IsMember({"kPa", "Pa"}))
+        ->required();
+    map->add_option("-o,--output", stiffness->output, "The .toml file to write, with the moduli beside it")->required();
+
     auto file = std::make_shared<std::string>();
     auto *check = command->add_subcommand("check", "Check a mesh, a surface or a label image, and print its size");
     check->add_option("file", *file, "A mesh, surface or label image that `livermark run --body` reads")->required();
@@ -328,6 +351,10 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
             return make_liver(*liver, command_line);
         if (make_a_box->parsed())
             return make_box(*box);
+        if (map->parsed()) {
+            add_stiffness_map(*stiffness, command_line);
+            return 0;
+        }
         if (cut.second->parsed())
             return cut.first();
         if (!check->parsed())

@@ -29,6 +29,7 @@
 #include "core/support/processes/own_process.hpp"
 #include "meshes/segmentation/images/image_headers.hpp"
 #include "meshes/segmentation/images/image_values.hpp"
+#include "meshes/segmentation/images/stiffness_map.hpp"
 
 namespace livermark::segmentation {
 
@@ -111,23 +112,57 @@ LabelImage labels_of(const Values &values, const HeaderGrid &header, const std::
     return image;
 }
 
-LabelImage read_plain_image(const fs::path &file, const std::string &name, const fs::path &scratch) {
+/// An image of labels: how it is made of what a file holds.
+struct Labels {
+    using Image = LabelImage;
+
+    static Image of(ReadValues read, const std::string &name) {
+        auto image = labels_of(*read.values, read.header, name);
+        image.label_names = std::move(read.names);
+        image.label_codes = std::move(read.codes);
+        return image;
+    }
+    static Image of_segmentation_object(const fs::path &file) {
+        auto image = read_dicom_segmentation(file);
+        check_grid(image.grid, image.name, image.remarks);
+        return image;
+    }
+};
+
+/// An image of any values.
+struct Scalars {
+    struct Image {
+        std::string name;
+        ImageGrid grid;
+        std::vector<float> value; ///< (num_voxels)
+        std::vector<std::string> remarks{};
+    };
+
+    static Image of(const ReadValues &read, const std::string &name) {
+        Image image{.name = name, .grid = {}, .value = {}};
+        image.grid = grid_of(*read.values, read.header, name, image.remarks);
+        const float *value = read.values->GetBufferPointer();
+        image.value.assign(value, value + num_voxels(image.grid));
+        return image;
+    }
+    static Image of_segmentation_object(const fs::path &file) {
+        throw InputError("{}: this is a segmentation, and not a map of a modulus; give the map of the elastography",
+                         file.string());
+    }
+};
+
+template <class Kind>
+typename Kind::Image read_plain_image(const fs::path &file, const std::string &name, const fs::path &scratch) {
     auto read = read_image_values(file, scratch);
-    auto image = labels_of(*read.values, read.header, name);
-    image.label_names = std::move(read.names);
-    image.label_codes = std::move(read.codes);
+    std::vector<std::string> further;
     for (auto *remarks : {&read.header.remarks, &read.remarks})
-        std::ranges::move(*remarks, std::back_inserter(image.remarks));
+        std::ranges::move(*remarks, std::back_inserter(further));
+    auto image = Kind::of(std::move(read), name);
+    std::ranges::move(further, std::back_inserter(image.remarks));
     return image;
 }
 
-LabelImage read_segmentation_object(const fs::path &file) {
-    auto image = read_dicom_segmentation(file);
-    check_grid(image.grid, image.name, image.remarks);
-    return image;
-}
-
-LabelImage read_folder(const fs::path &folder, const std::string &name) {
+template <class Kind> typename Kind::Image read_folder(const fs::path &folder, const std::string &name) {
     auto names = itk::GDCMSeriesFileNames::New();
     names->SetUseSeriesDetails(true);
     names->SetDirectory(folder.string());
@@ -138,7 +173,7 @@ LabelImage read_folder(const fs::path &folder, const std::string &name) {
             folder.string(), series.size(), image_formats);
     const auto files = names->GetFileNames(series.front());
     if (files.size() == 1 && is_dicom_segmentation(files.front()))
-        return read_segmentation_object(files.front());
+        return Kind::of_segmentation_object(files.front());
     auto io = itk::GDCMImageIO::New();
     check_header(*io, files.front());
     auto reader = itk::ImageSeriesReader<Values>::New();
@@ -152,10 +187,11 @@ LabelImage read_folder(const fs::path &folder, const std::string &name) {
         throw InputError(
             "{}: the slices are not evenly spaced ({:.2g} mm off); a slice may be missing, so export the series again",
             folder.string(), deviation);
-    return labels_of(*reader->GetOutput(), {}, name); // whose header GDCM reads
+    return Kind::of({.values = reader->GetOutput(), .names = {}, .codes = {}, .header = {}, .remarks = {}},
+                    name); // GDCM reads the header
 }
 
-LabelImage read_here(const fs::path &file, const fs::path &scratch) {
+template <class Kind> typename Kind::Image read_here(const fs::path &file, const fs::path &scratch) {
     itk::Object::GlobalWarningDisplayOff(); // what matters of it is checked here
     gdcm::Trace::WarningOff();
     gdcm::Trace::ErrorOff();
@@ -163,23 +199,55 @@ LabelImage read_here(const fs::path &file, const fs::path &scratch) {
     try {
         auto name = file.has_filename() ? file.filename() : file.parent_path().filename();
         if (std::error_code error; fs::is_directory(file, error))
-            return read_folder(file, name.string());
-        return is_dicom_file(file) ? read_segmentation_object(file) : read_plain_image(file, name.string(), scratch);
+            return read_folder<Kind>(file, name.string());
+        return is_dicom_file(file) ? Kind::of_segmentation_object(file)
+                                   : read_plain_image<Kind>(file, name.string(), scratch);
     } catch (const itk::ExceptionObject & /*in words for programmers*/) {
         throw InputError("{}: cannot be read as an image; it may be damaged or cut off, so export it again",
                          file.string());
     }
 }
 
+void put(support::Packer &packer, const std::string &name, const ImageGrid &grid,
+         const std::vector<std::string> &remarks) {
+    packer.put(name);
+    packer.put(grid.size);
+    for (const Vector3 &vector : {grid.spacing, grid.origin, Vector3(grid.direction.col(0)),
+                                  Vector3(grid.direction.col(1)), Vector3(grid.direction.col(2))})
+        packer.put(std::array{vector.x(), vector.y(), vector.z()});
+    packer.put(remarks);
+}
+
+void get(support::Unpacker &unpacker, std::string &name, ImageGrid &grid, std::vector<std::string> &remarks) {
+    unpacker.get(name);
+    unpacker.get(grid.size);
+    std::array<std::array<double, 3>, 5> vectors{};
+    for (auto &vector : vectors)
+        unpacker.get(vector);
+    const auto vector = [&](std::size_t v) { return Vector3(vectors[v][0], vectors[v][1], vectors[v][2]); };
+    grid.spacing = vector(0);
+    grid.origin = vector(1);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        grid.direction.col(static_cast<Eigen::Index>(axis)) = vector(2 + axis);
+    unpacker.get(remarks);
+}
+
+std::string packed(const Scalars::Image &image) {
+    support::Packer packer;
+    put(packer, image.name, image.grid, image.remarks);
+    packer.put(image.value);
+    return std::move(packer).bytes();
+}
+
+void unpack(support::Unpacker &unpacker, Scalars::Image &image) {
+    get(unpacker, image.name, image.grid, image.remarks);
+    unpacker.get(image.value);
+}
+
 std::string packed(const LabelImage &image) {
     support::Packer packer;
-    packer.put(image.name);
-    packer.put(image.grid.size);
-    for (const Vector3 &vector : {image.grid.spacing, image.grid.origin, Vector3(image.grid.direction.col(0)),
-                                  Vector3(image.grid.direction.col(1)), Vector3(image.grid.direction.col(2))})
-        packer.put(std::array{vector.x(), vector.y(), vector.z()});
+    put(packer, image.name, image.grid, image.remarks);
     packer.put(image.label);
-    packer.put(image.remarks);
     packer.put(static_cast<int>(image.label_names.size()));
     for (const auto &[label, name] : image.label_names) {
         packer.put(label);
@@ -194,21 +262,9 @@ std::string packed(const LabelImage &image) {
     return std::move(packer).bytes();
 }
 
-LabelImage unpacked(const std::string &bytes) {
-    support::Unpacker unpacker(bytes);
-    LabelImage image;
-    unpacker.get(image.name);
-    unpacker.get(image.grid.size);
-    std::array<std::array<double, 3>, 5> vectors{};
-    for (auto &vector : vectors)
-        unpacker.get(vector);
-    const auto vector = [&](std::size_t v) { return Vector3(vectors[v][0], vectors[v][1], vectors[v][2]); };
-    image.grid.spacing = vector(0);
-    image.grid.origin = vector(1);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        image.grid.direction.col(static_cast<Eigen::Index>(axis)) = vector(2 + axis);
+void unpack(support::Unpacker &unpacker, LabelImage &image) {
+    get(unpacker, image.name, image.grid, image.remarks);
     unpacker.get(image.label);
-    unpacker.get(image.remarks);
     int num_names = 0;
     unpacker.get(num_names);
     for (int n = 0; n < num_names; ++n) {
@@ -225,12 +281,10 @@ LabelImage unpacked(const std::string &bytes) {
         for (auto *text : {&code.type, &code.meaning, &code.region})
             unpacker.get(*text);
     }
-    return image;
 }
 
-} // namespace
-
-LabelImage read_label_image(const fs::path &given) {
+/// Reads a file or folder in a process of its own.
+template <class Kind> typename Kind::Image read_apart(const fs::path &given) {
     std::error_code error;
     const auto file = header_of_pair(given);
     const auto status = fs::status(file, error);
@@ -249,9 +303,47 @@ LabelImage read_label_image(const fs::path &given) {
     if (!fs::is_directory(status) && needs_a_copy(file))
         scratch.emplace();
     constexpr double bytes_per_byte = 8000.0; // compressed to a thousandth, in floats and labels
-    return unpacked(support::in_own_process(file, support::limits_for(file, bytes_per_byte), [&] {
-        return packed(read_here(file, scratch ? scratch->path : fs::path()));
-    }));
+    const auto bytes = support::in_own_process(file, support::limits_for(file, bytes_per_byte), [&] {
+        return packed(read_here<Kind>(file, scratch ? scratch->path : fs::path()));
+    });
+    support::Unpacker unpacker(bytes);
+    typename Kind::Image image;
+    unpack(unpacker, image);
+    return image;
+}
+
+/// Median modulus of a map of soft tissue [Pa].
+constexpr double softest = 200.0, stiffest = 200e3;
+
+} // namespace
+
+LabelImage read_label_image(const fs::path &file) {
+    return read_apart<Labels>(file);
+}
+
+StiffnessMap read_stiffness_map(const fs::path &file, const StiffnessValues &values) {
+    auto read = read_apart<Scalars>(file);
+    StiffnessMap map{.name = read.name,
+                     .grid = read.grid,
+                     .modulus = std::move(read.value),
+                     .is_shear = values.is_shear,
+                     .remarks = read.remarks};
+    std::vector<float> known;
+    for (auto &value : map.modulus) {
+        const bool is_hole = !std::isfinite(value) || value <= 0.0F;
+        value = is_hole ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(values.pascals * value);
+        if (!is_hole)
+            known.push_back(value);
+    }
+    if (known.empty())
+        throw InputError("{}: no voxel has a positive value; give an image of the shear or Young's modulus", read.name);
+    const auto middle = known.begin() + std::ssize(known) / 2;
+    std::ranges::nth_element(known, middle);
+    if (!(*middle >= softest && *middle <= stiffest))
+        throw InputError("{}: half of its values are below {:.3g} Pa, where a modulus of soft tissue is {:g} "
+                         "to {:g} Pa; say with --unit whether they are in Pa or kPa",
+                         read.name, *middle, softest, stiffest);
+    return map;
 }
 
 namespace {

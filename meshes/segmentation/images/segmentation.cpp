@@ -9,6 +9,7 @@
 #include <itkConnectedComponentImageFilter.h>
 #include <itkImage.h>
 #include <map>
+#include <numbers>
 #include <random>
 #include <span>
 
@@ -132,6 +133,28 @@ Scan phantom_scan(const PhantomOptions &options) {
         for (int part = 0; part < 12; ++part)
             normal += static_cast<double>(random()) / 4294967296.0;
         scan.grey_value[voxel] = static_cast<std::int16_t>(std::lround(value + noise * normal));
+    });
+    return scan;
+}
+
+Scan phantom_stiffness(const PhantomOptions &options) {
+    constexpr double young_over_shear = 2.9; // at Poisson's ratio 0.45
+    struct Wave {
+        Vector3 along;
+        double length, phase; ///< [m], [rad]
+    };
+    const std::array<Wave, 3> waves{
+        {{{1.0, 0.3, 0.2}, 0.095, 0.3}, {{-0.2, 1.0, 0.4}, 0.075, 1.9}, {{0.3, -0.4, 1.0}, 0.060, 4.1}}};
+    const auto all = lesions(options.touching);
+    Scan scan{.grid = grid_around_liver(options), .grey_value = {}};
+    scan.grey_value.resize(num_voxels(scan.grid));
+    for_each_voxel(scan.grid, [&](std::size_t voxel, const Vector3 &centre) {
+        const int label = label_at(centre, all);
+        double exponent = 0.0;
+        for (const auto &[along, length, phase] : waves)
+            exponent += 0.2 * std::cos(2.0 * std::numbers::pi / length * along.normalized().dot(centre) + phase);
+        const double young_modulus = label == 0 ? 0.0 : label == phantom_liver_label ? 5e3 * std::exp(exponent) : 50e3;
+        scan.grey_value[voxel] = static_cast<std::int16_t>(std::lround(young_modulus / young_over_shear));
     });
     return scan;
 }

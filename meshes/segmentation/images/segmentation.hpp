@@ -63,6 +63,11 @@ LabelImage phantom_labels(const PhantomOptions &options);
 /// a voxel and with noise of 12 HU; the same every time.
 Scan phantom_scan(const PhantomOptions &options);
 
+/// Its shear modulus [Pa] as an elastography without noise would show it, 0 outside: parenchyma of 5 kPa / 2.9 times
+/// e^s with a smooth s, the sum of three waves of 60 to 95 mm whose mean square is 0.06, so that it varies by a
+/// quarter; lesions of 50 kPa / 2.9.
+Scan phantom_stiffness(const PhantomOptions &options);
+
 /// Labels of an image that make the body. Where neither is given the codes and names of its segments decide, and where
 /// it has none the smallest label is the liver, and every other one a tumour's.
 struct LabelChoice {

@@ -25,10 +25,12 @@
 #include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
 #include "core/support/toml_input.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
 #include "meshes/segmentation/images/image_headers.hpp"
 #include "meshes/segmentation/images/segmentation.hpp"
+#include "meshes/segmentation/images/stiffness_map.hpp"
 #include "meshes/segmentation/meshing/patient_body.hpp"
 #include "meshes/segmentation/surfaces/surface_file.hpp"
 
@@ -49,8 +51,17 @@ struct BodyCommand {
 struct PhantomCommand {
     std::vector<double> spacing, turn; ///< [m], rotation vector [rad]
     bool touching = false;
-    std::string output; ///< label image
-    std::string scan;   ///< scan beside it, if there is to be one
+    std::string output;    ///< label image
+    std::string scan;      ///< scan beside it, if there is to be one
+    std::string stiffness; ///< the same of a map of its shear modulus
+};
+
+struct StiffnessCommand {
+    std::string body;     ///< its .toml
+    std::string map;      ///< image of a modulus
+    std::string quantity; ///< young or shear
+    std::string unit;     ///< Pa or kPa
+    std::string output;
 };
 
 namespace {
@@ -215,6 +226,21 @@ std::string figures_of_surface(const std::string &file) {
                        1e6 * volume * unit.metres * unit.metres * unit.metres, extent.x(), extent.y(), extent.z());
 }
 
+/// Writes Young's modulus of the tetrahedra of a body [Pa], a line each.
+/// @throws support::InputError
+int write_moduli(const StiffnessCommand &command) {
+    const auto body = meshes::read_body(command.body);
+    const StiffnessValues values{.is_shear = command.quantity == "shear", .pascals = command.unit == "kPa" ? 1e3 : 1.0};
+    const auto mapped = mapped_modulus(read_stiffness_map(command.map, values), body);
+    for (const auto &remark : mapped.remarks)
+        tell(remark);
+    std::string text = "# Young's modulus of each tetrahedron [Pa]; nan: that of its region\n";
+    for (const double modulus : mapped.young_modulus)
+        text += fmt::format("{:.6g}\n", modulus);
+    support::write_whole(command.output, text);
+    return 0;
+}
+
 /// Writes the label image of the liver that ships, and a scan of it.
 /// @throws support::InputError
 int make_phantom(const PhantomCommand &command) {
@@ -227,6 +253,10 @@ int make_phantom(const PhantomCommand &command) {
     if (!command.scan.empty()) {
         write_scan(command.scan, phantom_scan(options));
         fmt::print("{}: grey values [HU]\n", command.scan);
+    }
+    if (!command.stiffness.empty()) {
+        write_scan(command.stiffness, phantom_stiffness(options));
+        fmt::print("{}: shear modulus [Pa]\n", command.stiffness);
     }
     return 0;
 }
@@ -291,8 +321,18 @@ int run(int argc, char **argv) {
     shipped->add_option("--turn", phantom.turn)->expected(3)->required();
     shipped->add_flag("--touching", phantom.touching);
     shipped->add_option("--scan", phantom.scan);
+    shipped->add_option("--stiffness", phantom.stiffness);
     shipped->add_option("--output", phantom.output)->required();
     shipped->callback([&] { action = [&] { return segmentation::make_phantom(phantom); }; });
+
+    segmentation::StiffnessCommand stiffness;
+    auto *moduli = app.add_subcommand("stiffness", "Young's modulus of each tetrahedron of a body");
+    moduli->add_option("body", stiffness.body)->required();
+    moduli->add_option("--map", stiffness.map)->required();
+    moduli->add_option("--of", stiffness.quantity)->required();
+    moduli->add_option("--unit", stiffness.unit)->required();
+    moduli->add_option("--output", stiffness.output)->required();
+    moduli->callback([&] { action = [&] { return segmentation::write_moduli(stiffness); }; });
 
     app.add_option_function<int>("--parent", end_with, "Process that this one ends with");
     CLI11_PARSE(app, argc, argv);

@@ -27,6 +27,16 @@ BadInput body(std::string what, std::string text) {
     return {std::move(what), good_run, {{"bar.toml", std::move(text)}, {"case.toml", good_case}}, write_bar};
 }
 
+/// A body with a map of stiffness.
+BadInput moduli(std::string what, std::string text) {
+    return {std::move(what),
+            good_run,
+            {{"bar.toml", good_body + "[stiffness_map]\nfile = \"moduli.txt\"\n"},
+             {"case.toml", good_case},
+             {"moduli.txt", std::move(text)}},
+            write_bar};
+}
+
 BadInput spoilt_body(std::string what, const std::string &from, const std::string &to) {
     return body(std::move(what), replaced(good_body, from, to));
 }
@@ -229,6 +239,10 @@ std::vector<BadInput> bad_bodies() {
         body("a capsule without a modulus", good_body + "[capsule]\nthickness = 2e-5\n"),
         body("a capsule with a Poisson's ratio",
              good_body + "[capsule]\nthickness = 2e-5\nyoung_modulus = 8e6\npoisson_ratio = 0.3\n"),
+        body("a map of stiffness that is not there", good_body + "[stiffness_map]\nfile = \"moduli.txt\"\n"),
+        moduli("a map of stiffness for another mesh", "5000\n6000\n"),
+        moduli("a map of stiffness with words", "5000\nsoft\n"),
+        moduli("a map of stiffness that is negative", "-5000\n"),
         body("a description of a patch that the mesh lacks", good_body + "[patches.top]\ndescription = \"t\"\n"),
         {"a body whose mesh is not there",
          good_run,
