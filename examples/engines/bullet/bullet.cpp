@@ -6,7 +6,7 @@
 // step in a frame, one iteration of Newton's method and at most 300 of conjugate gradients are what Bullet takes by
 // itself. Constrained nodes have zero mass: Bullet moves them with their velocity, whatever pulls. README.md has the
 // command that compiles this, and the settings.
-#include "files.hpp"
+#include "examples/engines/bullet/files.hpp"
 #include "examples/engines/bullet/world.hpp"
 
 #include <algorithm>

@@ -254,13 +254,13 @@ def _add_wound(parts: _Parts, problem: Union[Problem, Solid]) -> None:
 
 
 def _kinds(arrays: _Arrays) -> tuple[NDArray, NDArray]:
-    """Materials (K, 4) with NaN for a Young's modulus that varies over a region, and which of them each tetrahedron has (M)."""
+    """Materials (K, 4) with 0 for a Young's modulus that varies over a region, and which of them each tetrahedron has (M)."""
     materials = arrays.materials.copy()
     for region in numpy.unique(materials[:, 0]):
         inside = materials[:, 0] == region
         if len(numpy.unique(materials[inside, 1])) > MOST_MATERIALS:
-            materials[inside, 1] = numpy.nan
-    kinds, kind = numpy.unique(materials, axis=0, return_inverse=True, equal_nan=True)
+            materials[inside, 1] = 0.0
+    kinds, kind = numpy.unique(materials, axis=0, return_inverse=True)
     return kinds, kind.ravel()
 
 
@@ -273,7 +273,7 @@ def _regions(parts: _Parts, arrays: _Arrays) -> tuple[list[str], list[str], list
         if (kinds[:, 0] == region).sum() > 1:
             name += f"_{k + 1}"
         modulus = f"<E>{float(young_modulus)!r}</E>"
-        if numpy.isnan(young_modulus):
+        if young_modulus == 0.0:
             modulus = f'<E type="map">young_modulus_{k + 1}</E>'
             parts.data += _element("ElementData", _rows("elem", "lid", 1, arrays.materials[kind == k, 1:2]),
                                    name=f"young_modulus_{k + 1}", elem_set=name, data_type="scalar")
