@@ -122,7 +122,7 @@ struct Labels {
         image.label_codes = std::move(read.codes);
         return image;
     }
-    static Image of_segmentation_object(const fs::path &file) {
+    static Image segmentation_object(const fs::path &file) {
         auto image = read_dicom_segmentation(file);
         check_grid(image.grid, image.name, image.remarks);
         return image;
@@ -145,7 +145,7 @@ struct Scalars {
         image.value.assign(value, value + num_voxels(image.grid));
         return image;
     }
-    static Image of_segmentation_object(const fs::path &file) {
+    static Image segmentation_object(const fs::path &file) {
         throw InputError("{}: this is a segmentation, and not a map of a modulus; give the map of the elastography",
                          file.string());
     }
@@ -173,7 +173,7 @@ template <class Kind> typename Kind::Image read_folder(const fs::path &folder, c
             folder.string(), series.size(), image_formats);
     const auto files = names->GetFileNames(series.front());
     if (files.size() == 1 && is_dicom_segmentation(files.front()))
-        return Kind::of_segmentation_object(files.front());
+        return Kind::segmentation_object(files.front());
     auto io = itk::GDCMImageIO::New();
     check_header(*io, files.front());
     auto reader = itk::ImageSeriesReader<Values>::New();
@@ -200,7 +200,7 @@ template <class Kind> typename Kind::Image read_here(const fs::path &file, const
         auto name = file.has_filename() ? file.filename() : file.parent_path().filename();
         if (std::error_code error; fs::is_directory(file, error))
             return read_folder<Kind>(file, name.string());
-        return is_dicom_file(file) ? Kind::of_segmentation_object(file)
+        return is_dicom_file(file) ? Kind::segmentation_object(file)
                                    : read_plain_image<Kind>(file, name.string(), scratch);
     } catch (const itk::ExceptionObject & /*in words for programmers*/) {
         throw InputError("{}: cannot be read as an image; it may be damaged or cut off, so export it again",

@@ -18,7 +18,7 @@ struct StiffnessMap {
     std::vector<std::string> remarks{}; ///< a sentence for what the file leaves in doubt
 };
 
-/// How the values of an image are meant.
+/// Meaning of the values of an image.
 struct StiffnessValues {
     bool is_shear = false; ///< of the shear modulus, as wave elastography has it
     double pascals = 1.0;  ///< of a unit
