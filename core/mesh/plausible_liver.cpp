@@ -37,8 +37,8 @@ constexpr std::array concepts{
     CodedRole{"372087000", SegmentRole::lesion}, // Neoplasm, Primary, in later editions
     CodedRole{"14799000", SegmentRole::lesion},  // Neoplasm, Secondary
     CodedRole{"2099007", SegmentRole::lesion},   // Hemangioma
-    CodedRole{"367643001", SegmentRole::lesion}, // Cyst
-    CodedRole{"M-3340A", SegmentRole::lesion},   //
+    CodedRole{"367643001", SegmentRole::cyst},   // Cyst
+    CodedRole{"M-3340A", SegmentRole::cyst},     //
     CodedRole{"52988006", SegmentRole::lesion},  // Lesion
     CodedRole{"M-01100", SegmentRole::lesion},   //
     CodedRole{"4147007", SegmentRole::lesion},   // Mass
@@ -61,6 +61,7 @@ constexpr std::array concepts{
     CodedRole{"76015000", SegmentRole::vessel},  // Hepatic artery
     CodedRole{"64131007", SegmentRole::vessel},  // Inferior vena cava
     CodedRole{"28273000", SegmentRole::vessel},  // Bile duct
+    CodedRole{"28231008", SegmentRole::gallbladder}, CodedRole{"T-63000", SegmentRole::gallbladder},
 };
 
 /// Words for the organ and its tissue, of which a name of the liver has one.
@@ -85,13 +86,18 @@ constexpr auto roman_numbers = word_list("i", "ii", "iii", "iv", "v", "vi", "vii
 constexpr auto lesion_parts =
     word_list("tumor", "tumour", "tumeur", "lesion", "lesi\xc3\xb3n", "l\xc3\xa4sion", "metast", "cancer", "carcin",
               "neoplas", "angioma", "adenom", "sarcom", "blastom", "lymphom", "malignan", "hyperplas", "nodul",
-              "absces", "necros", "echinococ", "livercyst", "livermass", "kyst");
-constexpr auto lesion_words = word_list("mass", "masses", "cyst", "cysts", "hcc", "icc", "ccc", "fnh", "hca", "crlm",
-                                        "hydatid", "gtv", "zyste", "zysten");
+              "absces", "necros", "livermass");
+constexpr auto lesion_words = word_list("mass", "masses", "hcc", "icc", "ccc", "fnh", "hca", "crlm", "gtv");
+constexpr auto cyst_parts = word_list("livercyst", "kyst", "echinococ");
+constexpr auto cyst_words = word_list("cyst", "cysts", "hydatid", "zyste", "zysten");
+constexpr auto gallbladder_words = word_list("gallbladder", "gallenblase");
 constexpr auto vessel_parts =
     word_list("vessel", "vein", "venous", "vena", "cava", "arter", "aort", "portal", "vascul", "biliar", "choledoch",
               "ductus", "thromb", "gef\xc3\xa4\xc3\x9f", "vaiss", "shunt");
 constexpr auto vessel_words = word_list("duct", "ducts", "bile", "porta", "ivc", "svc", "pv", "hv", "tips");
+/// Parts and words of names of vessels that lie beside the liver.
+constexpr auto great_vessel_parts = word_list("cava", "aort", "coeliac", "celiac", "mesenter", "iliac");
+constexpr auto great_vessel_words = word_list("ivc", "svc");
 /// Organs whose lesions are not the liver's, unless the liver is named as well.
 constexpr auto other_organs = word_list(
     "kidney", "kidneys", "renal", "lung", "lungs", "pulmonary", "pancreas", "pancreatic", "spleen", "splenic", "colon",
@@ -155,9 +161,17 @@ bool is_liver(const std::vector<std::string> &words) {
            });
 }
 
+bool is_there(const std::string &word) {
+    return !word.starts_with("non") && !word.starts_with("peri") &&
+           word.find("ectom") == std::string::npos; // what was cut out
+}
+
 bool is_of_lesion(const std::string &word) {
-    return (has_a_part(word, lesion_parts) || is_one_of(word, lesion_words)) && !word.starts_with("non") &&
-           !word.starts_with("peri") && word.find("ectom") == std::string::npos; // what was cut out
+    return (has_a_part(word, lesion_parts) || is_one_of(word, lesion_words)) && is_there(word);
+}
+
+bool is_of_cyst(const std::string &word) {
+    return (has_a_part(word, cyst_parts) || is_one_of(word, cyst_words)) && is_there(word);
 }
 
 bool is_of_vessel(const std::string &word) {
@@ -171,6 +185,13 @@ bool is_of_other_organ(const std::vector<std::string> &words) {
     return has(other_organs) && !has(liver_words);
 }
 
+bool is_of_gallbladder(const std::vector<std::string> &words) {
+    const auto says = [&](std::string_view word) { return std::ranges::find(words, word) != words.end(); };
+    return (std::ranges::any_of(words, [](const std::string &word) { return is_one_of(word, gallbladder_words); }) ||
+            (says("gall") && says("bladder"))) &&
+           std::ranges::none_of(words, [](const std::string &word) { return is_one_of(word, not_of_a_lesion); });
+}
+
 /// The last word that says something decides: "tumour vessels" are vessels, a "vascular lesion" is a lesion.
 SegmentRole role_of_phrase(const std::vector<std::string> &words, const std::vector<std::string> &all) {
     if (is_liver(words))
@@ -178,13 +199,35 @@ SegmentRole role_of_phrase(const std::vector<std::string> &words, const std::vec
     for (auto word = words.rbegin(); word != words.rend(); ++word) {
         if (is_of_vessel(*word))
             return SegmentRole::vessel;
-        if (!is_of_lesion(*word))
+        if (!is_of_lesion(*word) && !is_of_cyst(*word))
             continue;
         const bool is_turned =
             std::ranges::any_of(words, [](const std::string &w) { return is_one_of(w, not_of_a_lesion); });
-        return is_turned || is_of_other_organ(all) ? SegmentRole::other : SegmentRole::lesion;
+        if (is_turned || is_of_other_organ(all))
+            return SegmentRole::other;
+        return is_of_lesion(*word) ? SegmentRole::lesion : SegmentRole::cyst;
     }
-    return SegmentRole::other;
+    return is_of_gallbladder(words) ? SegmentRole::gallbladder : SegmentRole::other;
+}
+
+VesselKind kind_of_words(const std::vector<std::string> &words) {
+    const auto has_part = [&](Words parts) {
+        return std::ranges::any_of(words, [&](const std::string &word) { return has_a_part(word, parts); });
+    };
+    const auto has = [&](Words of) {
+        return std::ranges::any_of(words, [&](const std::string &word) { return is_one_of(word, of); });
+    };
+    if (has_part(word_list("portal")) || has(word_list("porta", "pv")))
+        return VesselKind::portal;
+    if (has_part(great_vessel_parts) || has(great_vessel_words) || is_of_other_organ(words))
+        return VesselKind::beside;
+    if (has_part(word_list("arter")))
+        return VesselKind::artery;
+    const bool is_vein = has_part(word_list("vein", "venous", "vena"));
+    if ((is_vein && has(word_list("hepatic", "hepaticae"))) || has(word_list("hv")) ||
+        has_part(word_list("hepaticvein")))
+        return VesselKind::hepatic;
+    return VesselKind::any;
 }
 
 } // namespace
@@ -217,12 +260,18 @@ SegmentRole role_of_segment(const std::string &name, const SegmentCode &code) {
         const auto by_name = role_of_name(name);
         role = by_name == SegmentRole::unnamed ? role : by_name;
     }
-    return role == SegmentRole::lesion && is_of_other_organ(words_of(code.region)) ? SegmentRole::other : role;
+    const bool is_lesion = role == SegmentRole::lesion || role == SegmentRole::cyst;
+    return is_lesion && is_of_other_organ(words_of(code.region)) ? SegmentRole::other : role;
+}
+
+VesselKind kind_of_vessel(const std::string &name, const SegmentCode &code) {
+    const auto by_code = kind_of_words(words_of(code.meaning));
+    return by_code == VesselKind::any ? kind_of_words(words_of(name)) : by_code;
 }
 
 namespace {
 
-/// Volumes of all tetrahedra, and of each region with the name of a lesion [m^3].
+/// Volumes of all tetrahedra, and of each region with the name of a tumour or a cyst [m^3].
 struct LiverVolumes {
     double all = 0.0;
     std::vector<double> lesions;
@@ -235,7 +284,8 @@ LiverVolumes liver_volumes(const TetraMesh &mesh) {
         region_volume[static_cast<std::size_t>(mesh.region[t])] += volumes[t];
     LiverVolumes result{std::accumulate(region_volume.begin(), region_volume.end(), 0.0), {}};
     for (std::size_t r = 0; r < region_volume.size(); ++r)
-        if (role_of_name(mesh.region_names[r]) == SegmentRole::lesion)
+        if (const auto role = role_of_name(mesh.region_names[r]);
+            role == SegmentRole::lesion || role == SegmentRole::cyst)
             result.lesions.push_back(region_volume[r]);
     return result;
 }

@@ -16,11 +16,22 @@ namespace livermark::core {
 
 /// Part that a segment of an image, or a region of a mesh, has in a liver.
 enum class SegmentRole {
-    liver,   ///< its tissue, all or a lobe or a segment of it
-    lesion,  ///< tumour, cyst and the like, unless it is said to be of another organ
-    vessel,  ///< vessels and ducts
-    other,   ///< everything else that has a name
-    unnamed, ///< a number, or a word that says nothing, such as "Segment_1"
+    liver,       ///< its tissue, all or a lobe or a segment of it
+    lesion,      ///< tumour and the like, unless it is said to be of another organ
+    cyst,        ///< the same of a fluid in a thin wall
+    vessel,      ///< vessels and ducts
+    gallbladder, ///< beside the liver, and no tissue of it
+    other,       ///< everything else that has a name
+    unnamed,     ///< a number, or a word that says nothing, such as "Segment_1"
+};
+
+/// Vessels that names tell apart.
+enum class VesselKind {
+    any,     ///< vessels and ducts of the liver, or nothing says whose
+    hepatic, ///< veins from the liver to the vena cava
+    portal,  ///< veins to the liver
+    artery,
+    beside, ///< vena cava, aorta, and those of other organs, which may touch the liver but lie beside it
 };
 
 /// Coded concept of a segment in DICOM and 3D Slicer.
@@ -35,6 +46,9 @@ SegmentRole role_of_name(const std::string &name);
 
 /// The code decides, then the words that stand beside it, then the name that somebody gave.
 SegmentRole role_of_segment(const std::string &name, const SegmentCode &code);
+
+/// Kind of a vessel by the words of its code, or by its name where they do not say it.
+VesselKind kind_of_vessel(const std::string &name, const SegmentCode &code);
 
 /// Whether what somebody gives as a liver, a tissue or a load can be one. Every way in asks here: label images,
 /// surfaces, meshes, Python.
@@ -53,7 +67,7 @@ inline constexpr double largest_poisson_ratio = 0.49999;
 /// @param lesions  of each [m^3]
 std::vector<std::string> doubts_about_liver(double volume, std::span<const double> lesions);
 
-/// The same of a mesh, whose lesions are regions with names of such.
+/// The same of a mesh, whose lesions are regions with names of tumours and cysts.
 std::vector<std::string> doubts_about_liver(const TetraMesh &mesh);
 /// Doubts about its lesions alone.
 std::vector<std::string> doubts_about_lesions(const TetraMesh &mesh);

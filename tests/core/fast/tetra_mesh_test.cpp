@@ -210,9 +210,9 @@ TEST(SegmentNames, OfALiverAreWholePhrases) {
                         "liver1",
                         "parenchyma",
                         "Liver (CT, manual)"});
-    expect_role(other, {"Liver bed", "Non-liver", "nonliver", "Liver capsule", "outside of liver", "stomach",
-                        "gallbladder", "lung", "lung_upper_lobe_left", "lung parenchyma", "spleen",
-                        "Tissue around liver", "hepatic flexure", "leftkidney", "portion"});
+    expect_role(other, {"Liver bed", "Non-liver", "nonliver", "Liver capsule", "outside of liver", "stomach", "lung",
+                        "lung_upper_lobe_left", "lung parenchyma", "spleen", "Tissue around liver", "hepatic flexure",
+                        "leftkidney", "portion"});
 }
 
 TEST(SegmentNames, OfLesionsAreThoseOfTheLiver) {
@@ -227,8 +227,6 @@ TEST(SegmentNames, OfLesionsAreThoseOfTheLiver) {
                          "cancer",
                          "liver_tumor",
                          "livertumor01",
-                         "liverkyst",
-                         "Liver cyst",
                          "liver_lesion",
                          "Mass",
                          "HCC 2",
@@ -246,6 +244,34 @@ TEST(SegmentNames, OfLesionsAreThoseOfTheLiver) {
     expect_role(other, {"kidney_cyst_left", "lung_tumor", "pancreas_tumor", "colon_cancer_primaries", "lung nodules",
                         "Lymph node metastasis", "Non-tumour", "peritumoral", "tumor bed", "healthy tissue of tumor",
                         "metastasectomie", "massive"});
+}
+
+TEST(SegmentNames, OfCystsAreNoTumours) {
+    expect_role(cyst,
+                {"Liver cyst", "Cyst", "liverkyst", "livercyst02", "cyst_1", "Simple cysts", "Hydatid cyst", "Zyste"});
+    expect_role(lesion, {"cystadenoma", "cystic lesion"});
+    expect_role(other, {"kidney_cyst_left", "renal cyst", "non-cyst"});
+}
+
+TEST(SegmentNames, OfTheGallbladderAreItsOwn) {
+    expect_role(gallbladder, {"gallbladder", "Gallbladder", "gall_bladder", "Gall Bladder"});
+    expect_role(other, {"gallbladder cancer", "gallbladder bed"});
+}
+
+TEST(SegmentNames, OfVesselsSayWhich) {
+    const auto expect_kind = [](VesselKind kind, std::initializer_list<const char *> names) {
+        for (const char *name : names)
+            EXPECT_EQ(kind_of_vessel(name, {}), kind) << name;
+    };
+    expect_kind(VesselKind::portal, {"Portal vein", "portalvein", "portal_vein_and_splenic_vein", "PV"});
+    expect_kind(VesselKind::hepatic,
+                {"Hepatic vein", "hepatic_veins", "HV", "Hepatic venous system", "vessel_hepatic_vein"});
+    expect_kind(VesselKind::artery, {"artery", "Hepatic artery"});
+    expect_kind(VesselKind::beside,
+                {"inferior_vena_cava", "venacava", "aorta", "IVC", "splenic artery", "lung_vessels"});
+    expect_kind(VesselKind::any, {"liver_vessels", "Vessel", "venoussystem", "Bile duct"});
+    EXPECT_EQ(kind_of_vessel("tubes", {.type = "32764006", .meaning = "Portal vein"}), VesselKind::portal);
+    EXPECT_EQ(kind_of_vessel("portal", {.type = "59820001", .meaning = "Blood vessel"}), VesselKind::portal);
 }
 
 TEST(SegmentNames, OfVesselsAndDuctsAreTheirOwn) {
@@ -266,6 +292,9 @@ TEST(SegmentNames, CodesDecideBeforeWords) {
     EXPECT_EQ(role_of_segment("Segment_1", {.type = "108369006", .meaning = "Neoplasm"}), lesion);
     EXPECT_EQ(role_of_segment("green", {.type = "M-8FFFF", .meaning = ""}), lesion);
     EXPECT_EQ(role_of_segment("green", {.type = "M-81703", .meaning = ""}), lesion) << "hepatocellular carcinoma";
+    EXPECT_EQ(role_of_segment("green", {.type = "367643001", .meaning = "Cyst"}), cyst);
+    EXPECT_EQ(role_of_segment("green", {.type = "M-3340A", .meaning = "Cyst", .region = "Kidney"}), other);
+    EXPECT_EQ(role_of_segment("green", {.type = "28231008", .meaning = ""}), gallbladder);
     EXPECT_EQ(role_of_segment("Foie 2", {.type = "T-62000", .meaning = "Liver"}), liver);
     EXPECT_EQ(role_of_segment("Liver", {.type = "8993003", .meaning = "Hepatic vein"}), vessel);
     EXPECT_EQ(role_of_segment("Segment_2", {.type = "999", .meaning = "Hemangioma"}), lesion) << "by the words";
