@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/mesh/places.hpp"
+#include "core/mesh/plausible_liver.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/toml_input.hpp"
 #include "core/tool/tool_stiffness.hpp"
@@ -215,9 +216,13 @@ Patient patient_of(const std::vector<std::string> &names, const std::vector<doub
 }
 
 std::vector<int> tumour_regions(const core::Body &body) {
+    const auto &names = body.mesh.region_names;
+    const auto is_vessel = [&](std::size_t r) {
+        return r < names.size() && core::role_of_name(names[r]) == core::SegmentRole::vessel;
+    };
     std::vector<int> regions;
     for (std::size_t r = 1; r < body.materials.size(); ++r)
-        if (body.materials[r].young_modulus > body.materials.front().young_modulus)
+        if (body.materials[r].young_modulus > body.materials.front().young_modulus && !is_vessel(r))
             regions.push_back(static_cast<int>(r));
     return regions;
 }

@@ -29,7 +29,8 @@ struct Patient {
 /// @param values  (P) SI
 Patient patient_of(const std::vector<std::string> &names, const std::vector<double> &values);
 
-/// The regions whose Young's modulus is above that of the first one, as they are in the files; ascending.
+/// The regions whose Young's modulus is above that of the first one, as they are in the files, but for those with names
+/// of vessels; ascending.
 std::vector<int> tumour_regions(const core::Body &body);
 
 /// The facets that hold: all components are prescribed to be zero. Ascending.

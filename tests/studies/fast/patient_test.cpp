@@ -134,6 +134,13 @@ TEST(HeldShare, IsThatPartOfTheArea) {
     }
 }
 
+TEST(TumourRegions, AreTheStiffOnesButForVessels) {
+    auto body = *pressed_block().body;
+    EXPECT_EQ(tumour_regions(body), std::vector{1});
+    body.mesh.region_names[1] = "vessel_portal";
+    EXPECT_TRUE(tumour_regions(body).empty());
+}
+
 TEST(MovedTool, IsWhereItWasWithoutAnOffsetAndKeepsItsForce) {
     const auto nominal = pressed_block();
     const auto &mesh = nominal.body->mesh;
