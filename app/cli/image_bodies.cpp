@@ -246,6 +246,8 @@ BodySources sources_of(const SegmentCommand &command) {
     sources.options = is_image ? fmt::format("labels, liver {}, tumours {}", fmt::join(command.liver, ","),
                                              fmt::join(command.tumours, ","))
                                : fmt::format("surfaces, unit {}", command.unit.value_or("guessed"));
+    if (!command.roles.empty())
+        sources.options += fmt::format(", roles {}", fmt::join(command.roles, ","));
     sources.options += fmt::format(", tetrahedra {}", command.tetrahedra);
     support::FnvHash hash;
     for (const auto &source : is_image ? std::vector{command.labels} : command.surfaces) {
@@ -399,6 +401,8 @@ int make_body_of_labels(const SegmentCommand &command) {
         words.insert(words.end(), {"--liver", list_of(command.liver)});
     if (!command.tumours.empty())
         words.insert(words.end(), {"--tumours", list_of(command.tumours)});
+    for (const auto &role : command.roles)
+        words.push_back("--role=" + role);
     return make_body(command, std::move(words));
 }
 
@@ -461,6 +465,10 @@ int make_phantom(const PhantomCommand &command) {
         if (constexpr double most = 100.0; !(std::abs(angle) <= most))
             throw support::InputError(
                 fmt::format("--turn is {} rad; give three angles, which turn about x, y and z together", angle));
+    if (command.vessels && support::file_ending(command.output) != ".nrrd")
+        throw support::InputError("{}: this format keeps no names of segments, which --vessels gives; end the name in "
+                                  ".nrrd",
+                                  command.output);
     std::vector<std::string> words{"phantom", "--output", command.output};
     for (const auto &[option, numbers] :
          {std::pair("--spacing", &command.spacing), std::pair("--turn", &command.turn)}) {
@@ -470,6 +478,8 @@ int make_phantom(const PhantomCommand &command) {
     }
     if (command.touching)
         words.emplace_back("--touching");
+    if (command.vessels)
+        words.emplace_back("--vessels");
     for (const auto &[option, file] :
          {std::pair("--scan", &command.scan), std::pair("--stiffness", &command.stiffness)})
         if (!file->empty()) {

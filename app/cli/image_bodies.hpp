@@ -18,6 +18,7 @@ inline constexpr int default_tetrahedra = 16000;
 struct SegmentCommand {
     std::string labels{};                ///< file, or folder of a DICOM series
     std::vector<int> liver{}, tumours{}; ///< labels
+    std::vector<std::string> roles{};    ///< NAME=ROLE, of single labels
     std::vector<std::string> surfaces{}; ///< files, the liver first
     std::optional<std::string> unit{};   ///< of the surfaces
     int tetrahedra = default_tetrahedra;
@@ -56,7 +57,7 @@ std::string figures_of_surface(const std::string &file);
 struct PhantomCommand {
     std::vector<double> spacing{0.8e-3, 0.8e-3, 3e-3}; ///< [m]
     std::vector<double> turn{0.0, 0.0, 0.0};           ///< rotation vector [rad]
-    bool touching = false;
+    bool touching = false, vessels = false;
     std::string output;    ///< label image
     std::string scan;      ///< scan beside it, if there is to be one
     std::string stiffness; ///< the same of a map of its shear modulus

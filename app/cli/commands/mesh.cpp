@@ -186,6 +186,8 @@ int make_of_segmentation(SegmentationOptions options) {
                                   "the subcommands liver, box, cut, stiffness and check; see `livermark mesh --help`");
     if (options.output.empty())
         throw support::InputError("no file to write is given; name it with -o");
+    if (!options.body.roles.empty() && options.body.labels.empty())
+        throw support::InputError("--role is for segments of a label image; give one with --labels");
     options.body.output = options.phantom.output = options.output;
     if (options.is_phantom)
         return make_phantom(options.phantom);
@@ -215,6 +217,13 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
                     "Labels of lesions; by default those that are named so, or all others")
         ->delimiter(',')
         ->check(CLI::Range(1, 65535));
+    command
+        .add_option("--role", options->body.roles,
+                    "Role of a segment, as NAME=ROLE, where its name says none or another; repeat it for more. NAME is "
+                    "its name or label, ROLE is liver, tumour, vessel, vessel_hepatic, vessel_portal, vessel_artery, "
+                    "cyst, gallbladder or ignore")
+        ->expected(1)
+        ->take_all();
     command.add_option(
         "--surfaces", options->body.surfaces,
         "Closed surfaces (STL, OBJ, PLY, OFF, VTK, VTP, or the boundary of a mesh): the liver, then each "
@@ -236,6 +245,8 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
         ->capture_default_str();
     command.add_flag("--touching", options->phantom.touching,
                      "A lesion of the phantom touches the capsule, and another one its neighbour");
+    command.add_flag("--vessels", options->phantom.vessels,
+                     "The phantom has trunks of hepatic and portal veins, and names of its labels (.nrrd)");
     command.add_option("--scan", options->phantom.scan, "File for a scan of the phantom, beside its labels");
     command.add_option("--stiffness", options->phantom.stiffness,
                        "File for a map of the phantom's shear modulus [Pa], beside its labels");

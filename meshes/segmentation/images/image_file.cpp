@@ -350,7 +350,26 @@ namespace {
 
 constexpr double metres_per_unit_of_itk = 1e-3;
 
-template <class Pixel> void write_image(const fs::path &file, const ImageGrid &grid, const std::vector<Pixel> &pixels) {
+/// Names of labels as 3D Slicer writes them, for read_segments().
+itk::MetaDataDictionary dictionary_of(const std::map<int, std::string> &names) {
+    itk::MetaDataDictionary dictionary;
+    int segment = 0;
+    for (const auto &[label, name] : names) {
+        const auto put = [&](const char *key, const std::string &value) {
+            itk::EncapsulateMetaData<std::string>(dictionary, fmt::format("Segment{}_{}", segment, key), value);
+        };
+        put("ID", fmt::format("Segment_{}", label));
+        put("Name", name);
+        put("LabelValue", std::to_string(label));
+        put("Layer", "0");
+        ++segment;
+    }
+    return dictionary;
+}
+
+template <class Pixel>
+void write_image(const fs::path &file, const ImageGrid &grid, const std::vector<Pixel> &pixels,
+                 const std::map<int, std::string> &names = {}) {
     support::check_place(file);
     const auto name = file.filename().string();
     itk::ImageIOBase::Pointer io;
@@ -363,6 +382,8 @@ template <class Pixel> void write_image(const fs::path &file, const ImageGrid &g
     else
         throw InputError("{}: no such format can be written; end the name in .nii.gz, .nii, .nrrd or .mha",
                          file.string());
+    if (!names.empty() && !name.ends_with(".nrrd"))
+        throw InputError("{}: this format keeps no names of segments; end the name in .nrrd", file.string());
     using Image = itk::Image<Pixel, 3>;
     auto image = Image::New();
     typename Image::SizeType size;
@@ -382,6 +403,7 @@ template <class Pixel> void write_image(const fs::path &file, const ImageGrid &g
     image->SetDirection(direction);
     image->Allocate();
     std::ranges::copy(pixels, image->GetBufferPointer());
+    image->SetMetaDataDictionary(dictionary_of(names));
     // ITK goes by the end of the name, so the temporary one differs at its start.
     const auto temporary = file.parent_path() / fmt::format(".partial-{}-{}", getpid(), name);
     auto writer = itk::ImageFileWriter<Image>::New();
@@ -405,7 +427,7 @@ template <class Pixel> void write_image(const fs::path &file, const ImageGrid &g
 } // namespace
 
 void write_label_image(const fs::path &file, const LabelImage &image) {
-    write_image(file, image.grid, image.label);
+    write_image(file, image.grid, image.label, image.label_names);
 }
 
 void write_scan(const fs::path &file, const Scan &scan) {

@@ -1,20 +1,19 @@
 #include "meshes/segmentation/images/segmentation.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <functional>
+#include <iterator>
 #include <itkBinaryFillholeImageFilter.h>
 #include <itkConnectedComponentImageFilter.h>
 #include <itkImage.h>
 #include <map>
 #include <numbers>
-#include <random>
-#include <span>
 
 #include "core/support/input_error.hpp"
-#include "meshes/generators/liver_shape.hpp"
+#include "meshes/segmentation/images/label_roles.hpp"
+#include "meshes/segmentation/images/voxel_shapes.hpp"
 
 namespace livermark::segmentation {
 
@@ -33,139 +32,14 @@ core::Vector3 to_world(const ImageGrid &grid, const core::Vector3 &place) {
 
 namespace {
 
-using core::Vector3;
-
-constexpr double margin = 0.01; // of air around the liver [m]
-constexpr double liver_value = 110.0, lesion_value = 70.0, fat_value = -90.0, noise = 12.0; // [HU]
-
-Eigen::Matrix3d rotation(const Vector3 &turn) {
-    const double angle = turn.norm();
-    return angle == 0.0 ? Eigen::Matrix3d::Identity().eval()
-                        : Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
-}
-
-/// The smallest grid of these axes that holds the liver.
-ImageGrid grid_around_liver(const PhantomOptions &options) {
-    ImageGrid grid{.spacing = options.spacing, .direction = rotation(options.turn)};
-    const auto [low, high] = meshes::liver_bounding_box();
-    const Eigen::AlignedBox3d liver(low, high);
-    Eigen::AlignedBox3d along; // the axes of the grid
-    for (int corner = 0; corner < 8; ++corner) {
-        const Vector3 point = liver.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
-        along.extend(Vector3(grid.direction.transpose() * point));
-    }
-    const Vector3 first = along.min().array() - margin;
-    const Vector3 last = along.max().array() + margin;
-    grid.origin = grid.direction * first;
-    for (int d = 0; d < 3; ++d)
-        grid.size[static_cast<std::size_t>(d)] =
-            1 + static_cast<int>(std::ceil((last[d] - first[d]) / grid.spacing[d]));
-    return grid;
-}
-
-std::vector<meshes::Lesion> lesions(bool touching) {
-    auto all = meshes::liver_lesions();
-    if (touching) {
-        auto &outer = all[1];
-        while (meshes::liver_level(outer.center) < -0.5 * outer.semi_axes.minCoeff())
-            outer.center += 1e-3 * meshes::liver_gradient(outer.center).normalized();
-        auto &neighbour = all[4];
-        const Vector3 apart = neighbour.center - all[0].center;
-        neighbour.center =
-            all[0].center + (all[0].semi_axes.mean() + 0.8 * neighbour.semi_axes.mean()) * apart.normalized();
-    }
-    return all;
-}
-
-bool holds(const meshes::Lesion &lesion, const Vector3 &point) {
-    Vector3 scaled;
-    for (int d = 0; d < 3; ++d)
-        scaled[d] = lesion.axes[static_cast<std::size_t>(d)].dot(point - lesion.center) / lesion.semi_axes[d];
-    return scaled.squaredNorm() < 1.0;
-}
-
-/// @return label at a place in the world
-int label_at(const Vector3 &point, const std::vector<meshes::Lesion> &all) {
-    if (meshes::liver_level(point) >= 0.0)
-        return 0;
-    for (std::size_t l = 0; l < all.size(); ++l)
-        if (holds(all[l], point))
-            return phantom_first_tumour_label + static_cast<int>(l);
-    return phantom_liver_label;
-}
-
-/// Calls visit(voxel, its centre in the world) in the order of the data.
-template <class Visit> void for_each_voxel(const ImageGrid &grid, const Visit &visit) {
-    std::size_t voxel = 0;
-    for (int k = 0; k < grid.size[2]; ++k)
-        for (int j = 0; j < grid.size[1]; ++j)
-            for (int i = 0; i < grid.size[0]; ++i)
-                visit(voxel++, to_world(grid, Vector3(i, j, k).cwiseProduct(grid.spacing)));
-}
-
-} // namespace
-
-LabelImage phantom_labels(const PhantomOptions &options) {
-    const auto all = lesions(options.touching);
-    LabelImage image{.name = "phantom", .grid = grid_around_liver(options), .label = {}};
-    image.label.resize(num_voxels(image.grid));
-    for_each_voxel(image.grid, [&](std::size_t voxel, const Vector3 &centre) {
-        image.label[voxel] = static_cast<std::uint16_t>(label_at(centre, all));
-    });
-    return image;
-}
-
-Scan phantom_scan(const PhantomOptions &options) {
-    const auto all = lesions(options.touching);
-    Scan scan{.grid = grid_around_liver(options), .grey_value = {}};
-    scan.grey_value.resize(num_voxels(scan.grid));
-    std::mt19937 random(1);
-    for_each_voxel(scan.grid, [&](std::size_t voxel, const Vector3 &centre) {
-        double value = 0.0;
-        for (int part = 0; part < 8; ++part) { // a voxel shows the mean of what is in it
-            const Vector3 place((part & 1) - 0.5, (part >> 1 & 1) - 0.5, (part >> 2) - 0.5);
-            const int label =
-                label_at(centre + scan.grid.direction * (0.5 * place.cwiseProduct(scan.grid.spacing)), all);
-            value += (label == 0 ? fat_value : label == phantom_liver_label ? liver_value : lesion_value) / 8.0;
-        }
-        // Twelve uniform numbers add up to a normal one of variance 1, the same with every standard library.
-        double normal = -6.0;
-        for (int part = 0; part < 12; ++part)
-            normal += static_cast<double>(random()) / 4294967296.0;
-        scan.grey_value[voxel] = static_cast<std::int16_t>(std::lround(value + noise * normal));
-    });
-    return scan;
-}
-
-Scan phantom_stiffness(const PhantomOptions &options) {
-    constexpr double young_over_shear = 2.9; // at Poisson's ratio 0.45
-    struct Wave {
-        Vector3 along;
-        double length, phase; ///< [m], [rad]
-    };
-    const std::array<Wave, 3> waves{
-        {{{1.0, 0.3, 0.2}, 0.095, 0.3}, {{-0.2, 1.0, 0.4}, 0.075, 1.9}, {{0.3, -0.4, 1.0}, 0.060, 4.1}}};
-    const auto all = lesions(options.touching);
-    Scan scan{.grid = grid_around_liver(options), .grey_value = {}};
-    scan.grey_value.resize(num_voxels(scan.grid));
-    for_each_voxel(scan.grid, [&](std::size_t voxel, const Vector3 &centre) {
-        const int label = label_at(centre, all);
-        double exponent = 0.0;
-        for (const auto &[along, length, phase] : waves)
-            exponent += 0.2 * std::cos(2.0 * std::numbers::pi / length * along.normalized().dot(centre) + phase);
-        const double young_modulus = label == 0 ? 0.0 : label == phantom_liver_label ? 5e3 * std::exp(exponent) : 50e3;
-        scan.grey_value[voxel] = static_cast<std::int16_t>(std::lround(young_modulus / young_over_shear));
-    });
-    return scan;
-}
-
-namespace {
-
+using core::SegmentRole;
 using Mask = itk::Image<std::uint8_t, 3>;
 using Pieces = itk::Image<std::uint32_t, 3>;
 
-constexpr int max_labels_to_guess = 10;
-constexpr std::size_t max_lesions = 254;
+constexpr std::size_t max_regions = 255;
+/// Clefts and tunnels of the liver that a ball of this radius cannot enter are filled where they are vessel [m]: the
+/// trunks are up to 20 mm across.
+constexpr double vessel_reach = 0.012;
 
 Mask::Pointer mask_where(const ImageGrid &grid, const std::function<bool(std::size_t)> &is_inside) {
     auto mask = Mask::New();
@@ -198,117 +72,55 @@ ConnectedPieces connected_pieces(const Mask::Pointer &mask) {
     return pieces;
 }
 
-/// Labels that voxels have, but for the background, in ascending order.
-std::vector<int> labels_of(const LabelImage &image) {
-    std::vector<bool> is_there(65536, false);
-    for (const auto label : image.label)
-        is_there[label] = true;
-    std::vector<int> labels;
-    for (int label = 1; label < 65536; ++label)
-        if (is_there[static_cast<std::size_t>(label)])
-            labels.push_back(label);
-    return labels;
-}
-
-/// Label and name: 3 'Hepatic vein'.
-std::string shown_label(const LabelImage &image, int label) {
-    const auto name = image.label_names.find(label);
-    return name == image.label_names.end() ? fmt::format("{}", label)
-                                           : fmt::format("{} '{}'", label, support::shown(name->second));
-}
-
-std::string shown_labels(const LabelImage &image, const std::vector<int> &labels) {
-    constexpr std::size_t most_named = 10;
-    std::vector<std::string> shown;
-    for (const int label : std::span(labels).first(std::min(labels.size(), most_named)))
-        shown.push_back(shown_label(image, label));
-    if (labels.size() > most_named)
-        shown.push_back(fmt::format("{} more", labels.size() - most_named));
-    return fmt::format("{}", fmt::join(shown, ", "));
-}
-
-/// A sentence for each label whose code decides against its name.
-void tell_of_codes(const LabelImage &image, std::vector<std::string> &remarks) {
-    using core::SegmentRole;
-    for (const auto &[label, code] : image.label_codes) {
-        const auto name = image.label_names.find(label);
-        if (name == image.label_names.end())
-            continue;
-        const auto by_name = core::role_of_name(name->second), by_code = core::role_of_segment(name->second, code);
-        if (by_name != by_code && by_name != SegmentRole::unnamed && by_name != SegmentRole::other)
-            remarks.push_back(fmt::format("label {} is '{}' by its code, {}, and so it counts; --liver and --tumours "
-                                          "choose otherwise",
-                                          shown_label(image, label), support::shown(code.meaning),
-                                          support::shown(code.type)));
-    }
-}
-
-/// The lowest label that no tumour has.
-int guessed_liver(const LabelImage &image, const std::vector<int> &there, const std::vector<int> &tumours) {
-    if (static_cast<int>(there.size()) > max_labels_to_guess)
-        throw support::InputError(
-            "{}: it has {} labels, more than a liver and its lesions; name them with --liver and --tumours", image.name,
-            there.size());
-    const auto first =
-        std::ranges::find_if(there, [&](int label) { return std::ranges::find(tumours, label) == tumours.end(); });
-    if (first == there.end())
-        throw support::InputError("{}: every label is a tumour's; name the liver's with --liver", image.name);
-    return *first;
-}
-
-/// Chooses by codes and names, or by numbers where the file has no names.
-LabelChoice chosen_by_file(const LabelImage &image, const std::vector<int> &there, const std::vector<int> &tumours,
-                           std::vector<std::string> &remarks) {
-    auto roles = labels_by_role(image);
-    LabelChoice choice{roles[core::SegmentRole::liver], tumours.empty() ? roles[core::SegmentRole::lesion] : tumours};
-    std::erase_if(choice.liver, [&](int label) { return std::ranges::find(tumours, label) != tumours.end(); });
-    if (!choice.liver.empty()) {
-        remarks.push_back(fmt::format("by the names of the segments label {} is the liver{}{}",
-                                      fmt::join(choice.liver, ", "), choice.tumours.empty() ? "" : " and lesions are ",
-                                      fmt::join(choice.tumours, ", ")));
-        tell_of_codes(image, remarks);
-        return choice;
-    }
-    if (roles[core::SegmentRole::unnamed].size() < there.size())
-        throw support::InputError("{}: none of its segments is a liver by its name: {}; if one is, give its label to "
-                                  "`livermark mesh --labels` with --liver",
-                                  image.name, shown_labels(image, there));
-    choice.liver = {guessed_liver(image, there, tumours)};
-    if (tumours.empty())
-        std::ranges::copy_if(there, std::back_inserter(choice.tumours), [&](int l) { return l != choice.liver[0]; });
-    if (there.size() > 1)
-        remarks.push_back(
-            fmt::format("the file does not name its labels, so {}, the lowest, is taken for the liver and "
-                        "{} for lesions; vessels and other organs among them have to be left out with "
-                        "--liver and --tumours",
-                        choice.liver[0], fmt::join(choice.tumours, ", ")));
-    return choice;
-}
-
-/// Every label that is meant, from what was said and what is there.
-LabelChoice completed(const LabelChoice &choice, const LabelImage &image, std::vector<std::string> &remarks) {
-    const auto there = labels_of(image);
-    if (there.empty())
-        throw support::InputError("{}: every voxel is background, so there is no liver in it", image.name);
-    for (const auto *labels : {&choice.liver, &choice.tumours})
-        for (const int label : *labels)
-            if (std::ranges::find(there, label) == there.end())
-                throw support::InputError("{}: no voxel has the label {}; it has {}", image.name, label,
-                                          fmt::join(there, ", "));
-    for (const int label : choice.tumours)
-        if (std::ranges::find(choice.liver, label) != choice.liver.end())
-            throw support::InputError("label {} cannot be both liver and tumour; name it once", label);
-    return choice.liver.empty() ? chosen_by_file(image, there, choice.tumours, remarks) : choice;
-}
-
 std::string millilitres(std::size_t voxels, const ImageGrid &grid) {
     return fmt::format("{:.3g} mL", 1e6 * voxel_volume(grid) * static_cast<double>(voxels));
 }
 
+/// Whether each label is one of these.
+std::vector<bool> label_table(const std::vector<int> &labels) {
+    std::vector<bool> is_one(65536, false);
+    for (const int label : labels)
+        is_one[static_cast<std::size_t>(label)] = true;
+    return is_one;
+}
+
+VoxelSet voxels_with(const LabelImage &image, const std::vector<int> &labels) {
+    const auto is_one = label_table(labels);
+    VoxelSet set(image.label.size());
+    for (std::size_t v = 0; v < set.size(); ++v)
+        set[v] = is_one[image.label[v]] ? 1 : 0;
+    return set;
+}
+
+/// Labels of vessels that may be regions.
+std::vector<int> labels_of_vessels(const LabelParts &parts) {
+    std::vector<int> labels;
+    for (const auto &[label, part] : parts)
+        if (part.role == SegmentRole::vessel && !part.region.empty())
+            labels.push_back(label);
+    return labels;
+}
+
+/// Liver and lesions, and the vessels between them.
+VoxelSet body_voxels(const LabelImage &image, const LabelParts &parts) {
+    auto labels = labels_with(parts, SegmentRole::liver);
+    for (const auto role : {SegmentRole::lesion, SegmentRole::cyst})
+        std::ranges::copy(labels_with(parts, role), std::back_inserter(labels));
+    auto body = voxels_with(image, labels);
+    if (const auto vessels = labels_of_vessels(parts); !vessels.empty()) {
+        const auto is_vessel = label_table(vessels);
+        const auto closed = closed_by_ball(image.grid, body, vessel_reach);
+        for (std::size_t v = 0; v < body.size(); ++v)
+            if (closed[v] != 0 && is_vessel[image.label[v]])
+                body[v] = 1;
+    }
+    return body;
+}
+
 /// The largest piece of the body without its cavities.
-Mask::Pointer solid_body(const LabelImage &image, const std::vector<bool> &is_body, std::vector<std::string> &remarks) {
+Mask::Pointer solid_body(const LabelImage &image, const VoxelSet &voxels, std::vector<std::string> &remarks) {
     const auto &grid = image.grid;
-    const auto pieces = connected_pieces(mask_where(grid, [&](auto v) { return is_body[image.label[v]]; }));
+    const auto pieces = connected_pieces(mask_where(grid, [&](auto v) { return voxels[v] != 0; }));
     const auto largest = std::ranges::max_element(pieces.size) - pieces.size.begin();
     std::size_t voxels_apart = 0;
     for (const auto size : pieces.size)
@@ -331,36 +143,38 @@ Mask::Pointer solid_body(const LabelImage &image, const std::vector<bool> &is_bo
     return body;
 }
 
+/// Voxels of some labels in the body and outside of it.
+struct VoxelCounts {
+    std::size_t inside = 0, outside = 0;
+};
+
+VoxelCounts counts_of(const LabelImage &image, const std::vector<int> &labels, const Mask::Pointer &body) {
+    const auto is_meant = label_table(labels);
+    VoxelCounts counts;
+    for (std::size_t v = 0; v < image.label.size(); ++v)
+        if (is_meant[image.label[v]])
+            ++(body->GetBufferPointer()[v] == 1 ? counts.inside : counts.outside);
+    return counts;
+}
+
 /// Adds remarks on the labels that are no part of the body.
-void tell_left_out(const LabelImage &image, const LabelChoice &choice, const Mask::Pointer &body,
+void tell_left_out(const LabelImage &image, const LabelParts &parts, const Mask::Pointer &body,
                    std::vector<std::string> &remarks) {
-    const auto roles = labels_by_role(image);
-    std::vector<int> vessels, others;
-    for (const int label : labels_of(image)) {
-        const auto is_in = [&](const std::vector<int> &labels) {
-            return std::ranges::find(labels, label) != labels.end();
-        };
-        const auto vessel = roles.find(core::SegmentRole::vessel);
-        if (!is_in(choice.liver) && !is_in(choice.tumours))
-            (vessel != roles.end() && is_in(vessel->second) ? vessels : others).push_back(label);
-    }
+    std::vector<int> vessels;
+    for (const auto &[label, part] : parts)
+        if (part.role == SegmentRole::vessel && part.region.empty())
+            vessels.push_back(label);
     const auto tell = [&](const std::vector<int> &labels, const std::string &what) {
-        std::vector<bool> is_meant(65536, false);
-        for (const int label : labels)
-            is_meant[static_cast<std::size_t>(label)] = true;
-        std::size_t inside = 0, outside = 0;
-        for (std::size_t v = 0; v < image.label.size(); ++v)
-            if (is_meant[image.label[v]])
-                ++(body->GetBufferPointer()[v] == 1 ? inside : outside);
+        if (labels.empty())
+            return;
+        const auto counts = counts_of(image, labels, body);
         remarks.push_back(fmt::format("{} are left out: {}; {} of them that the liver encloses become parenchyma, {} "
                                       "are holes in it or lie outside",
-                                      what, shown_labels(image, labels), millilitres(inside, image.grid),
-                                      millilitres(outside, image.grid)));
+                                      what, shown_labels(image, labels), millilitres(counts.inside, image.grid),
+                                      millilitres(counts.outside, image.grid)));
     };
-    if (!vessels.empty())
-        tell(vessels, "vessels and ducts have no region of their own and");
-    if (!others.empty())
-        tell(others, "labels that are neither the liver's nor a lesion's");
+    tell(vessels, "vessels and ducts that have no region of their own");
+    tell(labels_with(parts, SegmentRole::other), "labels that are neither the liver's nor a lesion's");
 }
 
 struct Lesion {
@@ -384,35 +198,125 @@ std::vector<Lesion> lesions_of(const LabelImage &image, const std::vector<int> &
     return lesions;
 }
 
-} // namespace
+/// The body as it grows, region by region.
+struct GrowingBody {
+    const LabelImage &image;
+    const LabelParts &parts;
+    Mask::Pointer body;
+    double tetrahedron; ///< [m^3]
+    Segmentation &result;
 
-std::map<core::SegmentRole, std::vector<int>> labels_by_role(const LabelImage &image) {
-    std::map<core::SegmentRole, std::vector<int>> roles;
-    for (const int label : labels_of(image)) {
-        const auto name = image.label_names.find(label);
-        const auto code = image.label_codes.find(label);
-        roles[core::role_of_segment(name == image.label_names.end() ? "" : name->second,
-                                    code == image.label_codes.end() ? core::SegmentCode{} : code->second)]
-            .push_back(label);
+    bool is_inside(std::size_t voxel) const { return body->GetBufferPointer()[voxel] == 1; }
+    bool is_too_small(std::size_t voxels) const {
+        return static_cast<double>(voxels) * voxel_volume(image.grid) < tetrahedron;
     }
-    return roles;
+    void say(std::string remark) const { result.remarks.push_back(std::move(remark)); }
+
+    std::uint8_t add_region(std::string name) const {
+        result.region_names.push_back(std::move(name));
+        if (result.region_names.size() > max_regions)
+            throw support::InputError("{}: there are more than {} lesions and vessels; name fewer labels with "
+                                      "--tumours, or leave some out with --role",
+                                      image.name, max_regions - 1);
+        return static_cast<std::uint8_t>(result.region_names.size());
+    }
+};
+
+/// @param kind  of the lesions, as their regions are called
+void add_lesions(const GrowingBody &growing, SegmentRole role, const std::string &kind, const std::string &kinds) {
+    const auto &grid = growing.image.grid;
+    std::size_t num_small = 0, small_voxels = 0, number = 0;
+    for (const auto &lesion : lesions_of(growing.image, labels_with(growing.parts, role), growing.body)) {
+        if (growing.is_too_small(lesion.voxels.size())) {
+            ++num_small;
+            small_voxels += lesion.voxels.size();
+            continue;
+        }
+        const auto name = fmt::format("{}_{}", kind, ++number);
+        const auto region = growing.add_region(name);
+        growing.say(fmt::format("{}: {} of label {}", name, millilitres(lesion.voxels.size(), grid), lesion.label));
+        for (const auto voxel : lesion.voxels)
+            growing.result.region[voxel] = region;
+    }
+    if (num_small > 0)
+        growing.say(fmt::format("{} {} below {:.2g} mL, {} in all, become parenchyma; more tetrahedra would resolve "
+                                "smaller ones",
+                                num_small, kinds, 1e6 * growing.tetrahedron, millilitres(small_voxels, grid)));
 }
 
-double labelled_volume(const LabelImage &image, const LabelChoice &choice) {
-    std::vector<int> liver = choice.liver, lesions = choice.tumours;
-    if (auto roles = labels_by_role(image); liver.empty() && !roles[core::SegmentRole::liver].empty()) {
-        liver = roles[core::SegmentRole::liver];
-        if (lesions.empty())
-            lesions = roles[core::SegmentRole::lesion];
-    } else if (liver.empty()) {
-        liver = labels_of(image);
+/// Adds the parts of vessels that tetrahedra resolve; a sentence for each label says what became of it.
+void add_vessels(const GrowingBody &growing) {
+    const auto &image = growing.image;
+    std::map<std::string, std::vector<int>> labels_of_region;
+    for (const auto &[label, part] : growing.parts)
+        if (part.role == SegmentRole::vessel && !part.region.empty())
+            labels_of_region[part.region].push_back(label);
+    const double thinnest = edges_across_vessel * std::cbrt(6.0 * std::numbers::sqrt2 * growing.tetrahedron);
+    for (const auto &[name, labels] : labels_of_region) {
+        auto set = voxels_with(image, labels);
+        for (std::size_t v = 0; v < set.size(); ++v)
+            if (!growing.is_inside(v))
+                set[v] = 0;
+        const auto thick = opened_by_ball(image.grid, set, 0.5 * thinnest);
+        if (std::ranges::find(thick, 1) != thick.end()) {
+            const auto region = growing.add_region(name);
+            for (std::size_t v = 0; v < thick.size(); ++v)
+                if (thick[v] != 0)
+                    growing.result.region[v] = region;
+        }
+        for (const int label : labels) {
+            const auto counts = counts_of(image, {label}, growing.body);
+            std::size_t num_thick = 0;
+            for (std::size_t v = 0; v < thick.size(); ++v)
+                num_thick += thick[v] != 0 && image.label[v] == label ? 1 : 0;
+            const auto shown = shown_label(image, label);
+            if (num_thick > 0)
+                growing.say(fmt::format("{}: {} of label {}", name, millilitres(num_thick, image.grid), shown));
+            if (counts.inside > num_thick)
+                growing.say(fmt::format("{} of {} of label {} in the liver are thinner than {:.3g} mm, {} edges of a "
+                                        "tetrahedron, and become parenchyma; more tetrahedra keep more",
+                                        millilitres(counts.inside - num_thick, image.grid),
+                                        millilitres(counts.inside, image.grid), shown, 1e3 * thinnest,
+                                        edges_across_vessel));
+            if (counts.outside > 0)
+                growing.say(fmt::format("{} of label {} reach out of the liver and are left out",
+                                        millilitres(counts.outside, image.grid), shown));
+        }
     }
-    std::vector<bool> counts(65536, false);
-    for (const auto *labels : {&liver, &lesions})
-        for (const int label : *labels)
-            if (label > 0 && label < 65536)
-                counts[static_cast<std::size_t>(label)] = true;
-    const auto voxels = std::ranges::count_if(image.label, [&](std::uint16_t label) -> bool { return counts[label]; });
+}
+
+/// Adds what the liver encloses of a gallbladder; one beside it is no part of the body.
+void add_gallbladder(const GrowingBody &growing) {
+    const auto &image = growing.image;
+    const auto labels = labels_with(growing.parts, SegmentRole::gallbladder);
+    if (labels.empty())
+        return;
+    const auto counts = counts_of(image, labels, growing.body);
+    const bool is_region = counts.inside > 0 && !growing.is_too_small(counts.inside);
+    growing.say(
+        fmt::format("the gallbladder, label {}: {} that the liver encloses {}, {} beside the liver are left out",
+                    shown_labels(image, labels), millilitres(counts.inside, image.grid),
+                    is_region ? "are a region" : "become parenchyma", millilitres(counts.outside, image.grid)));
+    if (!is_region)
+        return;
+    const auto region = growing.add_region("gallbladder");
+    const auto is_one = label_table(labels);
+    for (std::size_t v = 0; v < image.label.size(); ++v)
+        if (is_one[image.label[v]] && growing.is_inside(v))
+            growing.result.region[v] = region;
+}
+
+} // namespace
+
+double labelled_volume(const LabelImage &image, const LabelChoice &choice) {
+    std::vector<std::string> remarks; // choose_labels() says them
+    const auto parts = parts_of_labels(image, choice, remarks);
+    const auto voxels = std::ranges::count_if(image.label, [&](std::uint16_t label) {
+        const auto part = parts.find(label);
+        return part != parts.end() &&
+               (part->second.role == SegmentRole::liver || part->second.role == SegmentRole::lesion ||
+                part->second.role == SegmentRole::cyst);
+    });
     return static_cast<double>(voxels) * voxel_volume(image.grid);
 }
 
@@ -424,38 +328,17 @@ std::vector<double> region_volumes(const Segmentation &segmentation) {
     return volumes;
 }
 
-Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, double smallest_lesion) {
+Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, double tetrahedron) {
     Segmentation result{.grid = image.grid, .region = {}, .region_names = {"parenchyma"}, .remarks = image.remarks};
-    const auto labels = completed(choice, image, result.remarks);
-    std::vector<bool> is_body(65536, false);
-    for (const auto *kind : {&labels.liver, &labels.tumours})
-        for (const int label : *kind)
-            is_body[static_cast<std::size_t>(label)] = true;
-    const auto body = solid_body(image, is_body, result.remarks);
-    tell_left_out(image, labels, body, result.remarks);
+    const auto parts = parts_of_labels(image, choice, result.remarks);
+    const auto body = solid_body(image, body_voxels(image, parts), result.remarks);
+    tell_left_out(image, parts, body, result.remarks);
     result.region.assign(body->GetBufferPointer(), body->GetBufferPointer() + num_voxels(image.grid));
-
-    std::size_t num_small = 0, small_voxels = 0;
-    for (const auto &lesion : lesions_of(image, labels.tumours, body)) {
-        if (static_cast<double>(lesion.voxels.size()) * voxel_volume(image.grid) < smallest_lesion) {
-            ++num_small;
-            small_voxels += lesion.voxels.size();
-            continue;
-        }
-        const auto number = result.region_names.size();
-        if (number > max_lesions)
-            throw support::InputError("{}: there are more than {} lesions; name fewer labels with --tumours",
-                                      image.name, max_lesions);
-        result.region_names.push_back(fmt::format("tumour_{}", number));
-        result.remarks.push_back(fmt::format("tumour_{}: {} of label {}", number,
-                                             millilitres(lesion.voxels.size(), image.grid), lesion.label));
-        for (const auto voxel : lesion.voxels)
-            result.region[voxel] = static_cast<std::uint8_t>(number + 1);
-    }
-    if (num_small > 0)
-        result.remarks.push_back(fmt::format("{} lesions below {:.2g} mL, {} in all, become parenchyma; more "
-                                             "tetrahedra would resolve smaller ones",
-                                             num_small, 1e6 * smallest_lesion, millilitres(small_voxels, image.grid)));
+    const GrowingBody growing{image, parts, body, tetrahedron, result};
+    add_lesions(growing, SegmentRole::lesion, "tumour", "lesions");
+    add_lesions(growing, SegmentRole::cyst, "cyst", "cysts");
+    add_vessels(growing);
+    add_gallbladder(growing);
     if (std::ranges::find(result.region, 1) == result.region.end())
         throw support::InputError("{}: nothing of the liver is left beside its lesions; check --liver and --tumours",
                                   image.name);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/problem.hpp"
 #include "meshes/segmentation/images/segmentation.hpp"
 
 namespace livermark::segmentation {
@@ -35,7 +36,7 @@ struct PatientBody {
 ///   (those marked * are advice, see QualityCriterion)
 ///   smallest quality 6 sqrt(2) V / l_rms^3   at least 0.15 * (down to 0.02)
 ///   shortest edge                            at least 0.25 of the mean *
-///   volume of each region                    within 2 % of that wanted
+///   volume of each region                    within 1 % of that wanted
 ///   every region is there, in as many pieces as in the fields (without those of less than a few tetrahedra)
 ///   one closed surface that is a manifold
 ///   no stairs: 95th percentile of the angle between neighbouring boundary facets at most 40 degrees *
@@ -52,6 +53,27 @@ double edge_for(double volume, int num_tetrahedra);
 
 /// The mesh of a segmentation where the patient lies in the scanner, so that results can be laid over the image.
 PatientBody patient_body(const Segmentation &segmentation, int target_tetrahedra);
+
+/// Distances of a mesh's surface (its nodes, and the middles of its facets) from the surface of the voxels [m]. Half a
+/// voxel is noise: the mesh is smooth, and the voxels have steps.
+struct SurfaceDistance {
+    double median = 0.0, percentile_95 = 0.0, worst = 0.0;
+};
+
+/// @param mesh  in the world
+SurfaceDistance distance_from_voxels(const core::TetraMesh &mesh, const Segmentation &segmentation);
+
+/// A line with all three, as meshes::to_text() makes lines.
+std::string to_text(const SurfaceDistance &distance);
+
+/// Material that a region has until somebody gives it another, and where it comes from.
+struct DefaultMaterial {
+    core::Material material;
+    std::string source;
+};
+
+/// The material of a region by the role that its name has.
+DefaultMaterial default_material(const std::string &region);
 
 /// The body file that goes with it: assumed materials with their sources, and under [image] where the body comes from,
 /// what was left out or filled, and the figures of the mesh.

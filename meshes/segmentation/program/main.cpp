@@ -40,6 +40,7 @@ namespace livermark::segmentation {
 struct BodyCommand {
     std::string labels{};                ///< file, or folder of a DICOM series
     std::vector<int> liver{}, tumours{}; ///< labels
+    std::vector<std::string> roles{};    ///< NAME=ROLE
     std::vector<std::string> surfaces{}; ///< files, the liver first
     std::optional<std::string> unit{};   ///< of the surfaces
     int tetrahedra = 0;
@@ -50,7 +51,7 @@ struct BodyCommand {
 
 struct PhantomCommand {
     std::vector<double> spacing, turn; ///< [m], rotation vector [rad]
-    bool touching = false;
+    bool touching = false, vessels = false;
     std::string output;    ///< label image
     std::string scan;      ///< scan beside it, if there is to be one
     std::string stiffness; ///< the same of a map of its shear modulus
@@ -84,10 +85,28 @@ void print_quality_criteria(const std::vector<QualityCriterion> &quality_criteri
                                          : "MISSED: " + criterion.remedy);
 }
 
+/// Prints the volume of each region of the mesh beside that of its voxels, and its material.
+void print_regions(const PatientBody &body, const Segmentation &voxels) {
+    const auto wanted = region_volumes(voxels);
+    const auto tetrahedra = core::tetrahedron_volumes(body.mesh);
+    std::vector<double> volumes(wanted.size(), 0.0);
+    for (std::size_t t = 0; t < tetrahedra.size(); ++t)
+        volumes[static_cast<std::size_t>(body.mesh.region[t])] += tetrahedra[t];
+    fmt::print("\n{:<15} {:>11} {:>11} {:>8} {:>8}\n", "region", "voxels [mL]", "mesh [mL]", "off [%]", "E [Pa]");
+    for (std::size_t r = 0; r < wanted.size(); ++r)
+        fmt::print("{:<15} {:>11.3f} {:>11.3f} {:>8.2f} {:>8.0f}\n", voxels.region_names[r], 1e6 * wanted[r],
+                   1e6 * volumes[r], 100.0 * (volumes[r] / wanted[r] - 1.0),
+                   default_material(voxels.region_names[r]).material.young_modulus);
+}
+
 std::vector<std::string> doubts_about(const Segmentation &voxels) {
     const auto volumes = region_volumes(voxels);
-    return core::doubts_about_liver(std::accumulate(volumes.begin(), volumes.end(), 0.0),
-                                    std::span(volumes).subspan(1));
+    std::vector<double> lesions;
+    for (std::size_t r = 1; r < volumes.size(); ++r)
+        if (const auto role = core::role_of_name(voxels.region_names[r]);
+            role == core::SegmentRole::lesion || role == core::SegmentRole::cyst)
+            lesions.push_back(volumes[r]);
+    return core::doubts_about_liver(std::accumulate(volumes.begin(), volumes.end(), 0.0), lesions);
 }
 
 int make_body(const BodyCommand &command, const Segmentation &voxels, const std::string &name) {
@@ -103,7 +122,9 @@ int make_body(const BodyCommand &command, const Segmentation &voxels, const std:
         body_toml(body, voxels, name, mesh_file.filename().string(), command.command_line) + command.made_of;
     meshes::write_msh(mesh_file, body.mesh);
     support::write_whole(body_file, toml);
-    fmt::print("{}", meshes::to_text(meshes::mesh_figures(body.mesh)));
+    fmt::print("{}{}", meshes::to_text(meshes::mesh_figures(body.mesh)),
+               to_text(distance_from_voxels(body.mesh, voxels)));
+    print_regions(body, voxels);
     print_quality_criteria(body.quality_criteria);
     fmt::print("\n{} and {} are written; next: livermark run --body {}\n", mesh_file.string(), body_file.string(),
                body_file.string());
@@ -145,10 +166,10 @@ double unit_of(const BodyCommand &command, const meshes::SurfaceMesh &liver, std
 /// @throws support::InputError
 int make_body_of_labels(const BodyCommand &command) {
     const auto image = read_label_image(command.labels);
-    const LabelChoice choice{command.liver, command.tumours};
-    // A lesion below the size of a tetrahedron cannot be resolved by the mesh.
-    const double smallest_lesion = labelled_volume(image, choice) / command.tetrahedra;
-    auto voxels = choose_labels(image, choice, smallest_lesion);
+    LabelChoice choice{command.liver, command.tumours};
+    for (const auto &role : command.roles)
+        choice.roles.push_back(chosen_role(role));
+    auto voxels = choose_labels(image, choice, labelled_volume(image, choice) / command.tetrahedra);
     voxels.is_lps_by_header = image_says_axes(command.labels);
     return make_body(command, voxels, image.name);
 }
@@ -194,7 +215,7 @@ std::string figures_of_labels(const std::string &file) {
     double volume = 0.0;
     for (const auto &[role, labels] : roles)
         for (const int label : labels)
-            if (!has_liver || role == SegmentRole::liver || role == SegmentRole::lesion)
+            if (!has_liver || role == SegmentRole::liver || role == SegmentRole::lesion || role == SegmentRole::cyst)
                 volume += static_cast<double>(num_voxels[label]) * voxel_volume(grid);
     for (const auto &[label, count] : num_voxels) {
         const auto name = image.label_names.find(label);
@@ -246,10 +267,14 @@ int write_moduli(const StiffnessCommand &command) {
 int make_phantom(const PhantomCommand &command) {
     const PhantomOptions options{.spacing = {command.spacing.at(0), command.spacing.at(1), command.spacing.at(2)},
                                  .turn = {command.turn.at(0), command.turn.at(1), command.turn.at(2)},
-                                 .touching = command.touching};
+                                 .touching = command.touching,
+                                 .vessels = command.vessels};
     write_label_image(command.output, phantom_labels(options));
-    fmt::print("{}: liver {}, tumours {} to {}\n", command.output, phantom_liver_label, phantom_first_tumour_label,
-               phantom_first_tumour_label + 5);
+    fmt::print("{}: liver {}, tumours {} to {}{}\n", command.output, phantom_liver_label, phantom_first_tumour_label,
+               phantom_first_tumour_label + 5,
+               command.vessels
+                   ? fmt::format(", hepatic veins {}, portal vein {}", phantom_hepatic_label, phantom_portal_label)
+                   : "");
     if (!command.scan.empty()) {
         write_scan(command.scan, phantom_scan(options));
         fmt::print("{}: grey values [HU]\n", command.scan);
@@ -294,6 +319,7 @@ int run(int argc, char **argv) {
     labels->add_option("file", body.labels)->required();
     labels->add_option("--liver", body.liver)->delimiter(',');
     labels->add_option("--tumours", body.tumours)->delimiter(',');
+    labels->add_option("--role", body.roles)->expected(1)->take_all();
     add_body_options(*labels, body);
     labels->callback([&] { action = [&] { return segmentation::make_body_of_labels(body); }; });
 
@@ -320,6 +346,7 @@ int run(int argc, char **argv) {
     shipped->add_option("--spacing", phantom.spacing)->expected(3)->required();
     shipped->add_option("--turn", phantom.turn)->expected(3)->required();
     shipped->add_flag("--touching", phantom.touching);
+    shipped->add_flag("--vessels", phantom.vessels);
     shipped->add_option("--scan", phantom.scan);
     shipped->add_option("--stiffness", phantom.stiffness);
     shipped->add_option("--output", phantom.output)->required();

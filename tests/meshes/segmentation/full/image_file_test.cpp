@@ -265,6 +265,15 @@ TEST_F(ImageFile, CutOffIsRefused) {
     }
 }
 
+TEST_F(ImageFile, KeepsTheNamesOfItsLabelsInNrrdAlone) {
+    auto image = small_image();
+    image.label_names = {{1, "Liver"}, {3, "Hepatic vein, right = thin"}};
+    write_label_image(directory_ / "a.nrrd", image);
+    EXPECT_EQ(read_label_image(directory_ / "a.nrrd").label_names, image.label_names);
+    for (const char *name : {"a.nii.gz", "a.mha"})
+        EXPECT_THROW(write_label_image(directory_ / name, image), support::InputError) << name;
+}
+
 TEST_F(ImageFile, NamesNoFormatIsRefused) {
     EXPECT_THROW(write_label_image(directory_ / "a.png", small_image()), support::InputError);
     EXPECT_TRUE(fs::is_empty(directory_));

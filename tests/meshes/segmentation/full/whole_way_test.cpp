@@ -108,6 +108,29 @@ void write_direct_body(const fs::path &folder) {
         << std::regex_replace(toml, std::regex("mesh = .*"), "mesh = \"direct.msh\"\nfind_patches = true");
 }
 
+TEST(WholeWay, FromAnImageWithVesselsToABodyWithTheirRegions) {
+    const auto folder = fs::path(testing::TempDir()) / "livermark_vessels";
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    const auto livermark = [&](std::vector<std::string> words) {
+        words.insert(words.begin(), LIVERMARK_BINARY);
+        return tests::run_child(words, {.folder = folder});
+    };
+    EXPECT_EQ(livermark({"mesh", "--phantom", "--vessels", "--spacing", "0.0015", "0.0015", "0.003", "-o", "seg.nrrd"})
+                  .status,
+              0);
+    const auto made = livermark(
+        {"mesh", "--labels", "seg.nrrd", "--tetrahedra", "40000", "--role", "Tumour 6=cyst", "-o", "seg.msh"});
+    EXPECT_EQ(made.status, 0) << made.errors;
+    EXPECT_NE(made.errors.find("8 'Hepatic vein' in the liver are thinner than"), std::string::npos) << made.errors;
+    const auto text = support::read_text(folder / "seg.toml");
+    for (const char *region : {"parenchyma", "tumour_5", "cyst_1", "vessel_hepatic", "vessel_portal"})
+        EXPECT_NE(text.find(fmt::format("[regions.{}]", region)), std::string::npos) << region;
+    EXPECT_EQ(text.find("[regions.tumour_6]"), std::string::npos);
+    EXPECT_NE(text.find("10.1016/j.jbiomech.2011.03.029"), std::string::npos) << "the source of the vessels' modulus";
+    EXPECT_NE(text.find("surface_from_voxels"), std::string::npos);
+}
+
 TEST(WholeWay, FromAnImageToDisplacementsAgreesWithTheMeshOfTheSameShape) {
     const auto folder = fs::path(testing::TempDir()) / "livermark_whole_way";
     fs::remove_all(folder);
