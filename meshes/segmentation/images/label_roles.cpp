@@ -171,7 +171,7 @@ void choose_by_file(LabelParts &parts, const LabelImage &image, const std::vecto
                     std::vector<std::string> &remarks) {
     std::vector<int> free;
     std::ranges::copy_if(there, std::back_inserter(free), [&](int label) { return !parts.contains(label); });
-    bool has_names = false, has_liver = labels_with(parts, SegmentRole::liver).size() > 0;
+    bool has_names = false, has_liver = !labels_with(parts, SegmentRole::liver).empty();
     const bool is_chosen = has_liver;
     LabelParts named;
     for (const int label : free) {
