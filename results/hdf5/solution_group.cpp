@@ -303,7 +303,7 @@ void write_steps(hdf5::OutputFile &file, const Steps &steps, const std::vector<s
     file.blocks(steps_group + "/ConnectivityIdOffsets", same_place, 1, "");
     file.group(steps_group + "/CellDataOffsets");
     for (const auto &name : cell_data)
-        file.dataset(steps_group + "/CellDataOffsets/" + name, same_place, "");
+        file.dataset(fmt::format("{}/CellDataOffsets/{}", steps_group, name), same_place, "");
     file.group(steps_group + "/PointDataOffsets");
 }
 
