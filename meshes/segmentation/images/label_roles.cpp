@@ -48,18 +48,21 @@ using core::SegmentRole;
 
 constexpr int max_labels_to_guess = 10;
 
+/// Word for a role. That of a vessel is the name of its region as well.
 struct RoleWord {
     std::string_view word;
     SegmentRole role;
-    std::string_view region = {};
+    core::VesselKind kind = core::VesselKind::any; ///< of a vessel
+
+    std::string region() const { return role == SegmentRole::vessel ? std::string(word) : std::string(); }
 };
 constexpr std::array role_words{
     RoleWord{"liver", SegmentRole::liver},
     RoleWord{"tumour", SegmentRole::lesion},
-    RoleWord{"vessel", SegmentRole::vessel, "vessel"},
-    RoleWord{"vessel_hepatic", SegmentRole::vessel, "vessel_hepatic"},
-    RoleWord{"vessel_portal", SegmentRole::vessel, "vessel_portal"},
-    RoleWord{"vessel_artery", SegmentRole::vessel, "vessel_artery"},
+    RoleWord{"vessel", SegmentRole::vessel},
+    RoleWord{"vessel_hepatic", SegmentRole::vessel, core::VesselKind::hepatic},
+    RoleWord{"vessel_portal", SegmentRole::vessel, core::VesselKind::portal},
+    RoleWord{"vessel_artery", SegmentRole::vessel, core::VesselKind::artery},
     RoleWord{"cyst", SegmentRole::cyst},
     RoleWord{"gallbladder", SegmentRole::gallbladder},
     RoleWord{"ignore", SegmentRole::other},
@@ -80,23 +83,13 @@ LabelPart part_by_name(const LabelImage &image, int label) {
     const auto name = name_of(image, label);
     const auto code = code_of(image, label);
     LabelPart part{core::role_of_segment(name, code)};
-    if (part.role == SegmentRole::vessel)
-        switch (core::kind_of_vessel(name, code)) {
-        case core::VesselKind::any:
-            part.region = "vessel";
-            break;
-        case core::VesselKind::hepatic:
-            part.region = "vessel_hepatic";
-            break;
-        case core::VesselKind::portal:
-            part.region = "vessel_portal";
-            break;
-        case core::VesselKind::artery:
-            part.region = "vessel_artery";
-            break;
-        case core::VesselKind::beside:
-            break;
-        }
+    if (part.role != SegmentRole::vessel)
+        return part;
+    const auto kind = core::kind_of_vessel(name, code); // those beside the liver have no word, and no region
+    const auto word = std::ranges::find_if(
+        role_words, [&](const RoleWord &each) { return each.role == SegmentRole::vessel && each.kind == kind; });
+    if (word != role_words.end())
+        part.region = word->region();
     return part;
 }
 
@@ -212,7 +205,7 @@ ChosenRole chosen_role(const std::string &words) {
         throw support::InputError("--role is '{}'; give the name of a segment or a label, '=' and one of {}",
                                   support::shown(words), fmt::join(all, ", "));
     }
-    return {words.substr(0, equals), known->role, std::string(known->region)};
+    return {words.substr(0, equals), known->role, known->region()};
 }
 
 std::vector<int> labels_with(const LabelParts &parts, core::SegmentRole role) {
@@ -225,13 +218,8 @@ std::vector<int> labels_with(const LabelParts &parts, core::SegmentRole role) {
 
 std::map<core::SegmentRole, std::vector<int>> labels_by_role(const LabelImage &image) {
     std::map<core::SegmentRole, std::vector<int>> roles;
-    for (const int label : labels_in(image)) {
-        const auto name = image.label_names.find(label);
-        const auto code = image.label_codes.find(label);
-        roles[core::role_of_segment(name == image.label_names.end() ? "" : name->second,
-                                    code == image.label_codes.end() ? core::SegmentCode{} : code->second)]
-            .push_back(label);
-    }
+    for (const int label : labels_in(image))
+        roles[core::role_of_segment(name_of(image, label), code_of(image, label))].push_back(label);
     return roles;
 }
 

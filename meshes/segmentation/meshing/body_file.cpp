@@ -41,7 +41,7 @@ std::string image_table(const PatientBody &body, const Segmentation &segmentatio
     for (std::size_t r = 0; r < volumes.size(); ++r)
         text += fmt::format("{} = {:.7g}\n", segmentation.region_names[r], volumes[r]);
     const auto figures = meshes::mesh_figures(body.mesh);
-    const auto distance = distance_from_voxels(body.mesh, segmentation);
+    const auto &distance = body.surface_from_voxels;
     return text + fmt::format("[image.mesh]\ntetrahedra = {}\nnodes = {}\nvolume = {:.7g}\nmean_edge = {:.7g}\n"
                               "shortest_edge = {:.7g}\nsmallest_quality = {:.4g}\nattempts = {}\n"
                               "surface_from_voxels = {{ median = {:.4g}, percentile_95 = {:.4g}, worst = {:.4g} }}\n",

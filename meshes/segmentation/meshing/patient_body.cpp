@@ -338,6 +338,7 @@ PatientBody patient_body(const Segmentation &segmentation, int target_tetrahedra
             std::swap(triangle[1], triangle[2]);
     }
     body.mesh.region_names = segmentation.region_names;
+    body.surface_from_voxels = distance_from_voxels(body.mesh, segmentation);
     return body;
 }
 

@@ -21,12 +21,19 @@ struct QualityCriterion {
     bool is_advice = false; ///< a mesh that misses it has the right numbers all the same
 };
 
+/// Distances of a mesh's surface (its nodes, and the middles of its facets) from the surface of the voxels [m]. Half a
+/// voxel is noise: the mesh is smooth, and the voxels have steps.
+struct SurfaceDistance {
+    double median = 0.0, percentile_95 = 0.0, worst = 0.0;
+};
+
 struct PatientBody {
     /// In the axes of the image, with regions as in the fields, no names and one patch "surface"; or in the world
     /// (LPS), in whole nanometres, with regions named as in the segmentation [m].
     core::TetraMesh mesh;
     std::vector<QualityCriterion> quality_criteria; ///< what this mesh has to reach, and whether it does
     int num_attempts = 0;                           ///< meshes that were made to get here
+    SurfaceDistance surface_from_voxels{};          ///< of a mesh in the world
 };
 
 /// A conforming tetrahedral mesh of several regions that follows the fields (CGAL's Mesh_3 on their level sets), whose
@@ -53,12 +60,6 @@ double edge_for(double volume, int num_tetrahedra);
 
 /// The mesh of a segmentation where the patient lies in the scanner, so that results can be laid over the image.
 PatientBody patient_body(const Segmentation &segmentation, int target_tetrahedra);
-
-/// Distances of a mesh's surface (its nodes, and the middles of its facets) from the surface of the voxels [m]. Half a
-/// voxel is noise: the mesh is smooth, and the voxels have steps.
-struct SurfaceDistance {
-    double median = 0.0, percentile_95 = 0.0, worst = 0.0;
-};
 
 /// @param mesh  in the world
 SurfaceDistance distance_from_voxels(const core::TetraMesh &mesh, const Segmentation &segmentation);

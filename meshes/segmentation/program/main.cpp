@@ -122,8 +122,7 @@ int make_body(const BodyCommand &command, const Segmentation &voxels, const std:
         body_toml(body, voxels, name, mesh_file.filename().string(), command.command_line) + command.made_of;
     meshes::write_msh(mesh_file, body.mesh);
     support::write_whole(body_file, toml);
-    fmt::print("{}{}", meshes::to_text(meshes::mesh_figures(body.mesh)),
-               to_text(distance_from_voxels(body.mesh, voxels)));
+    fmt::print("{}{}", meshes::to_text(meshes::mesh_figures(body.mesh)), to_text(body.surface_from_voxels));
     print_regions(body, voxels);
     print_quality_criteria(body.quality_criteria);
     fmt::print("\n{} and {} are written; next: livermark run --body {}\n", mesh_file.string(), body_file.string(),
