@@ -77,7 +77,8 @@ py::object ball(const LoadedBody &loaded) {
 std::vector<std::string> further_nouns(const LoadedBody &loaded) {
     std::vector<std::string> nouns;
     for (const auto &part : studies::further_parts(loaded.problem))
-        if (!part.is_plain_ball && !part.is_map) // which the other properties have
+        if (part.kind != exchange::FurtherKind::plain_ball &&
+            part.kind != exchange::FurtherKind::map) // see ball and young_modulus
             nouns.push_back(part.noun);
     return nouns;
 }

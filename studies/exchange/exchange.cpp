@@ -33,11 +33,13 @@ namespace livermark::studies {
 
 namespace {
 
+using exchange::FurtherKind;
+
 ExportedProblem export_tool_scene(const ExportOptions &options, const std::string &command_line) {
     auto [problems, notes, left_out] = read_arena_problems({options.body}, options.load_case);
     const auto &problem = problems.front();
     for (const auto &part : further_parts(problem))
-        if (part.is_map || problem.body->capsule)
+        if (part.kind == FurtherKind::map || part.kind == FurtherKind::capsule)
             throw support::InputError("{} has {}, which scenes cannot say; export {} on a body without",
                                       problem.body->name, part.noun, problem.load_case.name);
     const auto place = models::tool_place(problem, msm::lumped_masses(*problem.body));
@@ -252,9 +254,12 @@ results::ToolReference reference_for(const core::Problem &problem, const std::fi
     return coarse;
 }
 
-bool is_known(const exchange::ExportFormat &format, const FurtherPart &part, bool on_linear_elements) {
-    return !format.is_job || (part.is_small_capsule && on_linear_elements && format.knows_capsule) ||
-           (part.is_plain_ball && format.knows_ball) || (part.is_map && format.knows_map);
+/// @param is_linear  whether elements are linear and displacements small
+bool is_known(const exchange::ExportFormat &format, const FurtherPart &part, bool is_linear) {
+    if (!format.is_job)
+        return true;
+    return std::ranges::find(format.knows, part.kind) != format.knows.end() &&
+           (part.kind != FurtherKind::capsule || is_linear);
 }
 
 /// Leaves out jobs that cannot say all of a problem.
@@ -263,8 +268,9 @@ bool is_known(const exchange::ExportFormat &format, const FurtherPart &part, boo
 std::vector<std::string> leave_out_jobs(std::vector<exchange::ExportFormat> &formats, const core::Problem &problem,
                                         const ExportOptions &options) {
     std::vector<std::string> sentences;
+    const bool is_linear = problem.load_case.regime == core::Regime::small && !options.choices.quadratic;
     for (const auto &part : further_parts(problem)) {
-        const auto knows = [&](const auto &format) { return is_known(format, part, !options.choices.quadratic); };
+        const auto knows = [&](const auto &format) { return is_known(format, part, is_linear); };
         std::vector<std::string> jobs;
         for (const auto &format : formats)
             if (!knows(format))
@@ -292,14 +298,12 @@ std::vector<FurtherPart> further_parts(const core::Problem &problem) {
         if constexpr (!Kind::in_time)
             parts.push_back({Kind::noun, fmt::format("/load_case/{}", Kind::key)});
         if constexpr (std::is_same_v<Kind, core::TouchingTool>)
-            parts.back().is_plain_ball = exchange::is_plain_ball(event);
+            parts.back().kind = exchange::is_plain_ball(event) ? FurtherKind::plain_ball : FurtherKind::other;
     });
     if (problem.body->capsule)
-        parts.push_back({.noun = "a capsule",
-                         .group = "/capsule",
-                         .is_small_capsule = problem.load_case.regime == core::Regime::small});
+        parts.push_back({"a capsule", "/capsule", FurtherKind::capsule});
     if (!problem.body->modulus_factor.empty())
-        parts.push_back({.noun = "a map of stiffness", .group = "/mesh/modulus_factor", .is_map = true});
+        parts.push_back({"a map of stiffness", "/mesh/modulus_factor", FurtherKind::map});
     return parts;
 }
 

@@ -30,10 +30,8 @@ struct ExportedProblem {
 
 /// Part of a problem that no nodal forces can say.
 struct FurtherPart {
-    std::string noun, group;       ///< such as "a ball that touches"; of the .problem.h5
-    bool is_small_capsule = false; ///< a capsule under a small load
-    bool is_plain_ball = false;    ///< see exchange::is_plain_ball()
-    bool is_map = false;           ///< moduli of tetrahedra
+    std::string noun, group; ///< such as "a ball that touches"; of the .problem.h5
+    exchange::FurtherKind kind = exchange::FurtherKind::other;
 };
 
 std::vector<FurtherPart> further_parts(const core::Problem &problem);

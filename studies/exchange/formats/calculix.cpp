@@ -203,7 +203,7 @@ ExportFormat calculix() {
             .summary = "a job of CalculiX or Abaqus",
             .files = {{".inp", write_inp}},
             .is_job = true,
-            .knows_capsule = true};
+            .knows = {FurtherKind::capsule}};
 }
 
 } // namespace formats

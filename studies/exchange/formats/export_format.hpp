@@ -24,6 +24,14 @@ struct ExportedFile {
     void (*write)(std::ostream &, const core::Problem &, const ExportChoices &);
 };
 
+/// Kind of a part of a problem that no nodal forces can say.
+enum class FurtherKind {
+    plain_ball, ///< see is_plain_ball()
+    capsule,    ///< of the body
+    map,        ///< moduli of tetrahedra, see core::Body::modulus_factor
+    other       ///< which no job knows
+};
+
 /// A format in which `livermark export` writes problems at rest. One file each in formats/, named as the format.
 struct ExportFormat {
     std::string name; ///< the file stem; set by the table
@@ -33,9 +41,7 @@ struct ExportFormat {
     /// Whether it is a whole job of a program: such files are left out where they cannot say all that acts on the body.
     /// Others leave to the .problem.h5 what is more than a mesh, prescribed displacements and nodal forces.
     bool is_job = false;
-    bool knows_capsule = false; ///< whether a job has the capsule of a body, on linear elements in the small regime
-    bool knows_map = false;     ///< whether a job has moduli of tetrahedra, see core::Body::modulus_factor
-    bool knows_ball = false;    ///< whether a job has a ball that only presses, see is_plain_ball()
+    std::vector<FurtherKind> knows{}; ///< of a job; a capsule on linear elements in the small regime alone
 };
 
 /// Whether a tool is one ball that presses without friction and does not slide.

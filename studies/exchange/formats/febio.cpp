@@ -56,8 +56,7 @@ ExportFormat febio() {
             .files = {{".feb", write_feb}},
             .only_when_named = true,
             .is_job = true,
-            .knows_map = true,
-            .knows_ball = true};
+            .knows = {FurtherKind::plain_ball, FurtherKind::map}};
 }
 
 } // namespace formats
