@@ -65,7 +65,7 @@ endif()
 # HDF5 is the serial one.
 if(LIVERMARK_WITH_SEGMENTATION)
   set(CMAKE_MESSAGE_LOG_LEVEL ERROR) # it warns of that HDF5 on its way
-  find_package(ITK 5.2 QUIET COMPONENTS ITKIOGDCM ITKIOMeta ITKIONIFTI ITKIONRRD ITKConnectedComponents ITKDistanceMap
+  find_package(ITK 5.2 QUIET COMPONENTS ITKIOGDCM ITKIOMeta ITKIONIFTI ITKIONRRD ITKConnectedComponents
     ITKBinaryMathematicalMorphology ITKImageGrid ITKSmoothing)
   unset(CMAKE_MESSAGE_LOG_LEVEL)
   find_package(CGAL 5.5 QUIET)

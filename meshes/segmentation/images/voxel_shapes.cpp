@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <itkImage.h>
-#include <itkSignedMaurerDistanceMapImageFilter.h>
+#include <limits>
 
 namespace livermark::segmentation {
 
@@ -62,31 +61,72 @@ template <class Visit> void for_each_shared(const ImageGrid &grid, const VoxelBo
             }
 }
 
+constexpr float far_away = 1e6F; // [m^2]
+
+/// Lower envelope of parabolas (Felzenszwalb and Huttenlocher 2012, Theory of Computing 8(19), algorithm 1): of the
+/// squared distances along the axes before this one comes that along this one too.
+class DistanceAlong {
+  public:
+    DistanceAlong(int length, double spacing)
+        : spacing_(spacing), before_(static_cast<std::size_t>(length)), vertex_(before_.size()),
+          begin_(before_.size() + 1) {}
+
+    /// @param values  first of `length` squared distances [m^2]
+    /// @param stride  from one to the next
+    void operator()(float *values, std::size_t stride) {
+        const std::size_t length = before_.size();
+        for (std::size_t q = 0; q < length; ++q)
+            before_[q] = static_cast<double>(values[q * stride]);
+        std::size_t last = 0;
+        vertex_[0] = 0;
+        begin_[0] = -std::numeric_limits<double>::infinity();
+        begin_[1] = std::numeric_limits<double>::infinity();
+        for (std::size_t q = 1; q < length; ++q) {
+            double cross = crossing(vertex_[last], q);
+            while (cross <= begin_[last])
+                cross = crossing(vertex_[--last], q);
+            vertex_[++last] = q;
+            begin_[last] = cross;
+            begin_[last + 1] = std::numeric_limits<double>::infinity();
+        }
+        std::size_t parabola = 0;
+        for (std::size_t q = 0; q < length; ++q) {
+            while (begin_[parabola + 1] < static_cast<double>(q))
+                ++parabola;
+            const double along = spacing_ * (static_cast<double>(q) - static_cast<double>(vertex_[parabola]));
+            values[q * stride] = static_cast<float>(along * along + before_[vertex_[parabola]]);
+        }
+    }
+
+  private:
+    /// Place, in voxels, from which on the parabola of q is below that of p < q.
+    double crossing(std::size_t p, std::size_t q) const {
+        const double a = static_cast<double>(p), b = static_cast<double>(q);
+        return 0.5 * ((before_[q] - before_[p]) / (spacing_ * spacing_ * (b - a)) + a + b);
+    }
+
+    double spacing_;
+    std::vector<double> before_;
+    std::vector<std::size_t> vertex_;
+    std::vector<double> begin_;
+};
+
 /// Whether each voxel of a box is nearer than a radius to one of a set, centre to centre.
 VoxelSet nearer_than(const ImageGrid &grid, const VoxelBox &box, const VoxelSet &set, double radius) {
-    using Mask = itk::Image<std::uint8_t, 3>;
-    using Squares = itk::Image<float, 3>;
-    VoxelSet near(set.size(), 0);
-    if (std::ranges::find(set, 1) == set.end())
-        return near;
-    auto mask = Mask::New();
-    Mask::SizeType size;
-    Mask::SpacingType spacing;
-    for (unsigned d = 0; d < 3; ++d) {
-        size[d] = static_cast<itk::SizeValueType>(box.size.at(d));
-        spacing[d] = grid.spacing[d];
+    std::vector<float> square(box.num_voxels());
+    for (std::size_t v = 0; v < square.size(); ++v)
+        square[v] = set[v] != 0 ? 0.0F : far_away;
+    const std::array<std::size_t, 3> size{static_cast<std::size_t>(box.size[0]), static_cast<std::size_t>(box.size[1]),
+                                          static_cast<std::size_t>(box.size[2])};
+    const std::array<std::size_t, 3> stride{1, size[0], size[0] * size[1]};
+    for (std::size_t d = 0; d < 3; ++d) {
+        DistanceAlong along(box.size.at(d), grid.spacing[static_cast<Eigen::Index>(d)]);
+        const std::size_t a = d == 0 ? 1 : 0, b = d == 2 ? 1 : 2; // the other axes
+        for (std::size_t j = 0; j < size.at(b); ++j)
+            for (std::size_t i = 0; i < size.at(a); ++i)
+                along(&square[i * stride.at(a) + j * stride.at(b)], stride.at(d));
     }
-    mask->SetRegions(size);
-    mask->SetSpacing(spacing);
-    mask->Allocate();
-    std::ranges::copy(set, mask->GetBufferPointer());
-    auto squares = itk::SignedMaurerDistanceMapImageFilter<Mask, Squares>::New();
-    squares->SetInput(mask);
-    squares->SquaredDistanceOn();
-    squares->UseImageSpacingOn();
-    squares->InsideIsPositiveOff();
-    squares->Update();
-    const float *const square = squares->GetOutput()->GetBufferPointer(); // not above 0 in the set
+    VoxelSet near(square.size());
     for (std::size_t v = 0; v < near.size(); ++v)
         near[v] = static_cast<double>(square[v]) < radius * radius * (1.0 - 1e-6) ? 1 : 0;
     return near;
