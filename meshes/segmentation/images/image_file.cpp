@@ -29,7 +29,6 @@
 #include "core/support/processes/own_process.hpp"
 #include "meshes/segmentation/images/image_headers.hpp"
 #include "meshes/segmentation/images/image_values.hpp"
-#include "meshes/segmentation/images/stiffness_map.hpp"
 
 namespace livermark::segmentation {
 
@@ -131,12 +130,7 @@ struct Labels {
 
 /// An image of any values.
 struct Scalars {
-    struct Image {
-        std::string name;
-        ImageGrid grid;
-        std::vector<float> value; ///< (num_voxels)
-        std::vector<std::string> remarks{};
-    };
+    using Image = ScalarImage;
 
     static Image of(const ReadValues &read, const std::string &name) {
         Image image{.name = name, .grid = {}, .value = {}};
@@ -312,38 +306,14 @@ template <class Kind> typename Kind::Image read_apart(const fs::path &given) {
     return image;
 }
 
-/// Median modulus of a map of soft tissue [Pa].
-constexpr double softest = 200.0, stiffest = 200e3;
-
 } // namespace
 
 LabelImage read_label_image(const fs::path &file) {
     return read_apart<Labels>(file);
 }
 
-StiffnessMap read_stiffness_map(const fs::path &file, const StiffnessValues &values) {
-    auto read = read_apart<Scalars>(file);
-    StiffnessMap map{.name = read.name,
-                     .grid = read.grid,
-                     .modulus = std::move(read.value),
-                     .is_shear = values.is_shear,
-                     .remarks = read.remarks};
-    std::vector<float> known;
-    for (auto &value : map.modulus) {
-        const bool is_hole = !std::isfinite(value) || value <= 0.0F;
-        value = is_hole ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(values.pascals * value);
-        if (!is_hole)
-            known.push_back(value);
-    }
-    if (known.empty())
-        throw InputError("{}: no voxel has a positive value; give an image of the shear or Young's modulus", read.name);
-    const auto middle = known.begin() + std::ssize(known) / 2;
-    std::ranges::nth_element(known, middle);
-    if (!(*middle >= softest && *middle <= stiffest))
-        throw InputError("{}: half of its values are below {:.3g} Pa, where a modulus of soft tissue is {:g} "
-                         "to {:g} Pa; say with --unit whether they are in Pa or kPa",
-                         read.name, *middle, softest, stiffest);
-    return map;
+ScalarImage read_scalar_image(const fs::path &file) {
+    return read_apart<Scalars>(file);
 }
 
 namespace {

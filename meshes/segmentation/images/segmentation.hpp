@@ -40,6 +40,14 @@ struct LabelImage {
     std::vector<std::string> remarks{}; ///< a sentence for what the file leaves in doubt
 };
 
+/// An image whose values are not known to be anything yet.
+struct ScalarImage {
+    std::string name; ///< of the file or folder
+    ImageGrid grid;
+    std::vector<float> value;           ///< (num_voxels) the first axis runs fastest
+    std::vector<std::string> remarks{}; ///< a sentence for what the file leaves in doubt
+};
+
 /// A scan, such as a computed tomography.
 struct Scan {
     ImageGrid grid;
@@ -139,6 +147,10 @@ Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, d
 ///         values per voxel, values that are no labels, sheared axes, absurd spacing, more in the header than in the
 ///         file, damaged data
 LabelImage read_label_image(const std::filesystem::path &file);
+
+/// Reads an image of any values in the same formats, but for a DICOM segmentation object.
+/// @throws support::InputError as read_label_image()
+ScalarImage read_scalar_image(const std::filesystem::path &file);
 
 /// Writes a label image in the format that the name asks for: .nii, .nii.gz, .nrrd or .mha. NRRD keeps the names of the
 /// labels as 3D Slicer does.

@@ -95,7 +95,36 @@ std::string box_text(const ImageGrid &grid) {
     return box_text(box.min(), box.max());
 }
 
+/// Median modulus of a map of soft tissue [Pa].
+constexpr double softest = 200.0, stiffest = 200e3;
+
 } // namespace
+
+StiffnessMap read_stiffness_map(const std::filesystem::path &file, const StiffnessValues &values) {
+    auto read = read_scalar_image(file);
+    StiffnessMap map{.name = read.name,
+                     .grid = read.grid,
+                     .modulus = std::move(read.value),
+                     .is_shear = values.is_shear,
+                     .remarks = read.remarks};
+    std::vector<float> known;
+    for (auto &value : map.modulus) {
+        const bool is_hole = !std::isfinite(value) || value <= 0.0F;
+        value = is_hole ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(values.pascals * value);
+        if (!is_hole)
+            known.push_back(value);
+    }
+    if (known.empty())
+        throw support::InputError("{}: no voxel has a positive value; give an image of the shear or Young's modulus",
+                                  read.name);
+    const auto middle = known.begin() + std::ssize(known) / 2;
+    std::ranges::nth_element(known, middle);
+    if (!(*middle >= softest && *middle <= stiffest))
+        throw support::InputError("{}: half of its values are below {:.3g} Pa, where a modulus of soft tissue is {:g} "
+                                  "to {:g} Pa; say with --unit whether they are in Pa or kPa",
+                                  read.name, *middle, softest, stiffest);
+    return map;
+}
 
 MappedModulus mapped_modulus(const StiffnessMap &map, const core::Body &body) {
     const auto &mesh = body.mesh;
