@@ -11,7 +11,7 @@ function(livermark_portable_sources target top)
   list(TRANSFORM livermark_portable_msm_sources PREPEND ${top}/msm/)
   target_sources(${target} PRIVATE ${livermark_live_sources} ${livermark_portable_msm_sources}
     ${top}/meshes/cutting/parting.cpp ${top}/meshes/cutting/tool_geometry.cpp
-    ${top}/core/mesh/tetra_mesh.cpp ${top}/core/capsule.cpp
+    ${top}/core/mesh/tetra_mesh.cpp ${top}/core/capsule.cpp ${top}/core/vessels.cpp
     ${top}/core/tool/least_within_limits.cpp
     ${top}/core/tool/needle/moving_needle.cpp
     ${top}/core/tool/ball_contact.cpp ${top}/core/tool/touching_tool.cpp ${top}/core/tool/tool_motion.cpp ${top}/core/load_case.cpp

@@ -220,36 +220,42 @@ struct SlowHistory {
     }
 };
 
-/// A place that stands on elastic springs, as ligaments and the diaphragm bear a liver: the traction on the body is -k
-/// u, or -k n (n . u) with the normal n at rest, per area at rest. Its energy is k / 2 |u|^2, or k / 2 (n . u)^2, per
+/// Places that stand on elastic springs, as ligaments and the diaphragm bear a liver: the traction on the body is -k u,
+/// or -k n (n . u) with the normal n at rest, per area at rest. The energy is k / 2 |u|^2, or k / 2 (n . u)^2, per
 /// area.
 struct Foundation {
-    std::vector<int> facets;  ///< numbers in the mesh, ascending; none of them prescribes a displacement
-    double stiffness = 0.0;   ///< k [N/m^3], > 0
-    bool normal_only = false; ///< whether it resists motion along the normal alone
+    std::vector<int> facets;       ///< (I) numbers in the mesh, ascending; none of them prescribes a displacement
+    std::vector<double> stiffness; ///< (I) k below each [N/m^3], > 0
+    std::vector<int> normal_only;  ///< (I) 1 where springs resist motion along the normal alone, otherwise 0
 
-    /// K with the traction -K u on a facet [N/m^3].
-    Eigen::Matrix3d stiffness_on(const TetraMesh &mesh, int facet) const {
-        if (!normal_only)
-            return stiffness * Eigen::Matrix3d::Identity();
-        const Vector3 normal = area_vector(mesh, facet).normalized();
-        return stiffness * normal * normal.transpose();
+    /// K with the traction -K u on one of its facets [N/m^3].
+    Eigen::Matrix3d stiffness_on(const TetraMesh &mesh, std::size_t which) const {
+        if (normal_only[which] == 0)
+            return stiffness[which] * Eigen::Matrix3d::Identity();
+        const Vector3 normal = area_vector(mesh, facets[which]).normalized();
+        return stiffness[which] * normal * normal.transpose();
     }
     bool operator==(const Foundation &) const = default;
 
     static constexpr const char *key = "foundation", *noun = "an elastic foundation";
     static constexpr bool in_time = false, decides_statics = true;
     void move_to_parts(std::span<const int> parent) {
-        std::vector<int> parts;
-        for (std::size_t part = 0; part < parent.size(); ++part)
-            if (std::binary_search(facets.begin(), facets.end(), parent[part]))
-                parts.push_back(static_cast<int>(part));
-        facets = std::move(parts);
+        Foundation fine;
+        for (std::size_t part = 0; part < parent.size(); ++part) {
+            const auto found = std::lower_bound(facets.begin(), facets.end(), parent[part]);
+            if (found == facets.end() || *found != parent[part])
+                continue;
+            const auto which = static_cast<std::size_t>(found - facets.begin());
+            fine.facets.push_back(static_cast<int>(part));
+            fine.stiffness.push_back(stiffness[which]);
+            fine.normal_only.push_back(normal_only[which]);
+        }
+        *this = std::move(fine);
     }
     void add_to(auto &hash) const {
         hash.add_all(facets);
-        hash.add_all(std::array{normal_only ? 1 : 0});
-        hash.add_all(std::array{stiffness});
+        hash.add_all(normal_only);
+        hash.add_all(stiffness);
     }
 };
 

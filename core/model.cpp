@@ -72,6 +72,9 @@ void check_fit(const CalibratedSprings &springs, const Body &body) {
     if (body.capsule)
         throw support::InputError("{} was fitted to a body without a capsule, and {} has one", springs.origin,
                                   body.name);
+    if (body.vessels)
+        throw support::InputError("{} was fitted to a body without vessels as lines, and {} has some", springs.origin,
+                                  body.name);
     if (!body.modulus_factor.empty())
         throw support::InputError("{} was fitted to a body without a map of stiffness, and {} has one", springs.origin,
                                   body.name);

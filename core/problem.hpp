@@ -10,6 +10,7 @@
 #include "core/capsule.hpp"
 #include "core/load_case.hpp"
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/vessels.hpp"
 
 namespace livermark::core {
 
@@ -51,6 +52,7 @@ struct Body {
     std::optional<double> patch_confidence{};
     BodyAxes axes{};
     std::optional<Capsule> capsule{};
+    std::optional<VesselTree> vessels{}; ///< that the mesh has no elements of
     /// (M) moduli of each tetrahedron over those of the material of its region, > 0, as a map of stiffness has them;
     /// empty where all are 1.
     std::vector<double> modulus_factor{};

@@ -145,6 +145,16 @@ bool are_of_one_kind(const StepParts &parts) {
 
 } // namespace
 
+PartedTerms part_terms(const ElasticBody &body) {
+    PartedTerms parted{body, {}};
+    std::erase_if(parted.in_kernels.terms, [&](const auto &term) {
+        if (term->is_beside_kernels())
+            parted.beside.push_back(term);
+        return term->is_beside_kernels();
+    });
+    return parted;
+}
+
 std::optional<StepParts> step_parts(const ElasticBody &body) {
     StepParts parts;
     const bool are_known = std::ranges::all_of(body.terms, [&](const auto &term) { return term->describe(parts); });

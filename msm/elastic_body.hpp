@@ -60,6 +60,9 @@ class ElasticTerm {
     /// Puts down what the fast kernels have to know of this term.
     /// @return false if they do not know such a term
     virtual bool describe(StepParts & /*parts*/) const { return false; }
+
+    /// Whether it acts on few nodes, so that fast kernels may leave it to add_force() in each step.
+    virtual bool is_beside_kernels() const { return false; }
 };
 
 /// Point masses with an elastic energy between them. Copies share the terms, which never change.
@@ -249,6 +252,14 @@ struct StepParts {
 /// @return false if another term has already put down others
 bool describe_volumes(const std::vector<int> &centre, const std::vector<std::array<int, 4>> &corner_volume,
                       StepParts &parts);
+
+/// A body whose terms are parted by who moves them.
+struct PartedTerms {
+    ElasticBody in_kernels;
+    std::vector<std::shared_ptr<const ElasticTerm>> beside; ///< see ElasticTerm::is_beside_kernels()
+};
+
+PartedTerms part_terms(const ElasticBody &body);
 
 /// @return nothing if the body has a part that fast kernels do not know
 std::optional<StepParts> step_parts(const ElasticBody &body);

@@ -448,6 +448,30 @@ void add_stiffness_map(const StiffnessCommand &command, const std::string &comma
                output.string());
 }
 
+void write_vessel_lines(VesselsCommand command) {
+    if (command.output.empty()) {
+        const auto stem = stem_of_image(command.labels);
+        if (stem.empty())
+            throw support::InputError("{}: this is no name of a label image; give one of NIfTI, NRRD or MetaImage, a "
+                                      "DICOM segmentation, or the folder of a DICOM series",
+                                      command.labels);
+        command.output = stem + ".swc";
+    }
+    if (support::file_ending(command.output) != ".swc")
+        throw support::InputError("{}: lines of vessels are written as SWC; end its name in .swc", command.output);
+    support::check_place(command.output);
+    std::vector<std::string> words{"vessels", command.labels, "--output", command.output};
+    for (const auto &role : command.roles)
+        words.push_back("--role=" + role);
+    if (command.largest_radius) {
+        if (constexpr double most = 0.1; !(*command.largest_radius > 0.0 && *command.largest_radius < most))
+            throw support::InputError("--largest-radius is {:g} m; give a length below {:g} m, such as 0.004",
+                                      *command.largest_radius, most);
+        words.insert(words.end(), {"--largest-radius", fmt::format("{}", *command.largest_radius)});
+    }
+    fmt::print("{}", segment(std::move(words)).output);
+}
+
 std::string figures_of_labels(const std::string &file) {
     return segment({"figures-of-labels", file}).output;
 }

@@ -48,6 +48,18 @@ struct StiffnessCommand {
 /// @throws support::InputError
 void add_stiffness_map(const StiffnessCommand &command, const std::string &command_line);
 
+/// Options of `livermark mesh vessels`.
+struct VesselsCommand {
+    std::string labels;                     ///< file, or folder of a DICOM series
+    std::vector<std::string> roles;         ///< NAME=ROLE, of single labels
+    std::optional<double> largest_radius{}; ///< of the lines [m]
+    std::string output;                     ///< the .swc file; that of the image in this folder if empty
+};
+
+/// Writes the lines of the vessels of a label image, and prints how large they are and how a body takes them.
+/// @throws support::InputError
+void write_vessel_lines(VesselsCommand command);
+
 /// Figures of a label image, or of a surface, for `livermark mesh check`: lines of "name value unit".
 /// @throws support::InputError
 std::string figures_of_labels(const std::string &file);

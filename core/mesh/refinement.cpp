@@ -74,6 +74,7 @@ Body refine(const Body &body) {
                  .mesh = {},
                  .materials = body.materials,
                  .capsule = body.capsule,
+                 .vessels = body.vessels,
                  .modulus_factor = repeated(body.modulus_factor, 8)};
     auto &fine = refined.mesh;
     fine.points = coarse.points;
@@ -288,7 +289,7 @@ template <class Choose> BisectedProblem refine_where(const Problem &problem, con
 BisectedBody split_edges(const Body &body, const std::map<Edge, Vector3> &points) {
     const auto &coarse = body.mesh;
     BisectedBody result{
-        {.name = body.name, .mesh = {}, .materials = body.materials, .capsule = body.capsule}, {}, {}, {}};
+        {.name = body.name, .mesh = {}, .materials = body.materials, .capsule = body.capsule, .vessels = body.vessels}, {}, {}, {}};
     for (const auto &[edge, point] : points)
         result.parent_edge.push_back(edge);
     auto &fine = result.body.mesh;

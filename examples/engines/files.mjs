@@ -37,6 +37,7 @@ const refused = {
   'load_case/slow_history': 'tissue that relaxes',
   'load_case/release': 'a release, which happens in time',
   capsule: 'a capsule',
+  vessels: 'vessels as lines',
   'mesh/modulus_factor': 'a map of stiffness',
 };
 

@@ -104,7 +104,8 @@ def deepest(ball, points, part=1.0):
 
 
 REFUSED = {"load_case/foundation": "elastic springs below facets", "load_case/slow_history": "tissue that relaxes",
-           "load_case/release": "a release, which happens in time", "capsule": "a capsule", "mesh/modulus_factor": "a map of stiffness"}
+           "load_case/release": "a release, which happens in time", "capsule": "a capsule",
+           "vessels": "vessels as lines", "mesh/modulus_factor": "a map of stiffness"}
 
 
 def read_problem(path, knows=()):

@@ -202,7 +202,7 @@ Elements::Elements(std::shared_ptr<const core::Body> body, int degree, Formulati
                    TetrahedronRule rule)
     : body_(std::move(body)), law_(&law), system_(fem_reference::assemble(*body_, degree)),
       pressure_(pressure_of(*body_, system_, formulation)), reference_(reference_tetrahedron(degree, rule)),
-      membrane_(*body_, system_) {
+      membrane_(*body_, system_), vessels_(*body_, system_) {
     if (pressure_.num_pressures() > 0) {
         compliance_ = pressure_.compliance;
         std::ranges::fill(compliance_.value, 0.0);
@@ -229,14 +229,15 @@ void Elements::stand_on(const core::Foundation &foundation) {
     const auto reference = fem_reference::reference_triangle(degree());
     constexpr double area_of_unit_triangle = 0.5;
     foundation_.clear();
-    for (const int f : foundation.facets) {
+    for (std::size_t which = 0; which < foundation.facets.size(); ++which) {
+        const int f = foundation.facets[which];
         auto nodes = fem_reference::nodes_of_facet(system_, body_->mesh, static_cast<std::size_t>(f));
         const auto num_nodes = static_cast<Eigen::Index>(nodes.size());
         Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(num_nodes, num_nodes); // integral of N_a N_b
         for (std::size_t q = 0; q < reference.weight.size(); ++q)
             mass += reference.weight[q] / area_of_unit_triangle * reference.shape[q] * reference.shape[q].transpose();
         mass *= core::area_vector(body_->mesh, f).norm();
-        const Matrix3 per_area = foundation.stiffness_on(body_->mesh, f);
+        const Matrix3 per_area = foundation.stiffness_on(body_->mesh, which);
         Eigen::MatrixXd stiffness(3 * num_nodes, 3 * num_nodes);
         for (Eigen::Index a = 0; a < num_nodes; ++a)
             for (Eigen::Index b = 0; b < num_nodes; ++b)
@@ -318,6 +319,7 @@ InternalForces Elements::internal_forces(const State &state, std::span<const dou
         return true;
     });
     result.energy += membrane_.add_force(state.displacement, result.force, energy_share);
+    result.energy += vessels_.add_force(state.displacement, result.force, energy_share);
     for (const auto &[nodes, stiffness] : foundation_)
         for (std::size_t a = 0; a < nodes.size(); ++a)
             for (std::size_t b = 0; b < nodes.size(); ++b)
@@ -403,6 +405,7 @@ void Elements::assemble_tangent(const State &state, TangentMatrices &tangent) co
         return true;
     });
     membrane_.add_stiffness(state.displacement, tangent.stiffness);
+    vessels_.add_stiffness(state.displacement, tangent.stiffness);
     for (const auto &[nodes, stiffness] : foundation_)
         fem_reference::add_to(tangent.stiffness, nodes, stiffness);
 }

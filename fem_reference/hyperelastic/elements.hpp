@@ -9,6 +9,7 @@
 #include "fem_reference/hyperelastic/material_law.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/linear/facets.hpp"
+#include "fem_reference/linear/vessel_lines.hpp"
 
 namespace livermark::hyperelastic {
 
@@ -90,7 +91,7 @@ struct TangentMatrices {
 ///     Pi(u, p) = integral of W_s(F) + p g(J) - p^2 / (2 k),
 /// the perturbed Lagrangian. Its p = k g(J) at every point would be the same energy; p is the linear interpolation of
 /// that, and so the elements do not lock.
-/// The capsule of a body adds the energy of its Membrane to both.
+/// The capsule of a body adds the energy of its Membrane to both, and its vessels that of VesselLines.
 /// (T. Sussman, K.-J. Bathe 1987, A finite element formulation for nonlinear incompressible elastic and inelastic
 /// analysis, Comput. Struct. 26)
 class Elements {
@@ -160,6 +161,7 @@ class Elements {
     fem_reference::SymmetricMatrix compliance_;
     ReferenceTetrahedron reference_;
     fem_reference::Membrane membrane_;
+    fem_reference::VesselLines vessels_;
     const DeviatoricMemory *memory_ = nullptr;
     std::vector<FacetSprings> foundation_; ///< empty without one
     std::vector<int> block_;               ///< (M, nodes (nodes - 1) / 2) where the block of two nodes of a cell stands

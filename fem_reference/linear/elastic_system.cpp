@@ -23,6 +23,7 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "fem_reference/linear/facets.hpp"
+#include "fem_reference/linear/vessel_lines.hpp"
 #include "fem_reference/solvers/matrices.hpp"
 
 namespace livermark::fem_reference {
@@ -299,6 +300,7 @@ ElasticSystem assemble_on(const DealIiMesh &mesh, const core::Body &body, int de
     integrate_cells(system, body, dof_handler, mapping, degree);
     integrate_facets(system, body.mesh, dof_handler, node, mapping, degree);
     Membrane(body, system).add_stiffness({}, system.stiffness);
+    VesselLines(body, system).add_stiffness({}, system.stiffness);
     return system;
 }
 

@@ -77,7 +77,7 @@ struct ElasticSystem {
 /// Assembles a body.
 /// K_(ai)(bj) = sum over t of the integral of lambda g_ai g_bj + mu g_aj g_bi + mu delta_ij g_a . g_b, with g_a the
 /// gradient of shape function a (the weak form of isotropic linear elasticity in the Lame parameters), and the Membrane
-/// of a capsule.
+/// of a capsule and the VesselLines.
 /// @param body    tetrahedra of positive volume, every node used
 /// @param degree  1 or 2
 /// @throws std::invalid_argument for another degree, or if a boundary triangle is not an outer face of the tetrahedra

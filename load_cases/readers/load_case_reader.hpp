@@ -134,8 +134,8 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 /// A place may stand on elastic springs beside what else acts, in the large regime, as ligaments and the diaphragm bear
 /// a liver. Something else still constrains the body:
 ///
-///     [foundation]
-///     patch = "posterior"                     # or another place, of which no part is constrained
+///     [foundation]      # or several, each a [[foundation]]; a facet in two of them has the springs of the first
+///     patch = "posterior"                     # or another place, less what conditions constrain
 ///     stiffness = 1e5                         # [N/m^3], k in the traction -k u on the body, on areas at rest
 ///     normal_only = true                      # whether it resists motion along the normal at rest alone (false)
 ///

@@ -19,6 +19,7 @@
 #include "meshes/cutting/cut_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
+#include "meshes/io/vessel_files.hpp"
 
 namespace livermark::meshes {
 
@@ -161,7 +162,7 @@ void apply(const MaterialOverride &override_with, std::vector<core::Material> &m
 toml::table read_table(const std::filesystem::path &toml_file) {
     auto table = support::parse_toml(support::read_text(toml_file), toml_file);
     support::refuse_unknown_keys(table, {"title", "mesh", "unit", "axes", "find_patches", "generator", "regions",
-                                         "patches", "image", "cut", "capsule", "stiffness_map"});
+                                         "patches", "image", "cut", "capsule", "vessels", "stiffness_map"});
     return table;
 }
 
@@ -298,6 +299,8 @@ core::Body body_of_table(const std::filesystem::path &file, std::vector<std::str
     body.capsule = read_capsule(table);
     if (table.contains("stiffness_map"))
         apply_stiffness_map(file, support::required_table(table, "stiffness_map"), body);
+    if (table.contains("vessels"))
+        read_vessels(file, support::required_table(table, "vessels"), support::metres_per_unit(table), body);
     check_patches(table, body.mesh);
     return cut(std::move(body), read_cuts(table));
 }

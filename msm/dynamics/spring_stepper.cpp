@@ -1,6 +1,8 @@
 #include "msm/dynamics/spring_stepper.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <stdexcept>
 #include <utility>
 
@@ -9,17 +11,29 @@
 
 namespace livermark::msm {
 
+std::string unknown_to_cuts(const core::Body &body) {
+    std::vector<std::string> nouns, tables;
+    const auto add = [&](bool is_there, const char *noun, const char *table) {
+        if (!is_there)
+            return;
+        nouns.emplace_back(noun);
+        tables.emplace_back(table);
+    };
+    add(body.capsule.has_value(), "a capsule", "[capsule]");
+    add(body.vessels.has_value(), "vessels as lines", "[vessels]");
+    add(std::ranges::any_of(body.modulus_factor, [](double factor) { return factor != 1.0; }), "a map of stiffness",
+        "[stiffness_map]");
+    if (nouns.empty())
+        return {};
+    return fmt::format("has {}, which cuts in motion do not know; cut it at rest with [[cut]], or leave {} out of the "
+                       "body",
+                       fmt::join(nouns, " and "), fmt::join(tables, " and "));
+}
+
 SpringStepper::SpringStepper(std::shared_ptr<const core::Body> body, MovingSprings moving, NodalConditions held)
     : body_(std::move(body)), moving_(std::move(moving)), held_(std::move(held)), numbers_(body_->mesh) {
-    if (moving_.options.may_be_cut && body_->capsule)
-        throw support::InputError(
-            "{} has a capsule, which cuts in motion do not open; leave [capsule] out of the body, or "
-            "cut it at rest",
-            body_->name);
-    if (moving_.options.may_be_cut && !body_->modulus_factor.empty())
-        throw support::InputError("{} has a map of stiffness, which cuts in motion do not know; leave [stiffness_map] "
-                                  "out of the body, or cut it at rest",
-                                  body_->name);
+    if (const auto unknown = unknown_to_cuts(*body_); moving_.options.may_be_cut && !unknown.empty())
+        throw support::InputError("{} {}", body_->name, unknown);
     if (moving_.options.may_be_cut)
         parts_ = CutParts::prepare(*body_, moving_.springs, moving_.source);
     if (!moving_.bears_ball_as_loads)
@@ -32,12 +46,14 @@ SpringStepper::SpringStepper(std::shared_ptr<const core::Body> body, MovingSprin
 void SpringStepper::make_steps() {
     auto options = moving_.options;
     options.scaling = constrained(options.scaling, held_);
-    auto steps = FastSteps::prepare(moving_.springs, body_->mesh.points, held_, moving_.damping, "symplectic_euler",
+    auto parted = part_terms(moving_.springs);
+    auto steps = FastSteps::prepare(parted.in_kernels, body_->mesh.points, held_, moving_.damping, "symplectic_euler",
                                     time_step_, options);
-    if (!steps && body_->capsule)
-        throw support::InputError("{} has a capsule, with which coupled springs do not move; take lloyd or "
-                                  "patch_nodal_volume, or leave [capsule] out of the body",
-                                  body_->name);
+    beside_ = std::move(parted.beside);
+    if (!beside_.empty()) {
+        given_load_ = held_.force;
+        bears_more_.assign(given_load_.size(), 0);
+    }
     if (!steps)
         throw std::logic_error("the fast kernels do not know these springs");
     if (steps_)
@@ -49,7 +65,7 @@ void SpringStepper::prepare(double time_step) {
     if (steps_ && time_step == time_step_)
         return;
     time_step_ = time_step;
-    if (steps_ && moving_.options.may_be_cut)
+    if (steps_)
         steps_->set_time_step(time_step);
     else
         make_steps();
@@ -58,6 +74,8 @@ void SpringStepper::prepare(double time_step) {
 void SpringStepper::step(double time_step, int /*iterations*/) {
     if (ball_ && moving_.bears_ball_as_loads)
         load_with_ball();
+    if (!beside_.empty())
+        load_with_terms_beside();
     steps_->take(1);
     for (std::size_t i = 0; i < led_nodes_.size(); ++i)
         steps_->set_displacement(led_nodes_[i], led_to_[i]);
@@ -140,10 +158,31 @@ core::FrameCost SpringStepper::cost(const core::Effort &effort) const {
 void SpringStepper::load(std::span<const int> nodes, std::span<const core::Vector3> force) {
     for (const int node : loaded_)
         if (std::ranges::find(nodes, node) == nodes.end())
-            steps_->set_load(node, core::Vector3::Zero());
+            give_load(node, core::Vector3::Zero());
     loaded_.assign(nodes.begin(), nodes.end());
     for (std::size_t i = 0; i < nodes.size(); ++i)
-        steps_->set_load(nodes[i], force[i]);
+        give_load(nodes[i], force[i]);
+}
+
+void SpringStepper::give_load(int node, const core::Vector3 &force) {
+    steps_->set_load(node, force);
+    if (!given_load_.empty())
+        given_load_[static_cast<std::size_t>(node)] = force;
+}
+
+void SpringStepper::load_with_terms_beside() {
+    const auto state = steps_->state();
+    const Eigen::VectorXd x = to_unknowns(body_->mesh.points) + state.displacement;
+    Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
+    for (const auto &term : beside_)
+        term->add_force(x, state.velocity, moving_.damping.beta, force);
+    for (std::size_t node = 0; node < given_load_.size(); ++node) {
+        const core::Vector3 more = node_part(force, static_cast<int>(node));
+        const bool bears_more = !more.isZero(0.0);
+        if (bears_more || bears_more_[node] != 0)
+            steps_->set_load(static_cast<int>(node), given_load_[node] + more);
+        bears_more_[node] = bears_more ? 1 : 0;
+    }
 }
 
 void SpringStepper::add_masses(std::span<const int> nodes, std::span<const double> more) {

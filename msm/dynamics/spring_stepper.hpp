@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/relaxation.hpp"
@@ -26,6 +27,10 @@ struct MovingSprings {
     /// scaled masses leave equilibria under it as they are then.
     bool bears_ball_as_loads = false;
 };
+
+/// Parts of a body that cuts in motion do not know, and the remedy: a predicate, such as "has a capsule, which ...".
+/// @return empty where they know all of it
+std::string unknown_to_cuts(const core::Body &body);
 
 /// Springs in steps of symplectic Euler on vector units, forces in single precision. Nodes and tetrahedra keep their
 /// numbers when it is cut, and what a cut changes is made again around it.
@@ -82,7 +87,9 @@ class SpringStepper : public core::Stepper {
   private:
     void make_steps();
     void set_factors(const MassScaling &scaling);
+    void give_load(int node, const core::Vector3 &force);
     void load_with_ball();
+    void load_with_terms_beside();
     void push_out(double time_step);
     /// Mass with which a node gives way to the ball in a step [kg].
     double moved_mass(int node) const;
@@ -97,6 +104,10 @@ class SpringStepper : public core::Stepper {
     std::vector<int> led_nodes_;
     std::vector<core::Vector3> led_to_; ///< [m]
     std::vector<int> loaded_, heavier_; ///< nodes
+    /// Terms that the kernels leave out act as loads in each step, beside those that are given; often there are none.
+    std::vector<std::shared_ptr<const ElasticTerm>> beside_;
+    std::vector<core::Vector3> given_load_; ///< (N) [N]; empty where no term is beside the kernels
+    std::vector<char> bears_more_;          ///< (N) whether such a term loaded a node in the last step
     std::shared_ptr<core::BallContact> ball_;
     std::vector<core::Vector3> force_of_ball_; ///< (N) of the step before [N]; empty where it acts as kicks
     std::vector<int> pressed_;                 ///< nodes that have some of it

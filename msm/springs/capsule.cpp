@@ -151,6 +151,8 @@ class CoupledCapsule : public ElasticTerm {
         }
     }
 
+    bool is_beside_kernels() const override { return true; }
+
   private:
     using Matrix9 = Eigen::Matrix<double, 9, 9>;
 

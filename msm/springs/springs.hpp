@@ -64,6 +64,13 @@ const VolumeTerm &find_volume_term(std::string_view name);
 /// @return null where the body has no capsule
 std::shared_ptr<const ElasticTerm> coupled_capsule(const core::Body &body);
 
+/// The vessels of a body that are lines, see core::VesselTree. Dashpots act along them.
+/// @return null where the body has none
+std::shared_ptr<const ElasticTerm> vessel_lines(const core::Body &body);
+
+/// Tissue of a body with its vessels, where it has some.
+ElasticBody with_vessel_lines(ElasticBody tissue, const core::Body &body);
+
 /// A guard that keeps tetrahedra from turning inside out, and turns them back: springs are content with a mirror image,
 /// and a volume around a node may be kept while one of its tetrahedra is inverted.
 ///   U = sum over tetrahedra t of m_t / 2 (max(0, c V0_t - V_t))^2 / V0_t,   m_t = 4 (lambda + 2 mu),   c = 1/2

@@ -128,10 +128,11 @@ class FoundationSprings : public ElasticTerm {
     FoundationSprings(const core::Foundation &foundation, const core::TetraMesh &mesh)
         : rest_(to_unknowns(mesh.points)) {
         std::vector<Eigen::Triplet<double>> entries;
-        for (const int facet : foundation.facets) {
+        for (std::size_t which = 0; which < foundation.facets.size(); ++which) {
+            const int facet = foundation.facets[which];
             const auto &nodes = mesh.boundary_triangles[facet];
             const Eigen::Matrix3d part =
-                core::area_vector(mesh, facet).norm() / 12.0 * foundation.stiffness_on(mesh, facet);
+                core::area_vector(mesh, facet).norm() / 12.0 * foundation.stiffness_on(mesh, which);
             for (const int a : nodes)
                 for (const int b : nodes)
                     for (int i = 0; i < 3; ++i)

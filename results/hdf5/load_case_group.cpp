@@ -101,12 +101,13 @@ template <class At> void describe_event(At at, Of<At, core::TouchingTool> &ball,
 }
 
 template <class At> void describe_event(At at, Of<At, core::Foundation> &foundation, const EventBounds &bounds) {
-    at.number("stiffness", foundation.stiffness);
-    at.check(foundation.stiffness > 0.0 && std::isfinite(foundation.stiffness),
-             "attribute stiffness has to be positive");
-    at.integer("normal_only", foundation.normal_only, 0, 1);
     auto &facets = foundation.facets;
     at.rows("facet", facets);
+    at.rows("stiffness", foundation.stiffness, "N/m^3", facets.size());
+    at.check(std::ranges::all_of(foundation.stiffness, [](double k) { return k > 0.0 && std::isfinite(k); }),
+             "stiffness", "has to be positive");
+    at.rows("normal_only", foundation.normal_only, "", facets.size());
+    at.within("normal_only", foundation.normal_only, 0, 2);
     at.within("facet", facets, 0, bounds.num_facets);
     at.check(!facets.empty() && std::ranges::adjacent_find(facets, std::greater_equal<>()) == facets.end(), "facet",
              "does not ascend");

@@ -67,6 +67,12 @@ template <class Hash> void add_problem(Hash &hash, const core::Problem &problem)
     }
     if (const auto &capsule = problem.body->capsule) // others keep the name that they had before there was one
         hash.add_all(std::array{capsule->thickness, capsule->young_modulus});
+    if (const auto &vessels = problem.body->vessels) {
+        hash.add_all(vessels->points);
+        hash.add_all(vessels->radius);
+        hash.add_all(vessels->segments);
+        hash.add_all(std::array{vessels->wall_ratio, vessels->wall_modulus});
+    }
     hash.add_all(problem.body->modulus_factor); // nothing, where there is no map of stiffness
     hash.add(core::to_string(load_case.regime));
     hash.add_all(facets.condition);

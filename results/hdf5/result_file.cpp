@@ -106,6 +106,26 @@ template <class At> void describe_capsule(At root, Of<At, std::optional<core::Ca
     });
 }
 
+template <class At> void describe_vessels(At root, Of<At, std::optional<core::VesselTree>> &vessels) {
+    root.optional("vessels", vessels, [&](auto &found) {
+        const auto at = root.group("vessels");
+        at.number("wall_ratio", found.wall_ratio);
+        at.number("wall_modulus", found.wall_modulus);
+        at.rows("points", found.points, "m");
+        at.finite("points", found.points);
+        at.rows("radius", found.radius, "m", found.points.size());
+        at.node_numbers("segments", found.segments, found.points.size());
+        if constexpr (At::reads) {
+            at.check(found.wall_ratio > 0.0 && found.wall_ratio <= 1.0,
+                     "attribute wall_ratio has to be above 0, and 1 at most");
+            at.check(found.wall_modulus > 0.0 && std::isfinite(found.wall_modulus),
+                     "attribute wall_modulus has to be positive");
+            at.check(std::ranges::all_of(found.radius, [](double r) { return r > 0.0 && std::isfinite(r); }), "radius",
+                     "has to be positive");
+        }
+    });
+}
+
 template <class At> void describe_body(At root, Of<At, core::Body> &body) {
     auto &mesh = body.mesh;
     root.text("body", body.name);
@@ -131,6 +151,7 @@ template <class At> void describe_body(At root, Of<At, core::Body> &body) {
     }
     hdf5::describe_materials(root, body.materials, mesh.region_names.size());
     describe_capsule(root, body.capsule);
+    describe_vessels(root, body.vessels);
 }
 
 template <class At> void describe_modes(At at, Of<At, core::Modes> &modes, std::size_t num_nodes) {

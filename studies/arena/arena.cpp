@@ -252,6 +252,9 @@ Found<results::Arena> run_arena(const ArenaOptions &options, const std::string &
     if (std::ranges::any_of(problems, [](const core::Problem &problem) { return problem.body->capsule.has_value(); }))
         leave_out(methods, &models::MovingMethod::knows_capsule, options.methods, "for bodies without a capsule only",
                   "take a body without one", notes);
+    if (std::ranges::any_of(problems, [](const core::Problem &problem) { return problem.body->vessels.has_value(); }))
+        leave_out(methods, &models::MovingMethod::knows_vessels, options.methods,
+                  "for bodies without vessels as lines only", "take a body without [vessels]", notes);
     if (options.tool == ArenaTool::touching) {
         leave_out(methods, &models::MovingMethod::knows_contact, options.methods, "glued only", "take --tool glued",
                   notes);

@@ -39,7 +39,7 @@ ExportedProblem export_tool_scene(const ExportOptions &options, const std::strin
     auto [problems, notes, left_out] = read_arena_problems({options.body}, options.load_case);
     const auto &problem = problems.front();
     for (const auto &part : further_parts(problem))
-        if (part.kind == FurtherKind::map || part.kind == FurtherKind::capsule)
+        if (part.kind == FurtherKind::of_body || part.kind == FurtherKind::map || part.kind == FurtherKind::capsule)
             throw support::InputError("{} has {}, which scenes cannot say; export {} on a body without",
                                       problem.body->name, part.noun, problem.load_case.name);
     const auto place = models::tool_place(problem, msm::lumped_masses(*problem.body));
@@ -302,6 +302,8 @@ std::vector<FurtherPart> further_parts(const core::Problem &problem) {
     });
     if (problem.body->capsule)
         parts.push_back({"a capsule", "/capsule", FurtherKind::capsule});
+    if (problem.body->vessels)
+        parts.push_back({"vessels as lines", "/vessels", FurtherKind::of_body});
     if (!problem.body->modulus_factor.empty())
         parts.push_back({"a map of stiffness", "/mesh/modulus_factor", FurtherKind::map});
     return parts;

@@ -327,8 +327,13 @@ struct PrepareMassSprings {
 
 } // namespace
 
-core::Model mass_spring_model(std::string name, std::string summary, std::string source, const MakeMassSprings &make,
-                              const ModelOptions &options) {
+core::Model mass_spring_model(std::string name, std::string summary, std::string source,
+                              const MakeMassSprings &make_tissue, const ModelOptions &options) {
+    const MakeMassSprings make = [make_tissue](const core::Body &body) {
+        auto made = make_tissue(body);
+        made.body = msm::with_vessel_lines(std::move(made.body), body);
+        return made;
+    };
     return {
         .name = std::move(name),
         .summary = std::move(summary),

@@ -376,7 +376,7 @@ std::vector<std::string> without_part(const Run &run) {
             }))
             sentences.push_back(
                 fmt::format("{} takes part in none of these load cases: another regime, something that "
-                            "it does not follow, no constants of its law, or a capsule that it does not know",
+                            "it does not follow, no constants of its law, or a capsule or vessels that it does not know",
                             model.name));
     return sentences;
 }

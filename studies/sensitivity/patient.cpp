@@ -316,6 +316,8 @@ core::Problem with_soft_support(const core::Problem &problem, double stiffness) 
                                 body->name, problem.load_case.name, 1e3 * thickness));
             mesh.tetrahedra.push_back(tetrahedron);
             mesh.region.push_back(region);
+            if (!body->modulus_factor.empty())
+                body->modulus_factor.push_back(1.0);
         }
         for (int &node : corners)
             node = outer.at(node);

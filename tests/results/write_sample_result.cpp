@@ -7,6 +7,7 @@
 #include "results/hdf5/references.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "studies/run/run.hpp"
+#include "tests/samples/bodies_with_vessels.hpp"
 #include "tests/samples/covered_bodies.hpp"
 #include "tests/samples/records/sample_records.hpp"
 #include "tests/samples/records/sample_result.hpp"
@@ -30,6 +31,7 @@ int main(int argc, char **argv) {
     results::write_result(folder / "sample_result.h5", part_of_load);
     auto jaws = tests::with_jaws(result);
     auto body = *tests::covered::with_capsule(jaws.problem.body);
+    body.vessels = tests::vessels::chain(16);
     body.modulus_factor.assign(body.mesh.tetrahedra.size(), 1.0);
     jaws.problem.body = std::make_shared<const livermark::core::Body>(std::move(body));
     results::write_result(folder / "with_jaws_result.h5", jaws);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
+#include "tests/samples/even_foundation.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 /// A block on springs along the normal of its bottom, whose two sides at the origin slide: its stress is the same
@@ -35,7 +36,7 @@ inline core::Problem block(double top, double traction) {
     prescribe(load_case, body->mesh, "y_min", {nan, 0.0, nan});
     prescribe(load_case, body->mesh, "z_max", {nan, nan, top});
     pull(load_case, body->mesh, "z_min", {0.0, 0.0, traction});
-    load_case.foundation = core::Foundation{.facets = bottom(body->mesh), .stiffness = stiffness, .normal_only = true};
+    load_case.foundation = tests::even_foundation(bottom(body->mesh), stiffness, true);
     return {body, load_case};
 }
 

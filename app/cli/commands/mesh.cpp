@@ -18,9 +18,11 @@
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/generators/liver_generator.hpp"
 #include "meshes/generators/liver_shape.hpp"
+#include "meshes/generators/liver_vessels.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "meshes/io/mesh_files.hpp"
+#include "meshes/io/vessel_files.hpp"
 #include "msm/springs/springs.hpp"
 #include "studies/advise/advise.hpp"
 #include "studies/models/model_table.hpp"
@@ -75,6 +77,7 @@ struct LiverCommand {
     meshes::LiverOptions options;
     int variant = 0; ///< 0 is the liver that ships
     std::string output;
+    std::string veins{}; ///< file of its veins; none if empty
 };
 
 struct BoxCommand {
@@ -148,6 +151,15 @@ int make_box(const BoxCommand &command) {
 
 int make_liver(const LiverCommand &command, const std::string &command_line) {
     check_mesh_output(command.output);
+    if (!command.veins.empty()) {
+        if (command.variant != 0)
+            throw support::InputError("{}: veins are those of the liver that ships; leave out --variant",
+                                      command.veins);
+        support::check_place(command.veins);
+        support::write_whole(command.veins, meshes::swc_text(meshes::liver_veins(),
+                                                             "Hepatic and portal veins of the livers that ship, made "
+                                                             "by `livermark mesh liver --vessels`"));
+    }
     if (command.variant != 0) {
         if (command.options.tumours)
             throw support::InputError(
@@ -183,7 +195,8 @@ int make_of_segmentation(SegmentationOptions options) {
         (options.body.labels.empty() ? 0 : 1) + (options.body.surfaces.empty() ? 0 : 1) + (options.is_phantom ? 1 : 0);
     if (num_sources != 1)
         throw support::InputError("one source is needed; give one of --labels, --surfaces and --phantom, or one of "
-                                  "the subcommands liver, box, cut, stiffness and check; see `livermark mesh --help`");
+                                  "the subcommands liver, box, cut, stiffness, vessels and check; see `livermark mesh "
+                                  "--help`");
     if (options.output.empty())
         throw support::InputError("no file to write is given; name it with -o");
     if (!options.body.roles.empty() && options.body.labels.empty())
@@ -295,6 +308,36 @@ std::pair<Command, CLI::App *> add_mesh_cut(CLI::App &parent, const std::string 
     return {[options, command_line] { return make_cut_body(*options, command_line); }, command};
 }
 
+/// `livermark mesh vessels`.
+/// @param parent  `livermark mesh`
+/// @return the command, and the subcommand, which says whether it was asked for
+std::pair<Command, CLI::App *> add_mesh_vessels(CLI::App &parent) {
+    auto options = std::make_shared<VesselsCommand>();
+    auto *command = parent.add_subcommand(
+        "vessels", "Make lines of the vessels of a label image, for what is thinner than the elements of a body");
+    command
+        ->add_option("image", options->labels,
+                     "A label image: NIfTI, NRRD, MetaImage, a DICOM segmentation, or the folder of a DICOM series")
+        ->required();
+    command
+        ->add_option(
+            "--role", options->roles,
+            "Role of a segment, as NAME=ROLE, where its name says none or another; repeat it for more. NAME is "
+            "its name or label, ROLE is vessel, vessel_hepatic, vessel_portal or vessel_artery for one that "
+            "becomes lines, and ignore for one that does not")
+        ->expected(1)
+        ->take_all();
+    command->add_option("--largest-radius", options->largest_radius,
+                        "Leave out what is thicker than this [m], such as vessels that the body has as regions");
+    command->add_option("-o,--output", options->output,
+                        "The .swc file to write; by default it has the name of the image and lies in this folder");
+    return {[options] {
+                write_vessel_lines(*options);
+                return 0;
+            },
+            command};
+}
+
 } // namespace
 
 Command add_mesh(CLI::App &parent, const std::string &command_line) {
@@ -312,6 +355,9 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
                      "that ships. A body .toml is written beside the mesh")
         ->check(CLI::Range(0, 1000000))
         ->capture_default_str();
+    make->add_option(
+        "--vessels", liver->veins,
+        "A .swc file to write as well: its hepatic and portal veins as lines, for [vessels] in a body .toml");
     make->add_option("-o,--output", liver->output, "The .msh file to write")->required();
 
     auto box = std::make_shared<BoxCommand>();
@@ -351,6 +397,8 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
         ->required();
     map->add_option("-o,--output", stiffness->output, "The .toml file to write, with the moduli beside it")->required();
 
+    const auto vessels = add_mesh_vessels(*command);
+
     auto file = std::make_shared<std::string>();
     auto *check = command->add_subcommand("check", "Check a mesh, a surface or a label image, and print its size");
     check->add_option("file", *file, "A mesh, surface or label image that `livermark run --body` reads")->required();
@@ -366,8 +414,9 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
             add_stiffness_map(*stiffness, command_line);
             return 0;
         }
-        if (cut.second->parsed())
-            return cut.first();
+        for (const auto &[run, subcommand] : {cut, vessels})
+            if (subcommand->parsed())
+                return run();
         if (!check->parsed())
             return make_of_segmentation(*segmentation);
         const int status = check_body(*file);

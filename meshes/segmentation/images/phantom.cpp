@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "meshes/generators/liver_shape.hpp"
+#include "meshes/generators/liver_vessels.hpp"
 
 /// The phantom: the liver that ships as a label image, a scan or a map of stiffness.
 namespace livermark::segmentation {
@@ -75,18 +76,6 @@ struct Tube {
     double radius;      ///< [m]
 };
 
-/// Trunks as thick as an adult's: the hepatic one comes from the vena cava and parts into a middle and a right vein,
-/// the portal one comes from the porta hepatis and parts into a right and a left branch. They pass the lesions.
-const std::array<Tube, 7> vessels{{
-    {phantom_hepatic_label, {0.022, 0.050, 0.046}, {0.008, 0.018, 0.040}, 6.0e-3},
-    {phantom_hepatic_label, {0.008, 0.018, 0.040}, {0.002, -0.030, 0.020}, 4.0e-3},
-    {phantom_hepatic_label, {0.008, 0.018, 0.040}, {-0.060, 0.030, 0.045}, 5.0e-3},
-    {phantom_portal_label, {0.016, 0.014, -0.034}, {-0.012, 0.018, -0.012}, 6.0e-3},
-    {phantom_portal_label, {-0.012, 0.018, -0.012}, {-0.052, 0.034, -0.006}, 5.0e-3},
-    {phantom_portal_label, {-0.052, 0.034, -0.006}, {-0.080, 0.026, -0.020}, 3.0e-3},
-    {phantom_portal_label, {-0.002, 0.016, -0.020}, {0.050, 0.004, 0.012}, 4.0e-3},
-}};
-
 bool holds(const Tube &tube, const Vector3 &point) {
     const Vector3 axis = tube.end - tube.begin, to_point = point - tube.begin;
     const double along = std::clamp(to_point.dot(axis) / axis.squaredNorm(), 0.0, 1.0);
@@ -102,7 +91,9 @@ struct Parts {
 Parts parts_of(const PhantomOptions &options) {
     Parts parts{lesions(options.touching), {}};
     if (options.vessels)
-        parts.tubes.assign(vessels.begin(), vessels.end());
+        for (const auto &trunk : meshes::liver_vein_trunks())
+            parts.tubes.push_back({trunk.vein == meshes::LiverVein::hepatic ? phantom_hepatic_label : phantom_portal_label,
+                                   trunk.begin, trunk.end, trunk.radius});
     return parts;
 }
 

@@ -111,8 +111,8 @@ class DistanceAlong {
     std::vector<double> begin_;
 };
 
-/// Whether each voxel of a box is nearer than a radius to one of a set, centre to centre.
-VoxelSet nearer_than(const ImageGrid &grid, const VoxelBox &box, const VoxelSet &set, double radius) {
+/// Squared distance of each voxel of a box to the nearest one of a set, centre to centre [m^2].
+std::vector<float> squared_distances(const ImageGrid &grid, const VoxelBox &box, const VoxelSet &set) {
     std::vector<float> square(box.num_voxels());
     for (std::size_t v = 0; v < square.size(); ++v)
         square[v] = set[v] != 0 ? 0.0F : far_away;
@@ -126,6 +126,12 @@ VoxelSet nearer_than(const ImageGrid &grid, const VoxelBox &box, const VoxelSet 
             for (std::size_t i = 0; i < size.at(a); ++i)
                 along(&square[i * stride.at(a) + j * stride.at(b)], stride.at(d));
     }
+    return square;
+}
+
+/// Whether each voxel of a box is nearer than a radius to one of a set, centre to centre.
+VoxelSet nearer_than(const ImageGrid &grid, const VoxelBox &box, const VoxelSet &set, double radius) {
+    const auto square = squared_distances(grid, box, set);
     VoxelSet near(square.size());
     for (std::size_t v = 0; v < near.size(); ++v)
         near[v] = static_cast<double>(square[v]) < radius * radius * (1.0 - 1e-6) ? 1 : 0;
@@ -171,6 +177,17 @@ VoxelSet opened_by_ball(const ImageGrid &grid, const VoxelSet &set, double radiu
         result[in_grid] = set[in_grid] != 0 && covered[in_box] != 0 ? 1 : 0;
     });
     return result;
+}
+
+std::vector<float> depths_in(const ImageGrid &grid, const VoxelSet &set) {
+    const auto box = box_around(grid, set, 0.0);
+    std::vector<float> depths(set.size(), 0.0F);
+    if (box.num_voxels() == 0)
+        return depths;
+    const auto square = squared_distances(grid, box, complement(cut_out(grid, box, set)));
+    for_each_shared(grid, box,
+                    [&](std::size_t in_box, std::size_t in_grid) { depths[in_grid] = std::sqrt(square[in_box]); });
+    return depths;
 }
 
 } // namespace livermark::segmentation

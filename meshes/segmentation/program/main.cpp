@@ -32,6 +32,7 @@
 #include "meshes/segmentation/images/segmentation.hpp"
 #include "meshes/segmentation/images/stiffness_map.hpp"
 #include "meshes/segmentation/meshing/patient_body.hpp"
+#include "meshes/segmentation/program/vessel_lines.hpp"
 #include "meshes/segmentation/surfaces/surface_file.hpp"
 
 /// The work of `livermark-segment`: bodies of segmentations, for `livermark`, which starts it.
@@ -359,6 +360,14 @@ int run(int argc, char **argv) {
     moduli->add_option("--unit", stiffness.unit)->required();
     moduli->add_option("--output", stiffness.output)->required();
     moduli->callback([&] { action = [&] { return segmentation::write_moduli(stiffness); }; });
+
+    segmentation::VesselCommand vessels;
+    auto *lines = app.add_subcommand("vessels", "Lines of the vessels of a label image");
+    lines->add_option("file", vessels.labels)->required();
+    lines->add_option("--role", vessels.roles)->expected(1)->take_all();
+    lines->add_option("--largest-radius", vessels.largest_radius);
+    lines->add_option("--output", vessels.output)->required();
+    lines->callback([&] { action = [&] { return segmentation::write_vessel_lines(vessels); }; });
 
     app.add_option_function<int>("--parent", end_with, "Process that this one ends with");
     CLI11_PARSE(app, argc, argv);

@@ -62,18 +62,20 @@ def shipped(name: os.PathLike[str] | str, folder: str) -> pathlib.Path:
 
 
 def read_supports(load_case: os.PathLike[str] | str) -> dict[str, Any]:
-    """The held places and the foundation of a load case, without its loads."""
+    """The held places and the foundations of a load case, without its loads."""
     path = shipped(load_case, "load_cases")
     table = read_toml(path)
     held = [condition for condition in table.get("condition", []) if "displacement" in condition]
-    for condition in [*held, *([table["foundation"]] if "foundation" in table else [])]:
+    foundations = table.get("foundation", [])
+    foundations = foundations if isinstance(foundations, list) else [foundations]
+    for condition in [*held, *foundations]:
         if not {"patch", "patches"} & set(condition):
             raise InputError(f"{path}: a support of a body under gravity is on whole patches; write it with 'patch' or 'patches'")
         if any(value not in (0, "free") for value in condition.get("displacement", [])):
             raise InputError(f"{path}: a support of a body under gravity does not move; write zero or \"free\"")
     if not held:
         raise InputError(f"{path}: nothing is held; give a load case with a displacement of zero")
-    return {"condition": held, **({"foundation": table["foundation"]} if "foundation" in table else {})}
+    return {"condition": held, **({"foundation": foundations} if foundations else {})}
 
 
 class Scan:
@@ -131,7 +133,7 @@ class Scan:
         top: dict[str, Any] = {"title": f"{tool.name}, under gravity" if tool else "Gravity", "regime": "large", "path": PATH,
                                "acceleration": [float(value) for value in acceleration]}
         if "foundation" in self.supports:
-            top["foundation"] = grown(self.supports["foundation"])
+            top["foundation"] = [grown(foundation) for foundation in self.supports["foundation"]]
         return to_toml({**top, "condition": conditions}, "condition")
 
     def _pieces(self, tool: Optional[Tool]) -> dict[str, tuple[int, int, NDArray[numpy.int64]]]:

@@ -29,6 +29,7 @@ enum class FurtherKind {
     plain_ball, ///< see is_plain_ball()
     capsule,    ///< of the body
     map,        ///< moduli of tetrahedra, see core::Body::modulus_factor
+    of_body,    ///< of the body, and no job knows it
     other       ///< which no job knows
 };
 

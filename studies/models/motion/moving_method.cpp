@@ -132,7 +132,7 @@ std::unique_ptr<core::Stepper> spring_stepper(const MovingSpringModel &model, co
                                               const StepperOptions &options) {
     namespace msm = livermark::msm;
     const auto &body = *problem.body;
-    const auto springs = model.make(body);
+    const auto springs = msm::with_vessel_lines(model.make(body), body);
     msm::MassScaling scaling;
     if (options.scales_masses)
         scaling = msm::scale_masses(body, springs, once_released);
@@ -169,7 +169,8 @@ void add_springs(std::vector<MovingMethod> &methods) {
                  },
              .only_when_named = model.only_when_named,
              .knows_contact = true,
-             .knows_capsule = model.spring_source != no_source});
+             .knows_capsule = true,
+             .knows_vessels = true});
         if (model.is_scaled) {
             methods.push_back(methods.back());
             make_scaled(methods.back());

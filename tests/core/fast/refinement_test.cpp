@@ -14,6 +14,7 @@
 #include "core/mesh/refinement.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/samples/covered_bodies.hpp"
+#include "tests/samples/even_foundation.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::core {
@@ -172,7 +173,7 @@ TEST(Refinement, CarriesTheConditionsOverOnTheFacets) {
     for (const auto &point : body->mesh.points)
         load_case.node_factor.push_back(1.0 + point.x());
     load_case.node_shift = body->mesh.points;
-    load_case.foundation = core::Foundation{.facets = {1, 4}, .stiffness = 1e5, .normal_only = true};
+    load_case.foundation = tests::even_foundation({1, 4}, 1e5, true);
     const auto fine = refine(Problem{body, load_case});
     const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
     ASSERT_EQ(fine.load_case.num_facets(), fine.body->mesh.num_boundary_triangles());
@@ -321,9 +322,10 @@ TEST(LocalRefinement, KeepsAreasOfConditions) {
     for (int f = 0; f < load_case.num_facets(); f += 2)
         if (load_case.is_loaded(f))
             load_case.condition_on[f] = static_cast<int>(load_case.conditions.size()) - 1;
-    load_case.foundation = core::Foundation{.facets = {}, .stiffness = 1e5};
+    std::vector<int> below;
     for (int f = 0; f < load_case.num_facets(); f += 3)
-        load_case.foundation->facets.push_back(f);
+        below.push_back(f);
+    load_case.foundation = tests::even_foundation(below, 1e5, false);
     const auto refined = core::refine_at_rims(problem, 2);
     EXPECT_GT(refined.load_case.num_facets(), load_case.num_facets());
     const auto areas = [](const core::Problem &of) {

@@ -19,6 +19,7 @@
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/fem_reference/hyperelastic_bodies.hpp"
 #include "tests/samples/calculix_neo_hooke.hpp"
+#include "tests/samples/even_foundation.hpp"
 #include "tests/samples/ogden.hpp"
 
 namespace livermark {
@@ -203,7 +204,8 @@ TEST_P(HyperelasticElements, StandOnSpringsWithTheTangentOfTheirForces) {
         const auto state = some_state(elements);
         const auto direction = direction_of(state);
         const auto alone = elements.internal_forces(state);
-        const core::Foundation foundation{.facets = {0, 1, 2, 7}, .stiffness = 1e6, .normal_only = normal_only};
+        constexpr double stiffness = 1e6;
+        const auto foundation = tests::even_foundation({0, 1, 2, 7}, stiffness, normal_only);
         elements.stand_on(foundation);
         const auto standing = elements.internal_forces(state);
         EXPECT_EQ(standing.energy, alone.energy);
@@ -217,8 +219,8 @@ TEST_P(HyperelasticElements, StandOnSpringsWithTheTangentOfTheirForces) {
             sum[static_cast<Eigen::Index>(i % 3)] += borne[i];
         for (const int f : foundation.facets) {
             const Vector3 area = core::area_vector(elements.body().mesh, f);
-            expected += foundation.stiffness *
-                        (normal_only ? Vector3(area.normalized().dot(shift) * area) : Vector3(area.norm() * shift));
+            expected +=
+                stiffness * (normal_only ? Vector3(area.normalized().dot(shift) * area) : Vector3(area.norm() * shift));
         }
         EXPECT_LT((sum - expected).norm(), 1e-9 * expected.norm());
         auto tangent = elements.zero_tangent();

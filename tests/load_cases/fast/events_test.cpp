@@ -17,6 +17,7 @@
 #include "load_cases/readers/load_case_reader.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/golden.hpp"
+#include "tests/samples/even_foundation.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -186,10 +187,9 @@ TEST(Foundation, BearsThePlaceThatItNames) {
     EXPECT_TRUE(std::ranges::is_sorted(foundation.facets));
     for (const int f : foundation.facets)
         EXPECT_EQ(mesh.patch_names[mesh.boundary_patch[f]], "z_min");
-    EXPECT_EQ(foundation.stiffness, 1e5);
-    EXPECT_FALSE(foundation.normal_only);
+    EXPECT_EQ(foundation, tests::even_foundation(foundation.facets, 1e5, false));
     const auto along_normal = parse_standing(standing + "normal_only = true\n");
-    EXPECT_TRUE(along_normal.foundation.value().normal_only);
+    EXPECT_EQ(along_normal.foundation, tests::even_foundation(foundation.facets, 1e5, true));
     EXPECT_FALSE(core::are_statically_equal(load_case, along_normal));
     EXPECT_FALSE(load_case.in_time());
 }
@@ -208,9 +208,28 @@ TEST(Foundation, OfADiscHasTheStiffnessOfItsArea) {
             .foundation.value();
     const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {4, 4, 4});
     double stiffness = 0.0;
-    for (const int f : foundation.facets)
-        stiffness += foundation.stiffness * core::area_vector(mesh, f).norm();
+    for (std::size_t which = 0; which < foundation.facets.size(); ++which)
+        stiffness += foundation.stiffness[which] * core::area_vector(mesh, foundation.facets[which]).norm();
     EXPECT_NEAR(stiffness, 1e5 * std::numbers::pi * 0.03 * 0.03, 1e-9);
+}
+
+/// A facet in both has the springs of the first.
+TEST(Foundation, OfSeveralPlacesHasTheSpringsOfEach) {
+    const auto foundation =
+        parse_standing(tests::replaced(standing, "[foundation]", "[[foundation]]") + R"([[foundation]]
+patches = ["z_min", "z_max"]
+stiffness = 2e5
+normal_only = true
+)")
+            .foundation.value();
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {4, 4, 4});
+    ASSERT_EQ(foundation.facets.size(), 64U);
+    EXPECT_TRUE(std::ranges::is_sorted(foundation.facets));
+    for (std::size_t which = 0; which < foundation.facets.size(); ++which) {
+        const bool is_first = mesh.patch_names[mesh.boundary_patch[foundation.facets[which]]] == "z_min";
+        EXPECT_EQ(foundation.stiffness[which], is_first ? 1e5 : 2e5);
+        EXPECT_EQ(foundation.normal_only[which], is_first ? 0 : 1);
+    }
 }
 
 TEST(Foundation, IsRefusedWhereItIsNone) {

@@ -19,6 +19,7 @@
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/oracles/linear_elements.hpp"
 #include "tests/same_bits.hpp"
+#include "tests/samples/bodies_with_vessels.hpp"
 #include "tests/samples/covered_bodies.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -51,6 +52,11 @@ std::vector<NamedTerm> all_terms() {
         {"coupled_capsule",
          [](const core::Body &body) {
              return msm::coupled_capsule(*tests::covered::with_capsule(std::make_shared<const core::Body>(body)));
+         },
+         0.006},
+        {"vessel_lines",
+         [](const core::Body &body) {
+             return msm::vessel_lines(*tests::vessels::with_vessels(std::make_shared<const core::Body>(body)));
          },
          0.006},
     };

@@ -174,7 +174,8 @@ TEST(Foundation, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
     };
     const Eigen::VectorXd x = rest + wave(0.0), direction = wave(3.0);
     for (const bool normal_only : {false, true}) {
-        problem.load_case.foundation->normal_only = normal_only;
+        auto &foundation = problem.load_case.foundation.value();
+        std::ranges::fill(foundation.normal_only, normal_only ? 1 : 0);
         const auto body = msm::on_foundation(msm::ElasticBody(std::vector<double>(points.size(), 1.0), {}), problem);
         ASSERT_EQ(body.terms.size(), 1U);
         const auto &term = *body.terms.front();

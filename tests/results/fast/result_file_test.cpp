@@ -25,6 +25,7 @@
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/results/file_content.hpp"
+#include "tests/samples/bodies_with_vessels.hpp"
 #include "tests/samples/covered_bodies.hpp"
 #include "tests/samples/records/sample_result.hpp"
 
@@ -86,6 +87,8 @@ TEST_F(ResultFile, GivesBackWhatWasWritten) {
     EXPECT_EQ(read_result(path_).problem.load_case.touching, tests::with_jaws(sample).problem.load_case.touching);
     changed(sample, [](Result &result) { result.problem.body = tests::covered::with_capsule(result.problem.body); });
     EXPECT_EQ(read_result(path_).problem.body->capsule, tests::covered::capsule);
+    changed(sample, [](Result &result) { result.problem.body = tests::vessels::with_vessels(result.problem.body); });
+    EXPECT_EQ(read_result(path_).problem.body->vessels, tests::vessels::tree);
     changed(sample, [](Result &result) {
         auto body = *result.problem.body;
         for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t)
@@ -93,7 +96,7 @@ TEST_F(ResultFile, GivesBackWhatWasWritten) {
         result.problem.body = std::make_shared<const core::Body>(std::move(body));
     });
     EXPECT_EQ(read_result(path_).problem.body->modulus_factor[3], 0.5 + 0.1 * 3.0);
-    changed(sample, [](Result &result) { result.problem.load_case.foundation.value().normal_only = false; });
+    changed(sample, [](Result &result) { result.problem.load_case.foundation.value().normal_only.front() = 0; });
     // A reference that was kept has the probes and no frames; there is no error in frames then.
     changed(sample, [](Result &result) {
         result.models[0].solution.history->frames.clear();

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/tool/tool_stiffness.hpp"
+#include "tests/samples/even_foundation.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {
@@ -58,8 +59,7 @@ core::Problem sample_problem(int num_bricks) {
                                             .slide = {0.1, 0.0, 0.0},
                                             .friction = 1.0 / 3.0,
                                             .constraint = 1};
-    load_case.foundation =
-        core::Foundation{.facets = {0, 1, 2, 3, 5, 6, 7, 8, 9, 10, 11}, .stiffness = 1e6 / 7.0, .normal_only = true};
+    load_case.foundation = tests::even_foundation({0, 1, 2, 3, 5, 6, 7, 8, 9, 10, 11}, 1e6 / 7.0, true);
     load_case.release = core::Release{52, 0.01, {1.5, 1e-4}, {{"tip", 3}, {"dome", 0}, {"edge", 5}}};
     return {std::move(body), std::move(load_case)};
 }

@@ -30,13 +30,17 @@ function readMaterial(file: File, quantity: string, numRegions: number, isOne: (
 }
 
 /** Parts of a body that no engine of the page moves, with what a body file calls them. */
-const unmoved = { '/capsule': ['a capsule', '[capsule]'], '/mesh/modulus_factor': ['a map of stiffness', '[stiffness_map]'] };
+const unmoved = {
+  '/capsule': ['a capsule', '[capsule]'],
+  '/vessels': ['vessels as lines', '[vessels]'],
+  '/mesh/modulus_factor': ['a map of stiffness', '[stiffness_map]'],
+};
 
 /** @throws Fault with a sentence that names the place in the file */
 export function readBody(file: File): SoftBody {
   for (const [path, [noun, table]] of Object.entries(unmoved))
     if (has(file, path))
-      throw new Fault(`Its body has ${noun}, which does not move live; choose a result of the body without ${table}.`);
+      throw new Fault(`Its body has ${noun}, which the page does not move; choose a result of the body without ${table}.`);
   const mesh = readMesh(file);
   const region = Int32Array.from(mesh.region);
   if (region.some((r) => r < 0))

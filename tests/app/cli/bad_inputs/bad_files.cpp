@@ -37,6 +37,17 @@ BadInput moduli(std::string what, std::string text) {
             write_bar};
 }
 
+/// A body with vessels as lines.
+/// @param keys  of [vessels] beside the file
+BadInput vessels(std::string what, const std::string &keys, std::string swc) {
+    return {std::move(what),
+            good_run,
+            {{"bar.toml", good_body + "[vessels]\nfile = \"vessels.swc\"\n" + keys},
+             {"case.toml", good_case},
+             {"vessels.swc", std::move(swc)}},
+            write_bar};
+}
+
 BadInput spoilt_body(std::string what, const std::string &from, const std::string &to) {
     return body(std::move(what), replaced(good_body, from, to));
 }
@@ -243,6 +254,13 @@ std::vector<BadInput> bad_bodies() {
         moduli("a map of stiffness for another mesh", "5000\n6000\n"),
         moduli("a map of stiffness with words", "5000\nsoft\n"),
         moduli("a map of stiffness that is negative", "-5000\n"),
+        body("vessels that are not there", good_body + "[vessels]\nfile = \"vessels.swc\"\n"),
+        vessels("vessels without a radius", "", "1 0 0.1 0.1 0.1 0 -1\n2 0 0.2 0.2 0.2 0 1\n"),
+        vessels("vessels whose points no line joins", "", "1 0 0.1 0.1 0.1 0.01 -1\n2 0 0.2 0.2 0.2 0.01 -1\n"),
+        vessels("vessels behind a point that is not there", "", "1 0 0.1 0.1 0.1 0.01 -1\n2 0 0.2 0.2 0.2 0.01 9\n"),
+        vessels("vessels in another unit than the body", "", "1 0 100 100 100 10 -1\n2 0 200 200 200 10 1\n"),
+        vessels("vessels with a wall thicker than they are", "wall_ratio = 1.5\n",
+                "1 0 0.1 0.1 0.1 0.01 -1\n2 0 0.2 0.2 0.2 0.01 1\n"),
         body("a description of a patch that the mesh lacks", good_body + "[patches.top]\ndescription = \"t\"\n"),
         {"a body whose mesh is not there",
          good_run,
