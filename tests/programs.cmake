@@ -128,12 +128,15 @@ add_test(NAME Engines.FilesOfFebioAndSofaComeBack
     ${CMAKE_CURRENT_BINARY_DIR}/peer_runs/engine_files)
 set_tests_properties(Engines.FilesOfFebioAndSofaComeBack PROPERTIES LABELS full TIMEOUT 300)
 
-# Somebody else's program against the installed package.
-add_test(NAME Package.ServesAProgramOfSomebodyElse
-  COMMAND ${CMAKE_COMMAND} -DBUILD=${PROJECT_BINARY_DIR} -DSOURCE=${CMAKE_CURRENT_SOURCE_DIR}/package
-    -DWORK=${CMAKE_CURRENT_BINARY_DIR}/package_test -DPYTHON=${LIVERMARK_PYTHON}
-    -P ${CMAKE_CURRENT_SOURCE_DIR}/package/package_test.cmake)
+# Somebody else's program against the installed package; and against the source tree and Debian packages.
+set(package_test ${CMAKE_COMMAND} -DBUILD=${PROJECT_BINARY_DIR} -DSOURCE=${CMAKE_CURRENT_SOURCE_DIR}/package
+  -DPYTHON=${LIVERMARK_PYTHON})
+add_test(NAME Package.ServesAProgramOfSomebodyElse COMMAND ${package_test} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/package_test
+  -P ${CMAKE_CURRENT_SOURCE_DIR}/package/package_test.cmake)
 set_tests_properties(Package.ServesAProgramOfSomebodyElse PROPERTIES LABELS full TIMEOUT 600)
+add_test(NAME Package.ServesASourceTreeAndDebian COMMAND ${package_test} -DWHOLE=ON
+  -DWORK=${CMAKE_CURRENT_BINARY_DIR}/whole_package_test -P ${CMAKE_CURRENT_SOURCE_DIR}/package/package_test.cmake)
+set_tests_properties(Package.ServesASourceTreeAndDebian PROPERTIES LABELS nightly TIMEOUT 1200)
 
 # Sweeps by Snakemake, here and on a Slurm that the test starts; skipped where scripts/install-cluster-tools was not called.
 foreach(kind local slurm)

@@ -22,8 +22,8 @@ if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND NOT CMAKE_BUILD_TYPE STREQUAL "D
   list(APPEND parts springs)
 endif()
 set(not_there 77)
-# A thousand pokes and pulls, and pictures of every frame, take minutes.
-set(nightly_parts live/rest live/picture springs)
+# A thousand pokes and pulls, pictures of every frame, and cuts that are compared with those at rest, take minutes.
+set(nightly_parts live/rest live/picture live/cut springs)
 foreach(part IN LISTS parts)
   set(tier full)
   if(part IN_LIST nightly_parts)

@@ -1,6 +1,8 @@
 # Installs the components core and msm into an empty prefix, builds a program of somebody else against them, and runs it; then
-# the same with fem_reference. A project that adds this tree as a subdirectory finds the same headers.
+# the same with fem_reference. With WHOLE, which compiles core and msm twice more, a project adds this tree as a subdirectory and finds
+# the same headers, the two components are built without other packages, and Debian packages are made and used.
 # usage: cmake -DBUILD=<build folder> -DSOURCE=<tests/package> -DWORK=<scratch folder> -DPYTHON=<interpreter>
+#          [-DWHOLE=ON]
 #          -P package_test.cmake
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -54,6 +56,10 @@ run(${CMAKE_COMMAND} -S ${SOURCE}/outside_fem -B ${WORK}/build_fem -G Ninja -DCM
 run(${CMAKE_COMMAND} --build ${WORK}/build_fem)
 run(${WORK}/build_fem/theirs)
 message(STATUS "${output}")
+if(NOT WHOLE)
+  file(REMOVE_RECURSE ${WORK})
+  return()
+endif()
 run(${CMAKE_COMMAND} -S ${SOURCE}/subdirectory -B ${WORK}/subdirectory -G Ninja -DLIVERMARK=${SOURCE}/../..)
 run(${CMAKE_COMMAND} --build ${WORK}/subdirectory)
 # The components core and msm are built without what the rest of the suite needs.
