@@ -362,6 +362,7 @@ Advice advise(const core::Body &body, const AdviceOptions &options, const Progre
     advice.caveats = find_caveats(body, options, advice, scaled_critical_time_step(body, springs->springs));
     if (advice.caveats.size() > num_ranked)
         advice.caveats.resize(num_ranked);
+    advice.left_out = parts_left_out(body);
     return advice;
 }
 
@@ -369,13 +370,25 @@ std::string to_json(const Advice &advice) {
     toml::array caveats;
     for (const auto &caveat : advice.caveats)
         caveats.push_back(toml::table{{"about", caveat.about}, {"weight", caveat.weight}, {"text", caveat.text}});
+    toml::array left_out;
+    for (const auto &part : advice.left_out)
+        left_out.push_back(toml::table{{"part", part.part},
+                                       {"words", part.words},
+                                       {"remedy", part.remedy},
+                                       {"body", part.body},
+                                       {"load_cases", part.load_cases},
+                                       {"at_tool", part.at_tool},
+                                       {"worst_at_tool", part.worst_at_tool},
+                                       {"relative_l2", part.relative_l2},
+                                       {"worst_relative_l2", part.worst_relative_l2}});
     toml::table all{{"body", json_of_body(advice.body)},
                     {"evidence", json_of_evidence(advice.evidence)},
                     {"touch", json_of_models(advice.touch)},
                     {"position", json_of_models(advice.position)},
                     {"uncoupled", json_of_models(advice.uncoupled)},
                     {"over_budget", json_array(advice.over_budget)},
-                    {"caveats", std::move(caveats)}};
+                    {"caveats", std::move(caveats)},
+                    {"left_out", std::move(left_out)}};
     if (advice.linear_tetrahedra)
         all.insert("linear_tetrahedra", json_of_error(*advice.linear_tetrahedra));
     if (advice.budget)

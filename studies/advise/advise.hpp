@@ -177,6 +177,21 @@ struct Caveat {
     std::string text;    ///< a sentence or two
 };
 
+/// One part of a liver that a body does not have, and what the reference is wrong by without it on a body that was
+/// tried: absolute, as parts of one, medians and the worst of load cases.
+struct LeftOutPart {
+    std::string part; ///< a word for programs: "capsule", "vessels", "stiffness_map", "gravity", "ligaments"
+    std::string words, remedy;
+    std::string body, load_cases; ///< that were tried
+    double at_tool = 0.0, worst_at_tool = 0.0;
+    double relative_l2 = 0.0, worst_relative_l2 = 0.0;
+};
+
+/// The parts that a body does not have, the dearest first, by results/cohorts/left_out.toml; none of a body that is no
+/// liver. What a load case says counts as left out of every body.
+/// @throws support::InputError if the file is not there, or cannot be read
+std::vector<LeftOutPart> parts_left_out(const core::Body &body);
+
 struct Advice {
     BodyFigures body;
     Evidence evidence;
@@ -189,6 +204,7 @@ struct Advice {
     std::optional<double> budget;                   ///< as in the options [s]
     std::vector<std::string> over_budget;           ///< models that take longer, which are not ranked
     std::vector<Caveat> caveats;                    ///< the three that matter most, the most important first
+    std::vector<LeftOutPart> left_out;              ///< parts of a liver that the body does not have
 };
 
 /// Looks at a body, finds critical steps and times steps of springs on it. Seconds on 20,000 tetrahedra.
@@ -204,7 +220,7 @@ Advice advise(const core::Body &body, const AdviceOptions &options, const Progre
 std::vector<Caveat> find_caveats(const core::Body &body, const AdviceOptions &options, const Advice &advice,
                                  double scaled_time_step);
 
-/// An advice for programs: an object with body, evidence, touch, position, linear_tetrahedra, over_budget and caveats.
+/// An advice for programs: an object with body, evidence, touch, position, linear_tetrahedra, over_budget, caveats and left_out.
 /// SI units, errors as parts of one. What is not known is left out. Names are those of the structs, and
 /// docs/reference/advice.md has the list.
 std::string to_json(const Advice &advice);

@@ -149,6 +149,15 @@ void print_advice(const studies::Advice &advice, bool markdown) {
     for (std::size_t c = 0; c < advice.caveats.size(); ++c)
         fmt::print("  {}. {}\n", c + 1, results::printable(advice.caveats[c].text));
     fmt::print("\n");
+    if (!advice.left_out.empty())
+        fmt::print("Parts of a liver that this body leaves out, and what that costs the reference, median and worst "
+                   "(docs/studies/left_out.md):\n");
+    for (const auto &part : advice.left_out)
+        fmt::print("  {}: tool {:.1f}, {:.1f} %; L2 {:.1f}, {:.1f} %, on {} under {} load cases; to have it: {}\n",
+                   part.words, percent * part.at_tool, percent * part.worst_at_tool, percent * part.relative_l2,
+                   percent * part.worst_relative_l2, part.body, part.load_cases, part.remedy);
+    if (!advice.left_out.empty())
+        fmt::print("\n");
     print_source(advice);
 }
 
