@@ -270,7 +270,7 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
                     parts.coupled_modulus.push_back(domains.nodes * parts_.modulus[part]);
                 }
             }
-            parts.inner_modulus.push_back(domains.tetrahedra * parts_.modulus[part_at_corner[t].front()]);
+            parts.inner_modulus.push_back(domains.tetrahedra * parts_.modulus[around.back().part]); // of itself
         }
         return describe_volumes(part_node, part_at_corner, parts);
     }
@@ -286,7 +286,7 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
                 if (around[e].part == static_cast<int>(parts.edge_modulus.size()))
                     parts.edge_modulus.push_back(domains.edges * parts_.modulus[around[e].part]);
             }
-            parts.inner_modulus.push_back(domains.tetrahedra * parts_.modulus[around.front().part]);
+            parts.inner_modulus.push_back(domains.tetrahedra * parts_.modulus[around.back().part]); // of itself
         }
         return describe_volumes(nodal_.node, nodal_.at_corner, parts);
     }
