@@ -229,9 +229,9 @@ Load load_of(const Disc &disc, const Vector3 &force) {
     return load;
 }
 
-TouchableBody touchable_body(const core::TetraMesh &mesh, const std::vector<core::Material> &materials,
-                             const std::vector<bool> &is_constrained, const core::FacetSoftness &softness) {
-    TouchableBody touchable{.body = {.name = {}, .mesh = mesh, .materials = materials}, .load_case = {}};
+TouchableBody touchable_body(core::Body body, const std::vector<bool> &is_constrained,
+                             const core::FacetSoftness &softness) {
+    TouchableBody touchable{.body = std::move(body), .load_case = {}};
     auto &load_case = touchable.load_case;
     load_case.conditions.push_back({"held", core::ConditionKind::displacement});
     for (const bool is_held : is_constrained)

@@ -212,6 +212,31 @@ std::string cut(Scene &scene, Numbers &numbers) {
     return bytes;
 }
 
+/// Patches of a body of which a capsule covers all but wounds, and whether facets are in these.
+core::Capsule capsule(Numbers &numbers, core::TetraMesh &mesh) {
+    core::Capsule capsule;
+    capsule.thickness = numbers.number();
+    capsule.young_modulus = numbers.number();
+    mesh.patch_names.emplace_back(core::wound_patch);
+    for (int &patch : mesh.boundary_patch)
+        patch = numbers.integer() != 0 ? 0 : 1;
+    return capsule;
+}
+
+core::VesselTree vessels(Numbers &numbers, std::size_t num_points) {
+    core::VesselTree tree;
+    const auto num_segments = numbers.count();
+    for (std::size_t i = 0; i < num_points; ++i)
+        tree.points.push_back(numbers.vector());
+    for (std::size_t i = 0; i < num_points; ++i)
+        tree.radius.push_back(numbers.number());
+    for (std::size_t s = 0; s < num_segments; ++s)
+        tree.segments.push_back(numbers.integers<2>());
+    tree.wall_ratio = numbers.number();
+    tree.wall_modulus = numbers.number();
+    return tree;
+}
+
 } // namespace
 
 std::unique_ptr<Scene> scene_of(std::span<const double> message) {
@@ -241,6 +266,13 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message) {
     std::vector<bool> is_constrained;
     for (std::size_t f = 0; f < num_triangles; ++f)
         is_constrained.push_back(numbers.integer() != 0);
+    const auto num_factors = numbers.count();
+    for (std::size_t t = 0; t < num_factors; ++t)
+        body.modulus_factor.push_back(numbers.number());
+    if (numbers.integer() != 0)
+        body.capsule = capsule(numbers, body.mesh);
+    if (const auto num_points = numbers.count(); num_points > 0)
+        body.vessels = vessels(numbers, num_points);
     numbers.end();
     return std::make_unique<Scene>(std::move(body), is_constrained);
 }

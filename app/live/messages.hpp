@@ -12,7 +12,10 @@ namespace livermark::live {
 
 /// A body with what is constrained of it:
 ///   N, M, R, T, points (N,3) [m], tetrahedra (M,4), region (M), density (R) [kg/m^3], Young's modulus (R) [Pa],
-///   Poisson's ratio (R), boundary triangles (T,3), constrained (T) 0 or 1
+///   Poisson's ratio (R), boundary triangles (T,3), constrained (T) 0 or 1,
+///   map of stiffness: 0, or M and factors of moduli (M),
+///   capsule: 0, or 1, thickness [m], Young's modulus [Pa], covered (T) 0 or 1,
+///   vessels: 0, or V, W, points (V,3) [m], radius (V) [m], segments (W,2), wall ratio, wall modulus [Pa]
 /// @throws support::InputError if it is not that, or for what Scene refuses
 std::unique_ptr<Scene> scene_of(std::span<const double> message);
 

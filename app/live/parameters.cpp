@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -29,9 +30,11 @@ std::shared_ptr<const msm::ElasticTerm> guard(const core::Body &body) {
     return msm::inversion_guard(with_material_of_guard(body));
 }
 
-/// Body with the Young's modulus that laws are asked with; springs are in proportion to it.
+/// Body with the Young's modulus that laws are asked with; springs are in proportion to it. Those of a capsule are not.
 core::Body reference_of(const core::Body &own) {
-    return with_material(own, reference_young_modulus, 0.25);
+    auto body = with_material(own, reference_young_modulus, 0.25);
+    body.capsule.reset();
+    return body;
 }
 
 /// Factor by which springs of a law are stiffer than those of the reference.
@@ -52,11 +55,14 @@ msm::MassSprings springs_of_law(const core::Body &own, const core::Body &body, c
     const double factor = factor_of_springs(body, settings);
     for (double &k : springs.stiffness)
         k *= factor;
+    if (body.capsule)
+        std::ranges::transform(springs.stiffness, core::capsule_springs(body, core::edge_table(body.mesh.tetrahedra)),
+                               springs.stiffness.begin(), std::plus());
     Terms terms{msm::spring_term(springs), guard(body)};
     // At Poisson's ratio 1/4 springs alone are the material.
     if (settings.keeps_volume && settings.poisson_ratio != 0.25)
         terms.push_back(msm::volume_beside_springs(body, msm::find_volume_term("nodal_volume")));
-    msm::ElasticBody elastic(springs.node_mass, std::move(terms));
+    auto elastic = msm::with_vessel_lines({springs.node_mass, std::move(terms)}, body);
     return {std::move(springs), std::move(elastic)};
 }
 
@@ -70,12 +76,14 @@ msm::MassSprings coupled_springs_of(const core::Body &body, const Settings &sett
     Terms terms{msm::coupled_springs(material, coupled)};
     if (auto volume = msm::volume_beside_coupled_springs(material, coupled))
         terms.push_back(std::move(volume));
+    if (auto capsule = msm::coupled_capsule(material))
+        terms.push_back(std::move(capsule));
     terms.push_back(guard(material));
     core::SpringNetwork springs{.node_mass = msm::lumped_masses(material),
                                 .edges = core::edge_table(body.mesh.tetrahedra).edges,
                                 .stiffness = {},
                                 .rest_length = {}};
-    msm::ElasticBody elastic(springs.node_mass, std::move(terms));
+    auto elastic = msm::with_vessel_lines({springs.node_mass, std::move(terms)}, material);
     elastic.softness = msm::softness_below_tools(coupled);
     return {std::move(springs), std::move(elastic)};
 }
@@ -110,6 +118,7 @@ core::Body with_material_of_guard(core::Body body) {
     auto material = body.materials[largest_region(body.mesh)];
     material.poisson_ratio = std::min(material.poisson_ratio, largest_poisson_ratio_of_guard);
     body.materials.assign(body.materials.size(), material);
+    body.modulus_factor.clear();
     return body;
 }
 
@@ -372,6 +381,41 @@ void check_mesh(const core::TetraMesh &mesh) {
         fault("a node belongs to no tetrahedron");
 }
 
+bool is_above_zero(double value) {
+    return value > 0.0 && std::isfinite(value);
+}
+
+void check_vessels(const core::VesselTree &tree) {
+    const auto fault = [](const char *what) {
+        throw support::InputError("{}; the file is damaged, make it again with `livermark run`", what);
+    };
+    if (tree.radius.size() != tree.points.size() || !std::ranges::all_of(tree.radius, is_above_zero))
+        fault("a point of a vessel has no radius");
+    if (!std::ranges::all_of(tree.points, [](const auto &x) { return x.allFinite(); }))
+        fault("a point of a vessel has a place that is no number");
+    if (!are_below(tree.segments, tree.points.size()))
+        fault("a segment of a vessel names a point that is not there");
+    for (std::size_t s = 0; s < tree.segments.size(); ++s)
+        if (!is_above_zero(tree.length(s)))
+            fault("a segment of a vessel has no length");
+    if (!(is_above_zero(tree.wall_ratio) && tree.wall_ratio <= 1.0) || !is_above_zero(tree.wall_modulus))
+        fault("vessels have walls of no thickness or no stiffness");
+}
+
+/// Parts of a body that few have.
+void check_parts(const core::Body &body) {
+    const auto &factors = body.modulus_factor;
+    if (!factors.empty() &&
+        (factors.size() != body.mesh.tetrahedra.size() || !std::ranges::all_of(factors, is_above_zero)))
+        throw support::InputError("the map of stiffness does not have a factor above zero for each tetrahedron; the "
+                                  "file is damaged, make it again with `livermark run`");
+    if (body.capsule && !(is_above_zero(body.capsule->thickness) && is_above_zero(body.capsule->young_modulus)))
+        throw support::InputError("a capsule of {} m and {} Pa; both have to be above zero", body.capsule->thickness,
+                                  body.capsule->young_modulus);
+    if (body.vessels)
+        check_vessels(*body.vessels);
+}
+
 } // namespace
 
 void check_body(const core::Body &body, const std::vector<bool> &is_constrained) {
@@ -383,6 +427,7 @@ void check_body(const core::Body &body, const std::vector<bool> &is_constrained)
               material.young_modulus < 1e12))
             throw support::InputError(fmt::format("a material of {} kg/m^3 and {} Pa; both have to be above zero",
                                                   material.density, material.young_modulus));
+    check_parts(body);
     if (is_constrained.size() != body.mesh.boundary_triangles.size())
         throw support::InputError("the constraints are not given for every triangle of the boundary");
     if (std::ranges::none_of(is_constrained, [](bool constrained) { return constrained; }))

@@ -26,7 +26,8 @@ bool keep_from_inverting(const std::string &springs);
 
 using SpringsOfLaws = std::map<std::string, core::SpringNetwork, std::less<>>;
 
-/// Springs, and what else the settings ask for. The stiffness that a law gives is Young's modulus times a number of the
+/// Springs with the capsule, the vessels and the map of stiffness of the body, and what else the settings ask for. The
+/// stiffness that a law gives is Young's modulus times a number of the
 /// mesh, so each law is asked once and its solution kept.
 /// @param own   the body with its own materials; the settings say with which it moves
 /// @param kept  springs of laws for the body with another Young's modulus: these do not depend on what was chosen
@@ -37,15 +38,16 @@ msm::MassSprings mass_springs(const core::Body &own, const Settings &settings, S
 /// Source of the stiffness of these springs, for msm::CutParts; nothing of springs that are coupled.
 std::optional<msm::SpringSource> spring_source(const core::Body &own, const Settings &settings);
 
-/// The same with the material that the guard against inversion has everywhere: that of the largest region, with a
-/// Poisson's ratio of at most 0.45. What is nearly incompressible keeps its volume without a guard that is as stiff,
-/// and what is pressed would ask for half the step at 0.49.
+/// The same with the material that the guard against inversion has everywhere: that of the largest region, whatever a
+/// map of stiffness says, with a Poisson's ratio of at most 0.45. What is nearly incompressible keeps its volume
+/// without a guard that is as stiff, and what is pressed would ask for half the step at 0.49.
 core::Body with_material_of_guard(core::Body body);
 
 /// Index of the region with the largest volume, the first of several.
 int largest_region(const core::TetraMesh &mesh);
 
-/// The same body of another material. All keep their density.
+/// The same body of another material. All keep their density, and capsule, vessels and map of stiffness stay as they
+/// are.
 /// @param young_modulus  of the largest region [Pa]; the others keep the ratio of theirs to it
 /// @param poisson_ratio  of all regions
 core::Body with_material(core::Body body, double young_modulus, double poisson_ratio);

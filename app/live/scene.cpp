@@ -45,6 +45,8 @@ int num_parts_of(double time_step, double longest) {
 Scene::Scene(core::Body body, const std::vector<bool> &is_constrained, int num_threads)
     : body_(std::move(body)), is_constrained_facet_(is_constrained), num_threads_(num_threads) {
     check_body(body_, is_constrained);
+    if (std::ranges::all_of(body_.modulus_factor, [](double factor) { return factor == 1.0; }))
+        body_.modulus_factor.clear(); // an even map is none
     show_remains();
     is_constrained_ = constrained_nodes(body_.mesh, is_constrained);
     extent_ = core::extent(body_.mesh.points);
@@ -104,7 +106,7 @@ void Scene::prepare_steps(bool may_be_scaled) {
                                        .watched_volume = rest ? watched_of_whole(*rest, stepping, num_tetrahedra)
                                                               : watched_volumes(prepared_->body, prepared_->parts,
                                                                                 conditions, stepping),
-                                       .may_be_cut = true},
+                                       .may_be_cut = msm::unknown_to_cuts(body_).empty()},
                            .critical_time_step = chosen.critical_time_step,
                            .bears_ball_as_loads = true},
         conditions);
@@ -114,8 +116,7 @@ void Scene::prepare_steps(bool may_be_scaled) {
     if (steps_)
         state = sound_state();
     steps_ = std::move(next);
-    touchable_ =
-        touchable_body(remains_.mesh, prepared_->body.materials, constrained_remains(), prepared_->parts.body.softness);
+    touchable_ = touchable_remains();
     if (!cuts_.empty())
         cut_anew();
     if (state) {

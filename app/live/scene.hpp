@@ -106,11 +106,11 @@ struct TouchableBody {
     std::vector<core::TouchedFacet> facets{}; ///< those of touchable_surface(), in its order
 };
 
-/// @param mesh            of what is left of the body
+/// @param body            what is left of it
 /// @param is_constrained  shape (T) of that
 /// @param softness        of the springs
-TouchableBody touchable_body(const core::TetraMesh &mesh, const std::vector<core::Material> &materials,
-                             const std::vector<bool> &is_constrained, const core::FacetSoftness &softness = {});
+TouchableBody touchable_body(core::Body body, const std::vector<bool> &is_constrained,
+                             const core::FacetSoftness &softness = {});
 
 /// A rigid ball that touches the surface with friction, by the law of load cases and of the arena (core::BallContact).
 /// A hand comes from outside: put down in the body it begins on the surface. Where its centre gets below the surface it
@@ -262,8 +262,9 @@ struct CutReading {
     double seconds_of_springs = 0.0; ///< from that to the next step
 };
 
-/// A soft body under somebody's hand: springs with or without a volume term, in steps of symplectic Euler by the fast
-/// kernels, and a tool that pokes, pulls or pricks. While a needle is in no masses are scaled, and steps are divided
+/// A soft body under somebody's hand: springs with or without a volume term, and with what the body has of capsule,
+/// vessels and map of stiffness, in steps of symplectic Euler by the fast kernels, and a tool that pokes, pulls or
+/// pricks. While a needle is in no masses are scaled, and steps are divided
 /// where they would be too long then. The same calls give the same bits on every machine if the kernels do, that
 /// is, in the portable build.
 class Scene {
@@ -295,9 +296,9 @@ class Scene {
     /// as fast as it was. Nodes keep their numbers; those that are gone stay where they are, and in frames they do not
     /// move. Springs, means and masses are found again around the cut alone, as msm::CutParts does, and steps are
     /// divided where they would be too long now.
-    /// @throws support::InputError with nothing changed if nothing has been chosen, for what find_cut() refuses, and
-    /// for
-    ///   a cut that has been made already
+    /// @throws support::InputError with nothing changed if nothing has been chosen, for what find_cut() refuses, for a
+    ///   cut that has been made already, and for a body with parts that cuts in motion do not know: see
+    ///   msm::unknown_to_cuts()
     CutReading cut(const CutRequest &request);
 
     /// Remains that cuts have left.
@@ -335,6 +336,7 @@ class Scene {
     void take_out(std::span<const int> tetrahedra);
     void divide_steps();
     void show_remains();
+    TouchableBody touchable_remains() const;
     void undo_cuts(std::size_t num_left);
     std::vector<char> is_gone(std::size_t num_cuts) const;
     core::Vector3 force_on_tool() const;

@@ -121,6 +121,15 @@ std::vector<int> Scene::gone() const {
     return numbers;
 }
 
+/// What is left, as a ball may touch it. Only a body without cuts has a map of stiffness.
+TouchableBody Scene::touchable_remains() const {
+    return touchable_body({.name = {},
+                           .mesh = remains_.mesh,
+                           .materials = prepared_->body.materials,
+                           .modulus_factor = prepared_->body.modulus_factor},
+                          constrained_remains(), prepared_->parts.body.softness);
+}
+
 /// After cuts, or before the first one: what is left, and what of it can be touched. Nothing is loaded then.
 void Scene::show_remains() {
     remains_ = cuts_.empty() ? Remains{body_.mesh, counted(body_.mesh.tetrahedra.size()),
@@ -194,6 +203,8 @@ void Scene::undo_cuts(std::size_t num_left) {
 CutReading Scene::cut(const CutRequest &request) {
     if (!steps_)
         throw support::InputError("nothing has been chosen yet that could be cut; choose springs first");
+    if (const auto unknown = msm::unknown_to_cuts(body_); !unknown.empty())
+        throw support::InputError("the body {}", unknown);
     if (std::ranges::find(cuts_, request.tool, &MadeCut::tool) != cuts_.end())
         throw support::InputError("this cut has been made already; choose another one");
     CutReading reading;
@@ -223,8 +234,7 @@ CutReading Scene::cut(const CutRequest &request) {
     reading.seconds_of_springs = lap();
     cuts_.push_back({request.tool, found.tetrahedra, critical});
     show_remains();
-    touchable_ =
-        touchable_body(remains_.mesh, prepared_->body.materials, constrained_remains(), prepared_->parts.body.softness);
+    touchable_ = touchable_remains();
     divide_steps();
     reading.volume = found.volume;
     reading.wound_area = wound_area(remains_);

@@ -32,7 +32,8 @@ int main(int argc, char **argv) {
     double lowest_poisson_ratio = 0.25;
     std::string messages;
     CLI::App app("Handles the springs of the live page as roughly as it can, and says what was lost");
-    app.add_option("--body", bodies, "liver_healthy, liver_tumours, beam, small_beam (63 nodes) or lump");
+    app.add_option("--body", bodies,
+                   "liver_healthy, liver_tumours, liver_with_capsule, beam, small_beam (63 nodes), lump or covered");
     app.add_option("--steps", num_steps, "of each body")->check(CLI::PositiveNumber);
     app.add_option("--seed", seed, "of the random numbers");
     app.add_option("--lowest-poisson-ratio", lowest_poisson_ratio, "of the materials that are chosen")

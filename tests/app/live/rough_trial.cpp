@@ -6,6 +6,7 @@
 #include "app/live/parameters.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
+#include "tests/app/live/body_message.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::live {
@@ -35,28 +36,6 @@ Tool finger(const Vector3 &point, const Vector3 &normal) {
     return {.kind = ToolKind::probe, .target = point + 0.010 * normal, .radius = 0.012};
 }
 
-/// Message of live::scene_of().
-std::vector<double> body_message(const TrialBody &trial) {
-    const auto &mesh = trial.body.mesh;
-    const auto &materials = trial.body.materials;
-    std::vector<double> message;
-    for (const auto size :
-         {mesh.points.size(), mesh.tetrahedra.size(), materials.size(), mesh.boundary_triangles.size()})
-        message.push_back(static_cast<double>(size));
-    for (const auto &x : mesh.points)
-        message.insert(message.end(), x.begin(), x.end());
-    for (const auto &nodes : mesh.tetrahedra)
-        message.insert(message.end(), nodes.begin(), nodes.end());
-    message.insert(message.end(), mesh.region.begin(), mesh.region.end());
-    for (const auto value : {&core::Material::density, &core::Material::young_modulus, &core::Material::poisson_ratio})
-        for (const auto &material : materials)
-            message.push_back(material.*value);
-    for (const auto &nodes : mesh.boundary_triangles)
-        message.insert(message.end(), nodes.begin(), nodes.end());
-    message.insert(message.end(), trial.is_constrained.begin(), trial.is_constrained.end());
-    return message;
-}
-
 core::Body box_with_lump() {
     auto body = *tests::make_body(tests::box_mesh({0.06, 0.03, 0.03}, {6, 3, 3}), {1060.0, 5e3, 0.45});
     auto &mesh = body.mesh;
@@ -71,6 +50,20 @@ core::Body box_with_lump() {
     return body;
 }
 
+/// A box with a capsule, a vessel along it, and tissue that gets stiffer to one side.
+core::Body covered_box() {
+    auto body = *tests::make_body(tests::box_mesh({0.06, 0.03, 0.03}, {6, 3, 3}), {1060.0, 5e3, 0.45});
+    body.capsule = core::Capsule{.thickness = 20e-6, .young_modulus = 8.22e6};
+    body.vessels = core::VesselTree{.points = {{0.005, 0.014, 0.012}, {0.055, 0.02, 0.02}},
+                                    .radius = {2e-3, 1e-3},
+                                    .segments = {{0, 1}},
+                                    .wall_ratio = 0.2,
+                                    .wall_modulus = 1e6};
+    for (const auto &nodes : body.mesh.tetrahedra)
+        body.modulus_factor.push_back(0.7 + 0.6 * body.mesh.points[nodes[0]].y() / 0.03);
+    return body;
+}
+
 } // namespace
 
 TrialBody trial_body(const std::string &name) {
@@ -79,6 +72,10 @@ TrialBody trial_body(const std::string &name) {
             *tests::make_body(tests::box_mesh({0.12, 0.04, 0.04}, {6, 2, 2}), {1060.0, 5e3, 0.45}));
     if (name == "lump")
         return constrained_at_x_min(box_with_lump());
+    if (name == "covered")
+        return constrained_at_x_min(covered_box());
+    if (name == "liver_with_capsule")
+        return under_palpation(meshes::read_body(LIVERMARK_SOURCE_DIR "/examples/bodies/liver_with_capsule.toml"));
     auto body = meshes::read_body(std::string(LIVERMARK_SOURCE_DIR "/meshes/") + name + ".toml");
     return name == "beam" ? constrained_at_x_min(std::move(body)) : under_palpation(std::move(body));
 }
@@ -198,7 +195,7 @@ namespace {
 class Trial {
   public:
     explicit Trial(const TrialBody &body) : body_(body), scene_(body.body, body.is_constrained) {
-        outcome.messages.push_back(body_message(body));
+        outcome.messages.push_back(body_message(body.body, body.is_constrained));
     }
 
     void operator()(const Settings &settings) {

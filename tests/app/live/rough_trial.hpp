@@ -12,8 +12,8 @@
 namespace livermark::live {
 
 /// A body, and what of its boundary is constrained: a shipped liver by palpation; `beam` at its end x = 0;
-/// `small_beam`, a box of 120 x 40 x 40 mm and 63 nodes, and `lump`, one of 60 x 30 x 30 mm with a hard middle, at the
-/// same end.
+/// `small_beam`, a box of 120 x 40 x 40 mm and 63 nodes, `lump`, one of 60 x 30 x 30 mm with a hard middle, and
+/// `covered`, one with a capsule, a vessel and a map of stiffness, at the same end.
 struct TrialBody {
     core::Body body;
     std::vector<bool> is_constrained; ///< (T)

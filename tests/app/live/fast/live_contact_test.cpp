@@ -131,7 +131,9 @@ TEST(LiveBall, TouchesNothingWhereItsCentreIsBelowTheSurface) {
     std::vector<bool> is_constrained;
     for (const int patch : box.mesh.boundary_patch)
         is_constrained.push_back(box.mesh.patch_names[patch] == "z_min");
-    auto ball = take_ball(touchable_body(box.mesh, {{1060.0, 5e3, 0.45}}, is_constrained), radius, 0.3);
+    auto ball =
+        take_ball(touchable_body({.name = {}, .mesh = box.mesh, .materials = {{1060.0, 5e3, 0.45}}}, is_constrained),
+                  radius, 0.3);
     const auto at_rest = [&](int node) { return box.mesh.points[node]; };
     const auto led_to = [&](double height) {
         const Proxy proxy{.position = {0.02, 0.02, 0.01 + height}};

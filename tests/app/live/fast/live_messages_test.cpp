@@ -10,31 +10,15 @@
 #include "app/live/parameters.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/spring_law.hpp"
+#include "tests/app/live/body_message.hpp"
 #include "tests/app/live/box_scene.hpp"
 
 namespace livermark::live {
 namespace {
 
-std::vector<double> message_of(const BoxScene &box) {
-    const auto &mesh = box.body.mesh;
-    std::vector<double> message{static_cast<double>(mesh.num_nodes()), static_cast<double>(mesh.tetrahedra.size()), 1.0,
-                                static_cast<double>(mesh.boundary_triangles.size())};
-    for (const auto &x : mesh.points)
-        message.insert(message.end(), x.begin(), x.end());
-    for (const auto &t : mesh.tetrahedra)
-        message.insert(message.end(), t.begin(), t.end());
-    message.insert(message.end(), mesh.region.begin(), mesh.region.end());
-    const auto &material = box.body.materials.front();
-    message.insert(message.end(), {material.density, material.young_modulus, material.poisson_ratio});
-    for (const auto &t : mesh.boundary_triangles)
-        message.insert(message.end(), t.begin(), t.end());
-    message.insert(message.end(), box.is_constrained.begin(), box.is_constrained.end());
-    return message;
-}
-
 TEST(LiveMessages, SayWhatTheCallsSay) {
     const BoxScene box;
-    const auto told = scene_of(message_of(box));
+    const auto told = scene_of(body_message(box.body, box.is_constrained));
     Scene called(box.body, box.is_constrained);
     const auto laws = msm::all_spring_laws();
     const auto chosen = called.choose(settings(laws[0].name));
@@ -68,7 +52,7 @@ TEST(LiveMessages, SayWhatTheCallsSay) {
 
 TEST(LiveMessages, AreRefusedWhenTheyAreCutOffOrLongerOrOfAnotherKind) {
     const BoxScene box;
-    const auto whole = message_of(box);
+    const auto whole = body_message(box.body, box.is_constrained);
     for (std::size_t length = 0; length < whole.size(); length += 1 + length / 20)
         EXPECT_THROW(scene_of(std::span(whole).first(length)), support::InputError) << length;
     auto longer = whole;

@@ -1,0 +1,221 @@
+// Bodies with a capsule, vessels as lines or a map of stiffness.
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/live/messages.hpp"
+#include "app/live/parameters.hpp"
+#include "app/live/scene.hpp"
+#include "core/support/input_error.hpp"
+#include "msm/spring_law.hpp"
+#include "msm/springs/springs.hpp"
+#include "msm/statics/equilibrium.hpp"
+#include "tests/app/live/body_message.hpp"
+#include "tests/app/live/box_scene.hpp"
+
+namespace livermark::live {
+namespace {
+
+/// The box with a capsule, a vessel along it, and tissue that is stiffer to one side.
+struct PartedBox : BoxScene {
+    PartedBox() {
+        body.capsule = core::Capsule{.thickness = 1e-4, .young_modulus = 1e6};
+        body.vessels = core::VesselTree{.points = {{-0.01, 0.014, 0.012}, {0.03, 0.016, 0.017}, {0.055, 0.02, 0.02}},
+                                        .radius = {2e-3, 2e-3, 1e-3},
+                                        .segments = {{0, 1}, {1, 2}},
+                                        .wall_ratio = 0.2,
+                                        .wall_modulus = 1e6};
+        for (const auto &nodes : body.mesh.tetrahedra)
+            body.modulus_factor.push_back(0.8 + body.mesh.points[nodes[0]].y() / 0.075);
+    }
+};
+
+/// Bodies with one of these parts each, and with all.
+std::vector<BoxScene> boxes_with_parts() {
+    const PartedBox all;
+    std::vector<BoxScene> boxes(4);
+    boxes[0].body.capsule = all.body.capsule;
+    boxes[1].body.vessels = all.body.vessels;
+    boxes[2].body.modulus_factor = all.body.modulus_factor;
+    boxes[3] = all;
+    return boxes;
+}
+
+Frame moved(Scene &scene, const Tool &tool, double seconds, double time_step) {
+    auto frame = scene.move(tool, 0);
+    for (int left = static_cast<int>(seconds / time_step); left > 0; left -= 1000)
+        frame = scene.move(tool, std::min(left, 1000));
+    return frame;
+}
+
+double distance(const std::vector<Vector3> &a, const std::vector<Vector3> &b) {
+    double square = 0.0, size = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        square += (a[i] - b[i]).squaredNorm();
+        size += b[i].squaredNorm();
+    }
+    return std::sqrt(square / size);
+}
+
+msm::ElasticBody compared_model(const core::Body &body, const std::string &springs) {
+    if (springs == "nodal_neo_hookean")
+        return msm::with_vessel_lines(msm::coupled_springs_with_volume(body, msm::find_coupled_springs(springs)), body);
+    const auto laws = msm::all_spring_laws();
+    const auto &law = *std::ranges::find(laws, springs, &msm::SpringLaw::name);
+    const auto model =
+        msm::springs_with_volume(body, msm::springs_beside_volume(body, law), msm::find_volume_term("nodal_volume"));
+    return msm::with_vessel_lines(model.body, body);
+}
+
+std::string fault_of(Scene &scene, const CutRequest &request) {
+    try {
+        scene.cut(request);
+    } catch (const support::InputError &error) {
+        return error.what();
+    }
+    return "no fault";
+}
+
+CutRequest half() {
+    return {.tool = meshes::HalfSpaceCut{{0.04, 0.0, 0.0}, {1.0, 0.0, 0.0}}};
+}
+
+TEST(LiveParts, ComeToRestWhereTheComparedModelDoes) {
+    for (const auto &box : boxes_with_parts())
+        for (const std::string springs : {"patch", "nodal_neo_hookean"}) {
+            // Another Young's modulus than the body's own: capsule and vessels keep theirs.
+            auto wanted = settings(springs);
+            wanted.young_modulus = 8e3;
+            Scene scene(box.body, box.is_constrained);
+            const auto chosen = scene.choose(wanted);
+            const auto model = compared_model(with_material(box.body, 8e3, 0.45), springs);
+            for (const auto &tool : {box.pull({0.0, 0.001, 0.002}), box.poke(0.003)}) {
+                const auto frame = moved(scene, tool, 3.0, chosen.time_step);
+                EXPECT_EQ(frame.restarts, 0);
+                auto conditions = constrained_conditions(constrained_nodes(box.body.mesh, box.is_constrained));
+                for (std::size_t k = 0; k < frame.load.nodes.size(); ++k)
+                    conditions.force[frame.load.nodes[k]] = frame.load.nodal[k];
+                const auto rest = msm::find_equilibrium(model, box.body.mesh.points, conditions);
+                ASSERT_EQ(rest.status, core::SolutionStatus::ok) << rest.message;
+                EXPECT_LT(distance(frame.displacement, rest.displacement), 1e-4) << springs;
+            }
+        }
+}
+
+TEST(LiveParts, StiffenTheBody) {
+    const auto boxes = boxes_with_parts();
+    for (const auto &springs : spring_names()) {
+        const auto force = [&](const BoxScene &box) {
+            Scene scene(box.body, box.is_constrained);
+            const auto chosen = scene.choose(settings(springs));
+            const auto frame = moved(scene, box.pull({0.0, 0.0, 0.002}), 2.0, chosen.time_step);
+            return frame.force.norm() / frame.displacement[box.node].norm();
+        };
+        const double plain = force({});
+        EXPECT_GT(force(boxes[0]), 1.1 * plain) << springs << " with a capsule";
+        EXPECT_GT(force(boxes[1]), 1.01 * plain) << springs << " with vessels";
+    }
+}
+
+TEST(LiveParts, AMapOfOnesIsNone) {
+    const BoxScene box;
+    auto body = box.body;
+    body.modulus_factor.assign(body.mesh.tetrahedra.size(), 1.0);
+    Scene even(box.body, box.is_constrained), mapped(body, box.is_constrained);
+    for (auto *scene : {&even, &mapped}) {
+        scene->choose(settings("nodal_neo_hookean"));
+        scene->move(box.poke(0.004), 300);
+    }
+    EXPECT_EQ(even.move(box.poke(0.006), 100).displacement, mapped.move(box.poke(0.006), 100).displacement);
+    EXPECT_EQ(even.cut(half()).volume, mapped.cut(half()).volume);
+}
+
+TEST(LiveParts, AreNotCutInMotionAndMoveOn) {
+    const char *faults[] = {
+        "the body has a capsule, which cuts in motion do not know; cut it at rest with [[cut]], or leave [capsule] out "
+        "of the body",
+        "the body has vessels as lines, which cuts in motion do not know; cut it at rest with [[cut]], or leave "
+        "[vessels] out of the body",
+        "the body has a map of stiffness, which cuts in motion do not know; cut it at rest with [[cut]], or leave "
+        "[stiffness_map] out of the body",
+        "the body has a capsule and vessels as lines and a map of stiffness, which cuts in motion do not know; cut it "
+        "at rest with [[cut]], or leave [capsule] and [vessels] and [stiffness_map] out of the body"};
+    int k = 0;
+    for (const auto &box : boxes_with_parts()) {
+        Scene refused(box.body, box.is_constrained), whole(box.body, box.is_constrained);
+        for (auto *scene : {&refused, &whole}) {
+            scene->choose(settings("nodal_neo_hookean"));
+            scene->move(box.poke(0.004), 200);
+        }
+        EXPECT_EQ(fault_of(refused, half()), faults[k++]);
+        EXPECT_TRUE(refused.gone().empty());
+        EXPECT_EQ(refused.move(box.poke(0.006), 200).displacement, whole.move(box.poke(0.006), 200).displacement);
+    }
+}
+
+/// Loads of the parts are those of where the body is, and of nothing before.
+TEST(LiveParts, MoveAfterAResetAsAtFirst) {
+    const PartedBox box;
+    for (const std::string springs : {"patch", "nodal_neo_hookean"}) {
+        Scene used(box.body, box.is_constrained), fresh(box.body, box.is_constrained);
+        used.choose(settings(springs));
+        fresh.choose(settings(springs));
+        used.move(box.pull({0.0, 0.002, 0.004}), 500);
+        used.reset();
+        const auto tool = box.poke(0.004);
+        EXPECT_EQ(used.move(tool, 100).displacement, fresh.move(tool, 100).displacement) << springs;
+        used.keep();
+        const auto first = used.move(tool, 200).displacement;
+        used.move(box.pull({0.0, 0.002, 0.004}), 100);
+        used.restore();
+        EXPECT_EQ(used.move(tool, 200).displacement, first) << springs;
+    }
+}
+
+TEST(LiveParts, AreInTheMessageThatOpensAScene) {
+    PartedBox box;
+    auto &mesh = box.body.mesh; // of which one side has been cut open
+    const auto open = std::ranges::find(mesh.patch_names, "x_max") - mesh.patch_names.begin();
+    ASSERT_LT(open, static_cast<std::ptrdiff_t>(mesh.patch_names.size()));
+    mesh.patch_names[static_cast<std::size_t>(open)] = core::wound_patch;
+    const auto message = body_message(box.body, box.is_constrained);
+    const auto told = scene_of(message);
+    EXPECT_EQ(told->body().capsule, box.body.capsule);
+    EXPECT_EQ(told->body().vessels, box.body.vessels);
+    EXPECT_EQ(told->body().modulus_factor, box.body.modulus_factor);
+    Scene called(box.body, box.is_constrained);
+    for (auto *scene : {told.get(), &called})
+        scene->choose(settings("nodal_neo_hookean"));
+    EXPECT_EQ(told->move(box.poke(0.004), 200).displacement, called.move(box.poke(0.004), 200).displacement);
+    for (std::size_t length = message.size() - 1; length + 40 > message.size(); --length)
+        EXPECT_THROW(scene_of(std::span(message).first(length)), support::InputError) << length;
+}
+
+TEST(LiveParts, AreRefusedWhereTheyAreNone) {
+    const auto refuses = [](auto damage) {
+        PartedBox box;
+        damage(box.body);
+        EXPECT_THROW(Scene(box.body, box.is_constrained), support::InputError);
+    };
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    for (const double value : {nan, 0.0, -1.0, std::numeric_limits<double>::infinity()}) {
+        refuses([&](core::Body &b) { b.modulus_factor[3] = value; });
+        refuses([&](core::Body &b) { b.capsule->thickness = value; });
+        refuses([&](core::Body &b) { b.capsule->young_modulus = value; });
+        refuses([&](core::Body &b) { b.vessels->radius[1] = value; });
+        refuses([&](core::Body &b) { b.vessels->wall_ratio = value; });
+        refuses([&](core::Body &b) { b.vessels->wall_modulus = value; });
+    }
+    refuses([](core::Body &b) { b.modulus_factor.pop_back(); });
+    refuses([](core::Body &b) { b.vessels->wall_ratio = 1.5; });
+    refuses([](core::Body &b) { b.vessels->points[1].x() = nan; });
+    refuses([](core::Body &b) { b.vessels->segments[0] = {1, 1}; });
+    refuses([](core::Body &b) { b.vessels->segments[0] = {1, 3}; });
+}
+
+} // namespace
+} // namespace livermark::live
