@@ -23,6 +23,7 @@
 #include "app/server/sessions/live_body.hpp"
 #include "core/support/input_error.hpp"
 #include "core/tool/needle/needle.hpp"
+#include "msm/dynamics/spring_stepper.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/pushed_model.hpp"
 
@@ -72,12 +73,15 @@ core::LoadCase constraints_of(const core::LoadCase &whole, const std::vector<int
 } // namespace
 
 /// @param gone  numbers of tetrahedra of the whole body, with commas between them; each once, ascending
-/// @throws support::InputError if they are not that, or nothing is left
+/// @throws support::InputError if they are not that, or nothing is left, or for a body that the springs do not cut
 CutLiveBody cut_live_body(const LiveBody &whole, const std::string &gone) {
+    if (const auto unknown = msm::unknown_to_cuts(*whole.body); !unknown.empty())
+        throw support::InputError("{}: the body {}", whole.file, unknown);
     const auto remains = live::remains_of(whole.body->mesh, marks_of(gone, whole.body->mesh.tetrahedra.size()));
     if (remains.tetrahedron.empty())
         throw support::InputError("nothing is left of the body; take a smaller part away");
     auto body = *whole.body;
+    body.modulus_factor.clear(); // an even map is none
     auto &mesh = body.mesh;
     mesh = remains.mesh;
     mesh.points.clear();
@@ -127,6 +131,7 @@ bool are_equal(const core::Material &a, const core::Material &b) {
 bool are_equal(const core::Body &a, const core::Body &b) {
     return a.mesh.points == b.mesh.points && a.mesh.tetrahedra == b.mesh.tetrahedra && a.mesh.region == b.mesh.region &&
            a.mesh.boundary_triangles == b.mesh.boundary_triangles && a.modulus_factor == b.modulus_factor &&
+           a.capsule == b.capsule && a.vessels == b.vessels &&
            std::ranges::equal(a.materials, b.materials, [](const core::Material &first, const core::Material &second) {
                return are_equal(first, second);
            });
@@ -303,10 +308,15 @@ Message binary(std::span<const double> numbers, const std::vector<Eigen::Vector3
             .bytes = bytes_of(numbers.data(), numbers.size()) + bytes_of(displacement.data(), displacement.size())};
 }
 
+double young_modulus_of(const core::Body &body) {
+    return body.materials[live::largest_region(body.mesh)].young_modulus;
+}
+
 class LiveFem {
   public:
     LiveFem(LiveBody opened, const ReportProgress &report)
-        : whole_(std::move(opened)), opened_(whole_), report_(report), body_(opened_.body) {}
+        : whole_(std::move(opened)), opened_(whole_), report_(report), body_(opened_.body),
+          young_modulus_(young_modulus_of(*body_)) {}
 
     Message reply(const Message &message) {
         if (message.is_binary)
@@ -327,6 +337,7 @@ class LiveFem {
         poisson_ratio_.reset();
         stiffening_ = 1.0;
         opened_ = std::move(cut.left);
+        young_modulus_ = young_modulus_of(*opened_.body);
         node_ = std::move(cut.node);
         body_ = opened_.body;
         return {.is_binary = false, .bytes = fields_text({{"nodes", std::to_string(node_.size())}})};
@@ -334,19 +345,21 @@ class LiveFem {
 
     Message choose(const Fields &fields) {
         const auto chosen = live_material(fields);
-        const auto young_modulus_of = [](const core::Body &body) {
-            return body.materials[live::largest_region(body.mesh)].young_modulus;
-        };
         // Displacements are inversely proportional to a factor of all Young's moduli: the stiffness of the file's
-        // moduli, and its factor, serve all of them, and only another Poisson's ratio needs new ones.
+        // moduli, and its factor, serve all of them, and only another Poisson's ratio needs new ones. Capsule and
+        // vessels keep theirs, so a body that has some needs new ones for each.
         stiffening_ = chosen.young_modulus / young_modulus_of(*whole_.body);
-        if (poisson_ratio_ != chosen.poisson_ratio) {
+        double young_modulus = young_modulus_of(*opened_.body);
+        if (opened_.body->capsule || opened_.body->vessels)
+            young_modulus *= std::exchange(stiffening_, 1.0);
+        if (poisson_ratio_ != chosen.poisson_ratio || young_modulus_ != young_modulus) {
             elements_.reset(); // before others need the memory
             last_.clear();
             body_ = std::make_shared<const core::Body>(
-                live::with_material(*opened_.body, young_modulus_of(*opened_.body), chosen.poisson_ratio));
+                live::with_material(*opened_.body, young_modulus, chosen.poisson_ratio));
         }
         poisson_ratio_ = chosen.poisson_ratio;
+        young_modulus_ = young_modulus;
         return {.is_binary = false,
                 .bytes = fields_text({{"chosen", models::moving_reference(core::Regime::small).on_mesh}})};
     }
@@ -412,7 +425,8 @@ class LiveFem {
     LiveBody opened_;       ///< what cuts have left of it
     std::vector<int> node_; ///< of each node of that, its number in the whole body; empty while nothing is cut
     ReportProgress report_;
-    std::shared_ptr<const core::Body> body_; ///< with the Young's moduli of the file
+    std::shared_ptr<const core::Body> body_; ///< with the Young's moduli of the file, or those chosen beside a capsule
+    double young_modulus_;                   ///< of the largest region of that [Pa]
     std::shared_ptr<SharedFem> elements_;    ///< of that body; none before the first solution
     std::vector<double> last_;               ///< solution, of all unknowns
     bool are_hyperelastic_ = false;          ///< the elements that answer round loads

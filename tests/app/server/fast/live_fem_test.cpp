@@ -23,6 +23,7 @@
 #include "meshes/cutting/cut.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "studies/models/model_table.hpp"
+#include "tests/samples/bodies_with_vessels.hpp"
 #include "tests/samples/records/sample_result.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -90,7 +91,13 @@ class LiveFemTest : public testing::Test {
                           const std::array<double, 2> &poisson_ratios,
                           const std::optional<core::RoundLoad> &spread = shape,
                           const std::string &model = "fem_p2") const {
-        auto body = std::make_shared<core::Body>(*result.problem.body);
+        return solved_on(*result.problem.body, rows, parenchyma, tumour, poisson_ratios, spread, model);
+    }
+    core::Solution solved_on(const core::Body &whole, const Rows &rows, double parenchyma, double tumour,
+                             const std::array<double, 2> &poisson_ratios,
+                             const std::optional<core::RoundLoad> &spread = shape,
+                             const std::string &model = "fem_p2") const {
+        auto body = std::make_shared<core::Body>(whole);
         body->materials = {{1060.0, parenchyma, poisson_ratios[0]}, {1100.0, tumour, poisson_ratios[1]}};
         auto load_case = tests::empty_load_case(mesh);
         tests::prescribe(load_case, mesh, "x_min", core::Vector3::Zero());
@@ -311,6 +318,28 @@ TEST_F(LiveFemTest, SharesTheElementsOfABodyThatIsHeldAsAnother) {
         EXPECT_EQ(server::SharedFem::count(), 1);
     }
     EXPECT_EQ(server::SharedFem::count(), 0);
+}
+
+/// Capsule and vessels keep their moduli where another Young's modulus is chosen.
+TEST_F(LiveFemTest, HasTheCapsuleAndTheVesselsOfABody) {
+    const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}};
+    const auto plain = begin();
+    plain(binary(rows));
+    auto covered = result;
+    auto body = *result.problem.body;
+    body.capsule = core::Capsule{.thickness = 1e-3, .young_modulus = 1e6};
+    body.vessels = tests::vessels::rod({0.1, 0.1, 0.1}, {0.9, 0.3, 0.2}, 0.02, 1e6);
+    covered.problem.body = std::make_shared<const core::Body>(body);
+    results::write_result(folder / "covered.h5", covered);
+    const auto converse = begin("covered.h5");
+    expect_same(converse(binary(rows)), solved_on(body, rows, 4000.0, 20000.0, {0.45, 0.48}));
+    EXPECT_EQ(server::SharedFem::count(), 2) << "not those of the body without";
+    converse({false, "young_modulus=6000&poisson_ratio=0.3"});
+    expect_same(converse(binary(rows)), solved_on(body, rows, 6000.0, 30000.0, {0.3, 0.3}));
+    converse({false, "young_modulus=2000&poisson_ratio=0.3"});
+    expect_same(converse(binary(rows)), solved_on(body, rows, 2000.0, 10000.0, {0.3, 0.3}));
+    EXPECT_NE(fault_of([&] { converse({false, "gone=0,1"}); }).find("cut it at rest with [[cut]]"), std::string::npos);
+    expect_same(converse(binary(rows)), solved_on(body, rows, 2000.0, 10000.0, {0.3, 0.3}));
 }
 
 TEST_F(LiveFemTest, ReportsWhatTheFirstSolutionWaitsFor) {
