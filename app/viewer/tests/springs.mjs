@@ -49,6 +49,22 @@ export async function startHarness() {
   };
 }
 
+const attribute = (group, name) => Number(group.attrs[name].value);
+
+function capsuleOf(file) {
+  const group = file.get('capsule'), patch = file.get('mesh/boundary_patch');
+  if (!group) return null;
+  const isWound = patch.attrs['names'].value.map((name) => name.replace(/\0+$/, '').split('+').includes('wound'));
+  return { thickness: attribute(group, 'thickness'), youngModulus: attribute(group, 'young_modulus'), covered: Array.from(patch.value, (p) => Number(!isWound[p])) };
+}
+
+function vesselsOf(file) {
+  const group = file.get('vessels');
+  if (!group) return null;
+  const values = (name) => Array.from(file.get(`vessels/${name}`).value, Number);
+  return { points: values('points'), radius: values('radius'), segments: values('segments'), wallRatio: attribute(group, 'wall_ratio'), wallModulus: attribute(group, 'wall_modulus') };
+}
+
 /** The body of a result file, as the live page reads it. */
 export async function bodyOf(path) {
   await hdf5.ready;
@@ -65,6 +81,9 @@ export async function bodyOf(path) {
     poissonRatio: values('materials/poisson_ratio'),
     triangles: values('mesh/boundary_triangles'),
     constrained: condition.map((kind, f) => Number(kind === 1 && value.slice(3 * f, 3 * f + 3).every((x) => x === 0))),
+    modulusFactor: file.get('mesh/modulus_factor') ? values('mesh/modulus_factor') : [],
+    capsule: capsuleOf(file),
+    vessels: vesselsOf(file),
   };
   file.close();
   return body;
@@ -73,6 +92,12 @@ export async function bodyOf(path) {
 export const bodyNumbers = (b) => [
   b.points.length / 3, b.tetrahedra.length / 4, b.density.length, b.triangles.length / 3,
   ...[b.points, b.tetrahedra, b.region, b.density, b.youngModulus, b.poissonRatio, b.triangles, b.constrained].flat(),
+  b.modulusFactor.length, ...b.modulusFactor,
+  ...(b.capsule ? [1, b.capsule.thickness, b.capsule.youngModulus, ...b.capsule.covered] : [0]),
+  ...(b.vessels ? vesselNumbers(b.vessels) : [0]),
+];
+const vesselNumbers = ({ points, radius, segments, wallRatio, wallModulus }) => [
+  radius.length, segments.length / 2, ...points, ...radius, ...segments, wallRatio, wallModulus,
 ];
 /** @param request  see CutRequest of the page */
 export function cutNumbers({ tool, takesLoose }) {

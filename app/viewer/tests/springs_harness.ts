@@ -9,7 +9,8 @@ export type Row =
   | { kind: 'cut'; request: CutRequest }
   | { kind: 'reset' | 'keep' | 'undo' };
 /** Of arrays of numbers, so that it can be said across processes. */
-type PlainBody = { [K in keyof Omit<LiveBody, 'cuts'>]: LiveBody[K] extends string ? string : number[] };
+type Plain<T> = { [K in keyof T]: T[K] extends string | number ? T[K] : T[K] extends ArrayLike<number> ? number[] : Plain<T[K]> };
+type PlainBody = Plain<Omit<LiveBody, 'cuts'>>;
 
 const engine = wasmEngine();
 
@@ -24,6 +25,14 @@ async function open(body: PlainBody): Promise<string[]> {
     poissonRatio: Float64Array.from(body.poissonRatio),
     triangles: Int32Array.from(body.triangles),
     constrained: Uint8Array.from(body.constrained),
+    modulusFactor: Float64Array.from(body.modulusFactor),
+    capsule: body.capsule && { ...body.capsule, covered: Uint8Array.from(body.capsule.covered) },
+    vessels: body.vessels && {
+      ...body.vessels,
+      points: Float64Array.from(body.vessels.points),
+      radius: Float64Array.from(body.vessels.radius),
+      segments: Int32Array.from(body.vessels.segments),
+    },
   });
   return springLaws;
 }

@@ -38,11 +38,20 @@ export function bodyOfMessage(message) {
   const [numNodes, numTetrahedra, numRegions, numTriangles] = message;
   let at = 4;
   const take = (count) => Array.from(message.subarray(at, (at += count)));
+  const one = () => take(1)[0];
+  const vesselsOf = (numPoints) => {
+    if (numPoints === 0) return null;
+    const numSegments = one();
+    return { points: take(3 * numPoints), radius: take(numPoints), segments: take(2 * numSegments), wallRatio: one(), wallModulus: one() };
+  };
   return {
     file: '',
     points: take(3 * numNodes), tetrahedra: take(4 * numTetrahedra), region: take(numTetrahedra),
     density: take(numRegions), youngModulus: take(numRegions), poissonRatio: take(numRegions),
     triangles: take(3 * numTriangles), constrained: take(numTriangles),
+    modulusFactor: take(one()),
+    capsule: one() ? { thickness: one(), youngModulus: one(), covered: take(numTriangles) } : null,
+    vessels: vesselsOf(one()),
   };
 }
 

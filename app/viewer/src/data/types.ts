@@ -146,6 +146,22 @@ export interface ForcePlot {
   observedAt: number; // part of the load at which that was observed
 }
 
+/** A membrane on the surface. */
+export interface Capsule {
+  thickness: number; // m
+  youngModulus: number; // Pa
+  covered: Uint8Array; // (T) 1 where it is: everywhere but on what cuts have opened
+}
+
+/** Vessels that are thinner than the tetrahedra: tubes along lines. */
+export interface Vessels {
+  points: Float64Array; // (V,3) of the axes, m
+  radius: Float64Array; // (V) outer, m
+  segments: Int32Array; // (W,2) points that a straight tube joins
+  wallRatio: number; // thickness of walls over the radius
+  wallModulus: number; // Pa
+}
+
 /** What of the file can be set in motion. */
 export interface SoftBody {
   points: Float64Array; // (N,3) m
@@ -156,6 +172,9 @@ export interface SoftBody {
   poissonRatio: Float64Array; // (R)
   triangles: Int32Array; // (T,3) boundary, right-handed seen from outside
   constrained: Uint8Array; // (T) 1 where the load case prescribes no displacement in all three components
+  modulusFactor: Float64Array; // (M) moduli of a tetrahedron over those of its region; empty without a map of stiffness
+  capsule: Capsule | null;
+  vessels: Vessels | null;
 }
 
 /** Something is wrong with a file; the message is for the reader of the page. */

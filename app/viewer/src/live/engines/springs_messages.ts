@@ -6,10 +6,21 @@ import { needleMessage, readNeedle } from '../tool/needle/needle_messages.ts';
 import type { Chosen, LiveBody, LiveFrame, LiveSettings, Tool } from '../types.ts';
 import type { Vector } from '../vector.ts';
 
+function capsuleParts({ capsule }: LiveBody): ArrayLike<number>[] {
+  return capsule ? [[1, capsule.thickness, capsule.youngModulus], capsule.covered] : [[0]];
+}
+
+function vesselParts({ vessels }: LiveBody): ArrayLike<number>[] {
+  if (!vessels || vessels.segments.length === 0) return [[0]];
+  const { points, radius, segments, wallRatio, wallModulus } = vessels;
+  return [[radius.length, segments.length / 2], points, radius, segments, [wallRatio, wallModulus]];
+}
+
 export function bodyMessage(body: LiveBody): Float64Array {
   const parts = [
     [body.points.length / 3, body.tetrahedra.length / 4, body.density.length, body.triangles.length / 3],
     body.points, body.tetrahedra, body.region, body.density, body.youngModulus, body.poissonRatio, body.triangles, body.constrained,
+    [body.modulusFactor.length], body.modulusFactor, ...capsuleParts(body), ...vesselParts(body),
   ];
   const message = new Float64Array(parts.reduce((length, part) => length + part.length, 0));
   let length = 0;

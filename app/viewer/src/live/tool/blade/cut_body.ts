@@ -11,6 +11,7 @@ export function bodyAfter(whole: LiveBody, { gone, triangles, constrained, wound
     ...whole,
     tetrahedra: whole.tetrahedra.filter((_, i) => isGone[i >> 2] === 0),
     region: whole.region.filter((_, t) => isGone[t] === 0),
+    modulusFactor: whole.modulusFactor.filter((_, t) => isGone[t] === 0),
     triangles,
     constrained,
     cuts: { gone, wound },
