@@ -121,7 +121,7 @@ std::vector<int> Scene::gone() const {
     return numbers;
 }
 
-/// What is left, as a ball may touch it. Only a body without cuts has a map of stiffness.
+/// Remains of the body, as a ball may touch them. Only a body without cuts has a map of stiffness.
 TouchableBody Scene::touchable_remains() const {
     return touchable_body({.name = {},
                            .mesh = remains_.mesh,

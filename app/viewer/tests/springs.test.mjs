@@ -121,6 +121,30 @@ test('WebAssembly moves the liver as the native build does, bit for bit, whateve
 test('WebAssembly moves the liver with tumours as the native build does, bit for bit', { skip: noReplay }, () =>
   movesAsNatively(tumours, [{}, { springLaw: 'van_gelder', poissonRatio: 0.25 }, { springLaw: 'nodal_neo_hookean' }, { springLaw: 'nodal_neo_hookean', poissonRatio: 0.49, stiffnessDamping: 1e-4 }, { springLaw: 'nodal_neo_hookean_f' }, { springLaw: 'nodal_neo_hookean_f', poissonRatio: 0.49, stiffnessDamping: 1e-4 }, { springLaw: 'edge_neo_hookean', stiffnessDamping: 1e-4 }, { springLaw: 'edge_neo_hookean_f' }]));
 
+/** The liver with a capsule, a vessel through its middle, and tissue that gets stiffer to one side. */
+function withParts(body) {
+  const xs = body.points.filter((_, i) => i % 3 === 0), [low, high] = [xs.reduce((a, b) => Math.min(a, b)), xs.reduce((a, b) => Math.max(a, b))];
+  const middle = [0, 1, 2].map((c) => (3 * body.points.filter((_, i) => i % 3 === c).reduce((sum, x) => sum + x, 0)) / body.points.length);
+  return {
+    ...body,
+    modulusFactor: body.region.map((_, t) => 0.8 + (0.4 * (body.points[3 * body.tetrahedra[4 * t]] - low)) / (high - low)),
+    capsule: { thickness: 20e-6, youngModulus: 8.22e6, covered: body.constrained.map(() => 1) },
+    vessels: { points: [...middle, middle[0] + 0.03, ...middle.slice(1)], radius: [3e-3, 2e-3], segments: [0, 1], wallRatio: 0.2, wallModulus: 1e6 },
+  };
+}
+
+test('WebAssembly moves a capsule, vessels and a map of stiffness as the native build does, bit for bit', { skip: noReplay }, () =>
+  movesAsNatively(withParts(healthy), [{}, { springLaw: 'nodal_neo_hookean', youngModulus: 8000, stiffnessDamping: 1e-4 }]));
+
+test('a cut of a body with a capsule is refused in a sentence, and the body moves on', async () => {
+  await harness.open(withParts(healthy));
+  const cut = { tool: { kind: 'half-space', point: healthy.points.slice(0, 3), normal: [1, 0, 0] }, takesLoose: true };
+  const [, refused, frame] = await harness.play([
+    { kind: 'choose', settings: settings() }, { kind: 'cut', request: cut }, { kind: 'move', tool: { kind: 'none' }, numSteps: 10 }]);
+  assert.match(refused.fault, /^the body has a capsule and vessels as lines and a map of stiffness, .* cut it at rest with \[\[cut\]\]/);
+  assert.ok(frame.finite && frame.restarts === 0);
+});
+
 /** Every move is sound, and after the last one the body comes to rest in its own shape. */
 async function bears(body, choices, count) {
   await harness.open(body);

@@ -27,6 +27,10 @@ TEST(LiveTrial, LosesNoMotionOfABoxWithALump) {
     expect_nothing_lost("lump", 80, 1);
 }
 
+TEST(LiveTrial, LosesNoMotionOfABoxWithACapsuleAndAVessel) {
+    expect_nothing_lost("covered", 80, 1);
+}
+
 TEST(LiveTrial, LosesNoMotionOfTheBeam) {
     expect_nothing_lost("beam", 25, 1);
 }
