@@ -297,6 +297,9 @@ core::Body body_of_table(const std::filesystem::path &file, std::vector<std::str
         refuse_missing_materials(table, body.mesh);
     body.materials = read_materials(table, body.mesh);
     body.capsule = read_capsule(table);
+    if (body.capsule)
+        body.assumptions.push_back(fmt::format("a capsule of {:.3g} um and {:.3g} MPa covers it",
+                                               1e6 * body.capsule->thickness, 1e-6 * body.capsule->young_modulus));
     if (table.contains("stiffness_map"))
         apply_stiffness_map(file, support::required_table(table, "stiffness_map"), body);
     if (table.contains("vessels"))

@@ -44,7 +44,7 @@ std::vector<ChosenRole> chosen_roles(const VesselCommand &command, const LabelIm
 
 /// Labels of vessels.
 struct VesselLabels {
-    std::vector<int> of_liver;
+    std::vector<int> inside;
     std::vector<int> beside; ///< such as the vena cava, unless --role says more
 };
 
@@ -57,7 +57,7 @@ VesselLabels vessel_labels(const LabelImage &image, const std::vector<int> &labe
             std::ranges::find_if(roles, [&](const ChosenRole &role) { return is_meant(role, image, label); });
         if (chosen != roles.end()) {
             if (chosen->role == core::SegmentRole::vessel)
-                vessels.of_liver.push_back(label);
+                vessels.inside.push_back(label);
             continue;
         }
         const auto name = image.label_names.find(label);
@@ -65,7 +65,7 @@ VesselLabels vessel_labels(const LabelImage &image, const std::vector<int> &labe
         const auto words = name == image.label_names.end() ? std::string() : name->second;
         const auto concept_of_it = code == image.label_codes.end() ? core::SegmentCode{} : code->second;
         if (core::role_of_segment(words, concept_of_it) == core::SegmentRole::vessel)
-            (core::kind_of_vessel(words, concept_of_it) == core::VesselKind::beside ? vessels.beside : vessels.of_liver)
+            (core::kind_of_vessel(words, concept_of_it) == core::VesselKind::beside ? vessels.beside : vessels.inside)
                 .push_back(label);
     }
     return vessels;
@@ -111,7 +111,7 @@ int write_vessel_lines(const VesselCommand &command) {
     if (labels.empty())
         throw support::InputError("{}: every voxel is background, so there is no vessel in it", image.name);
     const auto vessels = vessel_labels(image, labels, chosen_roles(command, image, labels));
-    if (vessels.of_liver.empty())
+    if (vessels.inside.empty())
         throw support::InputError("{}: none of its labels is a vessel of the liver by its name: {}; if one is, give it "
                                   "with --role, such as --role {}=vessel_portal",
                                   image.name, shown_labels(image, labels), labels.back());
@@ -122,7 +122,7 @@ int write_vessel_lines(const VesselCommand &command) {
     CentrelineOptions options;
     options.largest_radius = command.largest_radius;
     std::vector<char> is_vessel(image.label.size());
-    for (const int label : vessels.of_liver) {
+    for (const int label : vessels.inside) {
         std::ranges::transform(image.label, is_vessel.begin(), [&](int each) { return each == label ? 1 : 0; });
         const auto lines = centrelines(image.grid, is_vessel, options);
         if (lines.segments.empty())
@@ -133,7 +133,7 @@ int write_vessel_lines(const VesselCommand &command) {
     }
     if (tree.segments.empty())
         throw support::InputError(
-            "{}: no line is left of its vessels, {}; {}", image.name, shown_labels(image, vessels.of_liver),
+            "{}: no line is left of its vessels, {}; {}", image.name, shown_labels(image, vessels.inside),
             std::isfinite(command.largest_radius) ? "give a larger --largest-radius, or vessels that are longer"
                                                   : "give vessels that are longer, or finer voxels");
     const auto file = std::filesystem::path(command.output).filename().string();
@@ -143,8 +143,8 @@ int write_vessel_lines(const VesselCommand &command) {
                                                            support::shown(image.name))));
     fmt::print("{}: {}, of label{} {}\n\nFor a body of the same patient, with the file beside its .toml:\n\n[vessels]\n"
                "file = \"{}\"\nunit = \"m\"\n",
-               command.output, size_of(tree), vessels.of_liver.size() == 1 ? "" : "s",
-               shown_labels(image, vessels.of_liver), file);
+               command.output, size_of(tree), vessels.inside.size() == 1 ? "" : "s",
+               shown_labels(image, vessels.inside), file);
     return 0;
 }
 

@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <string>
 
 #include "core/support/files.hpp"
 #include "meshes/io/vessel_files.hpp"
+#include "results/hdf5/result_file.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"
 
@@ -54,6 +56,27 @@ TEST_F(VesselsOfAnImage, AreWrittenAsLines) {
     tests::expect_outcome(in_folder("mesh vessels seg.nrrd --role 'hepatic vein=ignore' -o portal.swc"), 0,
                           {"of label 9 'Portal vein'"});
     EXPECT_LT(total_length(lines("portal.swc")), 0.7 * total_length(veins));
+}
+
+/// The way of docs/howto/from_segmentation_to_table.md, with a capsule beside the veins.
+TEST_F(VesselsOfAnImage, GoWithTheBodyToATableAndAReport) {
+    write_phantom();
+    tests::expect_outcome(in_folder("mesh --labels seg.nrrd --tetrahedra 8000 -o patient.msh"), 0, {});
+    tests::expect_outcome(in_folder("mesh vessels seg.nrrd --largest-radius 0.008 -o patient.swc"), 0, {});
+    std::ofstream(directory_ / "patient.toml", std::ios::app)
+        << "\n[vessels]\nfile = \"patient.swc\"\nunit = \"m\"\n[capsule]\nthickness = 20e-6\nyoung_modulus = 8.22e6\n";
+    tests::expect_outcome(in_folder("run --body patient.toml --load-case palpation --static --reference-on-mesh "
+                                    "--model lloyd nodal_neo_hookean --output runs"),
+                          0, {"vessels of patient.swc are lines of", "a capsule of 20 um and 8.22 MPa covers it"});
+    const auto result = results::read_result(directory_ / "runs" / "patient" / "palpation.h5");
+    EXPECT_TRUE(result.problem.body->vessels && result.problem.body->capsule);
+    for (const auto &model : result.models)
+        EXPECT_EQ(model.solution.status, core::SolutionStatus::ok) << model.name;
+    tests::expect_outcome(in_folder("report runs -o report.html"), 0, {});
+    const auto page = support::read_text(directory_ / "report.html");
+    EXPECT_NE(page.find("vessels of patient.swc are lines of"), std::string::npos);
+    EXPECT_NE(page.find("a capsule of 20 um"), std::string::npos);
+    tests::expect_outcome(in_folder("advise patient.toml"), 0, {"ligaments in place of a held back"});
 }
 
 TEST_F(VesselsOfAnImage, AreRefusedWhereItHasNone) {
