@@ -289,7 +289,10 @@ template <class Choose> BisectedProblem refine_where(const Problem &problem, con
 BisectedBody split_edges(const Body &body, const std::map<Edge, Vector3> &points) {
     const auto &coarse = body.mesh;
     BisectedBody result{
-        {.name = body.name, .mesh = {}, .materials = body.materials, .capsule = body.capsule, .vessels = body.vessels}, {}, {}, {}};
+        {.name = body.name, .mesh = {}, .materials = body.materials, .capsule = body.capsule, .vessels = body.vessels},
+        {},
+        {},
+        {}};
     for (const auto &[edge, point] : points)
         result.parent_edge.push_back(edge);
     auto &fine = result.body.mesh;

@@ -72,7 +72,8 @@ Part at_nodes_of(int rank, const Part &whole) {
                 place[node] = 0;
         }
     Part part;
-    core::Body out{.name = body.name, .mesh = {}, .materials = body.materials, .capsule = body.capsule, .vessels = body.vessels};
+    core::Body out{
+        .name = body.name, .mesh = {}, .materials = body.materials, .capsule = body.capsule, .vessels = body.vessels};
     out.mesh.region_names = mesh.region_names;
     out.mesh.patch_names = mesh.patch_names;
     auto &conditions = part.problem.load_case;

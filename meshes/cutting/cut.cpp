@@ -98,7 +98,8 @@ std::vector<std::array<int, 4>> patches_of_faces(const CutMesh &cut) {
 core::Body body_of(const CutMesh &cut, const std::vector<int> &piece, const Faces &is_wound,
                    const std::vector<std::array<int, 4>> &patches) {
     const auto &from = cut.body.mesh;
-    core::Body body{.name = cut.body.name, .mesh = {}, .materials = {}, .capsule = cut.body.capsule, .vessels = cut.body.vessels};
+    core::Body body{
+        .name = cut.body.name, .mesh = {}, .materials = {}, .capsule = cut.body.capsule, .vessels = cut.body.vessels};
     body.patch_confidence = cut.body.patch_confidence;
     body.axes = cut.body.axes;
     auto &mesh = body.mesh;

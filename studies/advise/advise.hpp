@@ -220,8 +220,8 @@ Advice advise(const core::Body &body, const AdviceOptions &options, const Progre
 std::vector<Caveat> find_caveats(const core::Body &body, const AdviceOptions &options, const Advice &advice,
                                  double scaled_time_step);
 
-/// An advice for programs: an object with body, evidence, touch, position, linear_tetrahedra, over_budget, caveats and left_out.
-/// SI units, errors as parts of one. What is not known is left out. Names are those of the structs, and
+/// An advice for programs: an object with body, evidence, touch, position, linear_tetrahedra, over_budget, caveats and
+/// left_out. SI units, errors as parts of one. What is not known is left out. Names are those of the structs, and
 /// docs/reference/advice.md has the list.
 std::string to_json(const Advice &advice);
 

@@ -23,9 +23,8 @@ bool has_part(const core::Body &body, std::string_view part) {
     if (part == "stiffness_map")
         return !body.modulus_factor.empty();
     if (part == "vessels")
-        return body.vessels || std::ranges::any_of(body.mesh.region_names, [](const std::string &name) {
-                   return name.starts_with("vessel");
-               });
+        return body.vessels || std::ranges::any_of(body.mesh.region_names,
+                                                   [](const std::string &name) { return name.starts_with("vessel"); });
     return false;
 }
 

@@ -374,10 +374,10 @@ std::vector<std::string> without_part(const Run &run) {
             !explained.contains(model.name) && std::ranges::none_of(run.problems, [&](const core::Problem &problem) {
                 return model.takes_part_in(problem);
             }))
-            sentences.push_back(
-                fmt::format("{} takes part in none of these load cases: another regime, something that "
-                            "it does not follow, no constants of its law, or a capsule or vessels that it does not know",
-                            model.name));
+            sentences.push_back(fmt::format(
+                "{} takes part in none of these load cases: another regime, something that "
+                "it does not follow, no constants of its law, or a capsule or vessels that it does not know",
+                model.name));
     return sentences;
 }
 

@@ -176,9 +176,8 @@ inline void put_held_last(Input &input) {
 }
 
 inline void read_rest(Input &input, hid_t file, const std::string &problem) {
-    for (const char *part :
-         {"/load_case/follows", "/load_case/slow_history", "/load_case/foundation", "/capsule", "/vessels",
-          "/mesh/modulus_factor"})
+    for (const char *part : {"/load_case/follows", "/load_case/slow_history", "/load_case/foundation", "/capsule",
+                             "/vessels", "/mesh/modulus_factor"})
         if (H5Lexists(file, part, H5P_DEFAULT) > 0)
             stop(std::string("the problem has ") + part + ", which nodal forces cannot say; choose another load case");
     if (H5Aexists_by_name(file, "/load_case", "press_depth", H5P_DEFAULT) > 0)

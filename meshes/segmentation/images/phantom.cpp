@@ -92,8 +92,9 @@ Parts parts_of(const PhantomOptions &options) {
     Parts parts{lesions(options.touching), {}};
     if (options.vessels)
         for (const auto &trunk : meshes::liver_vein_trunks())
-            parts.tubes.push_back({trunk.vein == meshes::LiverVein::hepatic ? phantom_hepatic_label : phantom_portal_label,
-                                   trunk.begin, trunk.end, trunk.radius});
+            parts.tubes.push_back(
+                {trunk.vein == meshes::LiverVein::hepatic ? phantom_hepatic_label : phantom_portal_label, trunk.begin,
+                 trunk.end, trunk.radius});
     return parts;
 }
 
