@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -60,6 +61,16 @@ inline core::Problem touched_by_ball(const core::Body &body, const std::vector<b
 
 inline Settings settings(const std::string &law = "patch") {
     return {.springs = law, .young_modulus = 5e3, .poisson_ratio = 0.45, .damping = {40.0, 0.0}};
+}
+
+/// Relative distance of two fields.
+inline double distance(const std::vector<Vector3> &a, const std::vector<Vector3> &b) {
+    double square = 0.0, size = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        square += (a[i] - b[i]).squaredNorm();
+        size += b[i].squaredNorm();
+    }
+    return std::sqrt(square / size);
 }
 
 } // namespace livermark::live

@@ -6,6 +6,7 @@
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "tests/fem_reference/hyperelastic_bodies.hpp"
+#include "tests/samples/bodies_with_vessels.hpp"
 #include "tests/samples/covered_bodies.hpp"
 
 namespace livermark {
@@ -45,9 +46,9 @@ TEST(Capsule, StoresTheEnergyOfAnEvenStrain) {
     }
 }
 
-/// Forces and stiffness of elements with a capsule are derivatives of their energy.
-TEST(Capsule, HasTheDerivativesOfItsEnergy) {
-    const auto body = covered::with_capsule(tests::soft_block());
+/// Forces and stiffness of elements with a capsule and vessels are derivatives of their energy.
+TEST(Capsule, HasTheDerivativesOfItsEnergyAsVesselsHave) {
+    const auto body = covered::with_capsule(tests::vessels::with_vessels(tests::soft_block()));
     for (const auto &kind : tests::hyperelastic_kinds) {
         const auto elements = tests::neo_hookean_elements(body, kind.degree);
         auto state = elements.rest();

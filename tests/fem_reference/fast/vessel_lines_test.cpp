@@ -50,42 +50,6 @@ TEST(VesselLines, StoreTheEnergyOfAnEvenStrain) {
     }
 }
 
-/// Forces and stiffness of elements with vessels are derivatives of their energy.
-TEST(VesselLines, HaveTheDerivativesOfTheirEnergy) {
-    const auto body = vessels::with_vessels(tests::soft_block());
-    for (const int degree : {1, 2}) {
-        const auto elements = tests::neo_hookean_elements(body, degree);
-        auto state = elements.rest();
-        std::vector<double> direction(state.displacement.size());
-        for (std::size_t i = 0; i < direction.size(); ++i) {
-            state.displacement[i] = 1e-3 * std::sin(1.7 * static_cast<double>(i));
-            direction[i] = std::cos(2.3 * static_cast<double>(i));
-        }
-        const auto moved = [&](double step) {
-            auto there = state;
-            for (std::size_t i = 0; i < direction.size(); ++i)
-                there.displacement[i] += step * direction[i];
-            return elements.internal_forces(there);
-        };
-        constexpr double step = 1e-6;
-        const auto ahead = moved(step), behind = moved(-step), here = moved(0.0);
-        auto tangent = elements.zero_tangent();
-        elements.assemble_tangent(state, tangent);
-        std::vector<double> product(direction.size());
-        tangent.stiffness.multiply(direction, product);
-        double work = 0.0, size = 0.0, difference = 0.0, whole = 0.0;
-        for (std::size_t i = 0; i < direction.size(); ++i) {
-            work += here.force[i] * direction[i];
-            size += here.force[i] * here.force[i];
-            const double expected = (ahead.force[i] - behind.force[i]) / (2.0 * step);
-            difference += (product[i] - expected) * (product[i] - expected);
-            whole += expected * expected;
-        }
-        EXPECT_NEAR((ahead.energy - behind.energy) / (2.0 * step), work, 1e-6 * std::sqrt(size));
-        EXPECT_LT(std::sqrt(difference), 1e-6 * std::sqrt(whole)) << degree;
-    }
-}
-
 namespace {
 
 /// A block of 48 x 32 x 32 mm that is held at one end and pulled at the other, with a rod of 4 x 4 mm from 8 to 40 mm

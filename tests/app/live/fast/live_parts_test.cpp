@@ -52,15 +52,6 @@ Frame moved(Scene &scene, const Tool &tool, double seconds, double time_step) {
     return frame;
 }
 
-double distance(const std::vector<Vector3> &a, const std::vector<Vector3> &b) {
-    double square = 0.0, size = 0.0;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        square += (a[i] - b[i]).squaredNorm();
-        size += b[i].squaredNorm();
-    }
-    return std::sqrt(square / size);
-}
-
 msm::ElasticBody compared_model(const core::Body &body, const std::string &springs) {
     if (springs == "nodal_neo_hookean")
         return msm::with_vessel_lines(msm::coupled_springs_with_volume(body, msm::find_coupled_springs(springs)), body);

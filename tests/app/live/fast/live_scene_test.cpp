@@ -40,15 +40,6 @@ const msm::SpringLaw &law_named(std::string_view name) {
     return *std::ranges::find(laws, name, &msm::SpringLaw::name);
 }
 
-double distance(const std::vector<Vector3> &a, const std::vector<Vector3> &b) {
-    double square = 0.0, size = 0.0;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        square += (a[i] - b[i]).squaredNorm();
-        size += b[i].squaredNorm();
-    }
-    return std::sqrt(square / size);
-}
-
 TEST(LiveScene, ComesToRestWhereTheComparedModelDoes) {
     const BoxScene box;
     for (const std::string law : {"patch", "lloyd", "van_gelder"}) {
