@@ -307,10 +307,19 @@ StepCost step_cost(const core::Body &body, const msm::ElasticBody &springs) {
     const auto conditions = msm::free_nodes(positions.size());
     StepCost cost;
     cost.critical_time_step = critical_time_step(body, springs);
-    auto steps = msm::FastSteps::prepare(springs, positions, conditions, {}, "symplectic_euler", cost.safe_time_step());
+    const auto parted = msm::part_terms(springs);
+    auto steps = msm::FastSteps::prepare(parted.in_kernels, positions, conditions, {}, "symplectic_euler",
+                                         cost.safe_time_step());
     cost.is_on_vector_units = steps.has_value();
-    cost.seconds_per_step = steps ? shortest_time([&] { steps->take(1); })
-                                  : shortest_time([&] { msm::elastic_gradient(springs, positions); });
+    const Eigen::VectorXd rest = msm::to_unknowns(positions);
+    const auto take_step = [&] {
+        Eigen::VectorXd force = Eigen::VectorXd::Zero(rest.size());
+        for (const auto &term : parted.beside)
+            term->add_force(rest, rest, 0.0, force);
+        steps->take(1);
+    };
+    cost.seconds_per_step =
+        steps ? shortest_time(take_step) : shortest_time([&] { msm::elastic_gradient(springs, positions); });
     return cost;
 }
 

@@ -184,8 +184,9 @@ double part_of_tetrahedra(const core::TetraMesh &mesh, const std::vector<bool> &
 void measure(ScaledSteps &steps, const msm::ElasticBody &springs, const core::Problem &problem,
              const msm::NodalConditions &conditions, const msm::MassScaling &scaling) {
     const auto prepare = [&](double critical, const msm::MassScaling &mass_scaling) {
-        return msm::FastSteps::prepare(springs, problem.body->mesh.points, conditions, {}, "symplectic_euler",
-                                       msm::default_safety_factor * critical, {.scaling = mass_scaling})
+        return msm::FastSteps::prepare(msm::part_terms(springs).in_kernels, problem.body->mesh.points, conditions, {},
+                                       "symplectic_euler", msm::default_safety_factor * critical,
+                                       {.scaling = mass_scaling})
             .value();
     };
     auto plain = prepare(steps.critical_time_step, {}), scaled = prepare(steps.scaled_critical_time_step, scaling);
@@ -203,7 +204,7 @@ void measure(ScaledSteps &steps, const msm::ElasticBody &springs, const core::Pr
 
 ScaledSteps examine_scaled(const core::Problem &problem, const models::MovingSpringModel &model) {
     const auto &mesh = problem.body->mesh;
-    const auto springs = model.make(*problem.body);
+    const auto springs = msm::with_vessel_lines(model.make(*problem.body), *problem.body);
     const auto conditions = msm::nodal_conditions(problem, springs.node_mass);
     ScaledSteps steps{.body = problem.body->name, .model = model.name};
     const auto highest = [&](const msm::NodalConditions &constrained, const msm::MassScaling &scaling) {

@@ -155,6 +155,8 @@ int make_liver(const LiverCommand &command, const std::string &command_line) {
         if (command.variant != 0)
             throw support::InputError("{}: veins are those of the liver that ships; leave out --variant",
                                       command.veins);
+        if (!command.veins.ends_with(".swc"))
+            throw support::InputError("{}: veins are written as SWC; end its name in .swc", command.veins);
         support::check_place(command.veins);
         support::write_whole(command.veins, meshes::swc_text(meshes::liver_veins(),
                                                              "Hepatic and portal veins of the livers that ship, made "
