@@ -12,6 +12,7 @@
 #include "core/support/input_error.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "meshes/cutting/parting.hpp"
+#include "msm/dynamics/spring_stepper.hpp"
 
 namespace livermark::live {
 
@@ -80,6 +81,10 @@ std::vector<bool> constrained_remains(const Remains &remains, const std::vector<
     for (const int facet : remains.facet)
         constrained.push_back(facet >= 0 && is_constrained[facet]);
     return constrained;
+}
+
+std::string unknown_to_cuts(const core::Body &body) {
+    return msm::unknown_to_cuts(body);
 }
 
 double wound_area(const Remains &remains) {

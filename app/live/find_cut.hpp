@@ -1,8 +1,10 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "core/problem.hpp"
 #include "meshes/cutting/cut.hpp"
 
 namespace livermark::live {
@@ -23,6 +25,9 @@ Remains remains_of(const core::TetraMesh &whole, const std::vector<char> &is_gon
 /// Constraints of what is left: whether each boundary triangle is constrained. The wound is free.
 /// @param is_constrained  shape (T) of the whole mesh
 std::vector<bool> constrained_remains(const Remains &remains, const std::vector<bool> &is_constrained);
+
+/// Parts of a body that cuts in motion do not know, and the remedy: msm::unknown_to_cuts().
+std::string unknown_to_cuts(const core::Body &body);
 
 /// Area of the wound [m^2].
 double wound_area(const Remains &remains);

@@ -23,7 +23,6 @@
 #include "app/server/sessions/live_body.hpp"
 #include "core/support/input_error.hpp"
 #include "core/tool/needle/needle.hpp"
-#include "msm/dynamics/spring_stepper.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/pushed_model.hpp"
 
@@ -75,7 +74,7 @@ core::LoadCase constraints_of(const core::LoadCase &whole, const std::vector<int
 /// @param gone  numbers of tetrahedra of the whole body, with commas between them; each once, ascending
 /// @throws support::InputError if they are not that, or nothing is left, or for a body that the springs do not cut
 CutLiveBody cut_live_body(const LiveBody &whole, const std::string &gone) {
-    if (const auto unknown = msm::unknown_to_cuts(*whole.body); !unknown.empty())
+    if (const auto unknown = live::unknown_to_cuts(*whole.body); !unknown.empty())
         throw support::InputError("{}: the body {}", whole.file, unknown);
     const auto remains = live::remains_of(whole.body->mesh, marks_of(gone, whole.body->mesh.tetrahedra.size()));
     if (remains.tetrahedron.empty())
