@@ -56,6 +56,11 @@ Eigen::Matrix3d coordinate_gradients(const TetraMesh &mesh, const std::array<int
     return edges.inverse();
 }
 
+Eigen::Vector4d coordinate_slopes(const TetraMesh &mesh, const std::array<int, 4> &nodes, const Vector3 &direction) {
+    const Vector3 others = coordinate_gradients(mesh, nodes).transpose() * direction;
+    return {-others.sum(), others[0], others[1], others[2]};
+}
+
 bool LocatedPoint::is_inside() const {
     constexpr double rounding = 1e-9;
     return coordinates.minCoeff() >= -rounding;

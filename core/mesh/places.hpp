@@ -26,6 +26,9 @@ std::vector<FacetPoint> facet_points(int divisions);
 /// corner 0 is minus their sum.
 Eigen::Matrix3d coordinate_gradients(const TetraMesh &mesh, const std::array<int, 4> &nodes);
 
+/// Slopes of the barycentric coordinates of a tetrahedron along a direction of length 1 [1/m].
+Eigen::Vector4d coordinate_slopes(const TetraMesh &mesh, const std::array<int, 4> &nodes, const Vector3 &direction);
+
 /// A point in the coordinates of a tetrahedron.
 struct LocatedPoint {
     int tetrahedron = 0;

@@ -36,9 +36,7 @@ VesselLines::VesselLines(const core::Body &body, const ElasticSystem &system) {
     const auto num_nodes = static_cast<std::size_t>(system.nodes_per_cell);
     for (const auto &on_line : core::vessel_points(body)) {
         const auto t = static_cast<std::size_t>(on_line.tetrahedron);
-        const Vector3 others =
-            core::coordinate_gradients(body.mesh, body.mesh.tetrahedra[t]).transpose() * on_line.direction;
-        const Eigen::Vector4d slope(-others.sum(), others[0], others[1], others[2]);
+        const auto slope = core::coordinate_slopes(body.mesh, body.mesh.tetrahedra[t], on_line.direction);
         const auto nodes = std::span(system.cell_nodes).subspan(t * num_nodes, num_nodes);
         points_.push_back(
             {on_line, {nodes.begin(), nodes.end()}, shape_slopes(on_line.coordinates, slope, system.nodes_per_cell)});

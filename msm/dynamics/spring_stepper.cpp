@@ -51,6 +51,7 @@ void SpringStepper::make_steps() {
                                     time_step_, options);
     beside_ = std::move(parted.beside);
     if (!beside_.empty()) {
+        rest_ = to_unknowns(body_->mesh.points);
         given_load_ = held_.force;
         bears_more_.assign(given_load_.size(), 0);
     }
@@ -172,7 +173,7 @@ void SpringStepper::give_load(int node, const core::Vector3 &force) {
 
 void SpringStepper::load_with_terms_beside() {
     const auto state = steps_->state();
-    const Eigen::VectorXd x = to_unknowns(body_->mesh.points) + state.displacement;
+    const Eigen::VectorXd x = rest_ + state.displacement;
     Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
     for (const auto &term : beside_)
         term->add_force(x, state.velocity, moving_.damping.beta, force);

@@ -106,6 +106,7 @@ class SpringStepper : public core::Stepper {
     std::vector<int> loaded_, heavier_; ///< nodes
     /// Terms that the kernels leave out act as loads in each step, beside those that are given; often there are none.
     std::vector<std::shared_ptr<const ElasticTerm>> beside_;
+    Eigen::VectorXd rest_;                  ///< (3N) [m]; empty where no term is beside the kernels
     std::vector<core::Vector3> given_load_; ///< (N) [N]; empty where no term is beside the kernels
     std::vector<char> bears_more_;          ///< (N) whether such a term loaded a node in the last step
     std::shared_ptr<core::BallContact> ball_;

@@ -19,9 +19,8 @@ class VesselLines : public ElasticTerm {
         : rest_(to_unknowns(body.mesh.points)), points_(core::vessel_points(body)) {
         for (const auto &point : points_) {
             const auto &nodes = body.mesh.tetrahedra[static_cast<std::size_t>(point.tetrahedron)];
-            const core::Vector3 others = core::coordinate_gradients(body.mesh, nodes).transpose() * point.direction;
             nodes_.push_back(nodes);
-            slope_.emplace_back(-others.sum(), others[0], others[1], others[2]);
+            slope_.push_back(core::coordinate_slopes(body.mesh, nodes, point.direction));
         }
     }
 
