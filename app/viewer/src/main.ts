@@ -14,6 +14,8 @@ import { createPlayer } from './page/player.ts';
 import { comparedFrame, savePicture, saveTable } from './page/save.ts';
 import { atLoad, validModels } from './page/state.ts';
 import { listenToTheme } from './page/theme.ts';
+import { vesselsInWords } from './page/vessels_key.ts';
+import { short } from './picture/scale.ts';
 import { createStage, type Stage } from './picture/stage.ts';
 
 const canvas = document.querySelector<HTMLCanvasElement>('#stage canvas')!;
@@ -71,8 +73,10 @@ function describe(file: Result): void {
   byId('subtitle').textContent = file.title;
   const lesions = file.lesions.map(({ name, volume }) => `${name.replaceAll('_', ' ')} (${(1e6 * volume).toPrecision(3)} mL)`);
   const inside = lesions.length > 0 ? ` Inside: ${lesions.join(', ')}.` : '';
+  const parts = [file.capsule ? `capsule: E t = ${short(file.capsule.youngModulus * file.capsule.thickness)} N/m` : '', file.vessels ? `vessels: ${vesselsInWords(file)}` : ''].filter(Boolean).join('; ');
+  const has = parts ? ` ${parts[0]!.toUpperCase()}${parts.slice(1)}.` : '';
   const axes = file.isAnatomical ? ' x points to the patient’s left, y to the back, z to the head.' : '';
-  byId('about').textContent = `${file.file}: ${file.points.length / 3} nodes, ${file.surfaces.outside.triangles.length / 3} triangles on the surface.${inside}${axes} Keys on the picture: arrows turn, + and − zoom, R resets the view, Esc unmarks the node.`;
+  byId('about').textContent = `${file.file}: ${file.points.length / 3} nodes, ${file.surfaces.outside.triangles.length / 3} triangles on the surface.${inside}${has}${axes} Keys on the picture: arrows turn, + and − zoom, R resets the view, Esc unmarks the node.`;
 }
 
 function showResult(prepared: Prepared, link: Link): void {

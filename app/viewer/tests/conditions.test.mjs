@@ -19,7 +19,10 @@ const count = (colours, is) => colours.filter(is).length;
 
 test('the key names what the load case prescribes, with its size', async () => {
   const lines = await all.page.locator('#conditions li').allTextContents();
-  assert.deepEqual(lines, ['Constrained: x min', 'Moved: z max; longest arrow 1.00 mm', 'Traction: x max; longest arrow 120 Pa', 'Weight: 9.81 m/s² to feet']);
+  const patches = all.h5py({ path: 'mesh/boundary_patch', attribute: 'names' }), patch = dataset('mesh/boundary_patch');
+  const onSprings = [...new Set(dataset('load_case/foundation/facet').map((facet) => patches[patch[facet]].replaceAll('_', ' ')))];
+  assert.deepEqual(lines, ['Constrained: x min', 'Moved: z max; longest arrow 1.00 mm', 'Traction: x max; longest arrow 120 Pa',
+    `On elastic springs: ${onSprings.join(', ')}; 143 Pa per mm, along the normal alone`, 'Weight: 9.81 m/s² to feet']);
 });
 
 test('patterns and arrows are drawn where something is prescribed, and only if they are asked for', async () => {
@@ -41,6 +44,23 @@ test('tractions are gone once they are let go', async () => {
   assert.equal(count(moving, isRed), 0);
   assert.ok(count(moving, isBlue) > 20);
   assert.ok((await all.page.locator('#conditions li').allTextContents()).every((line) => !line.startsWith('Traction')));
+});
+
+test('springs below facets are drawn, and a node there says how stiff they are', async () => {
+  const points = dataset('mesh/points'), triangles = dataset('mesh/boundary_triangles'), patch = dataset('mesh/boundary_patch');
+  const front = all.h5py({ path: 'mesh/boundary_patch', attribute: 'names' }).indexOf('y_min');
+  const fromMiddle = (facet) => Math.abs(triangles[facet].reduce((sum, node) => sum + points[node][0] / 3, 0) - 0.1);
+  const nearest = [...patch.keys()].filter((facet) => patch[facet] === front).sort((a, b) => fromMiddle(a) - fromMiddle(b));
+  const facets = nearest.slice(0, dataset('load_case/foundation/facet').length).sort((a, b) => a - b);
+  all.variant('still_result.h5', 'bare.h5', { set: ['load_case/condition', null, 0] }); // nothing else has a pattern
+  all.variant('bare.h5', 'on_springs.h5', { set: ['load_case/foundation/facet', null, facets] });
+  await all.open({}, '#on_springs.h5?colours=error&times=0');
+  assert.ok(count(await all.side(), isDark) > 40, 'zigzags');
+  await choose(triangles[facets[0]][0]);
+  assert.match(await all.page.locator('#node .prescribed').textContent(), /on elastic springs of 143 Pa per mm, along the normal alone \(y min\)/);
+  await andDraw(all.page, () => all.page.fill('#node_number', '').then(() => all.page.keyboard.press('Enter')));
+  await andDraw(all.page, () => all.page.uncheck('[name=conditions]'));
+  assert.equal(count(await all.side(), isDark), 0);
 });
 
 /** A facet with a traction that is not zero. */

@@ -1,9 +1,10 @@
 // What of a file can be set in motion: the mesh, its materials, its capsule and vessels, and where the load case fixes it.
 import type { File } from 'h5wasm';
-import { exactly, has, number, refuse, rows, text } from './hdf5.ts';
+import { exactly, rows, text } from './hdf5.ts';
 import { readMesh } from './read_mesh.ts';
+import { isAboveZero, readCapsule, readModulusFactor, readVessels } from './read_parts.ts';
 import { readPatches } from './read_patches.ts';
-import { Fault, type Capsule, type SoftBody, type Vessels } from './types.ts';
+import { Fault, type SoftBody } from './types.ts';
 
 const prescribedDisplacement = 1; // of /load_case/condition
 
@@ -30,62 +31,6 @@ function readMaterial(file: File, quantity: string, numRegions: number, isOne: (
   return values;
 }
 
-const isAboveZero = (value: number) => value > 0 && value < Infinity;
-
-/** An attribute that has to be above zero. */
-function readPositive(file: File, path: string, name: string, most = Infinity): number {
-  const value = number(file, path, name);
-  if (!(isAboveZero(value) && value <= most))
-    throw refuse(file, Number.isNaN(value) ? `${path}@${name} is missing` : `${path}@${name} is ${value}, which nothing has`);
-  return value;
-}
-
-/** Rows that have to be above zero. */
-function readPositives(file: File, path: string, count: number): Float64Array {
-  const values = Float64Array.from(exactly(count, path, 1, rows(file, path, 1)));
-  const wrong = values.find((value) => !isAboveZero(value));
-  if (wrong !== undefined) throw refuse(file, `${path} has ${wrong}, which nothing has`);
-  return values;
-}
-
-/** @return empty without a map of stiffness */
-function readModulusFactor(file: File, numTetrahedra: number): Float64Array {
-  const path = '/mesh/modulus_factor';
-  return has(file, path) ? readPositives(file, path, numTetrahedra) : new Float64Array();
-}
-
-const wound = 'wound'; // patch that cuts open: core::wound_patch
-
-function readCapsule(file: File, numTriangles: number): Capsule | null {
-  const path = '/capsule';
-  if (!has(file, path)) return null;
-  const { names, patch } = readPatches(file, numTriangles);
-  const isWound = names.map((name) => name.split('+').includes(wound));
-  return {
-    thickness: readPositive(file, path, 'thickness'),
-    youngModulus: readPositive(file, path, 'young_modulus'),
-    covered: Uint8Array.from(patch, (p) => Number(!isWound[p])),
-  };
-}
-
-function readVessels(file: File): Vessels | null {
-  const path = '/vessels';
-  if (!has(file, path)) return null;
-  const points = Float64Array.from(rows(file, `${path}/points`, 3));
-  const numPoints = points.length / 3;
-  if (!points.every(Number.isFinite)) throw refuse(file, `${path}/points has a place that is no number`);
-  const segments = Int32Array.from(rows(file, `${path}/segments`, 2));
-  if (segments.some((point) => point < 0 || point >= numPoints))
-    throw refuse(file, `${path}/segments names a point that is not there`);
-  return {
-    points,
-    radius: readPositives(file, `${path}/radius`, numPoints),
-    segments,
-    wallRatio: readPositive(file, path, 'wall_ratio', 1),
-    wallModulus: readPositive(file, path, 'wall_modulus'),
-  };
-}
-
 /** @throws Fault with a sentence that names the place in the file */
 export function readBody(file: File): SoftBody {
   const mesh = readMesh(file);
@@ -104,7 +49,7 @@ export function readBody(file: File): SoftBody {
     triangles: Int32Array.from(mesh.triangles),
     constrained: readConstrained(file, numTriangles),
     modulusFactor: readModulusFactor(file, region.length),
-    capsule: readCapsule(file, numTriangles),
+    capsule: readCapsule(file, readPatches(file, numTriangles)),
     vessels: readVessels(file),
   };
 }

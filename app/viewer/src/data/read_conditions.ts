@@ -1,6 +1,7 @@
 // What the load case prescribes on each facet of the surface.
 import type { File } from 'h5wasm';
-import { exactly, has, number, rows, texts } from './hdf5.ts';
+import type { Foundation } from '../picture/facet_conditions.ts';
+import { exactly, has, number, refuse, rows, texts } from './hdf5.ts';
 import { Fault, type NamedConditions, type Patches } from './types.ts';
 
 const mostKinds = 2; // of /load_case/condition: 0 free, 1 prescribed displacement, 2 traction
@@ -13,6 +14,20 @@ function readNodeFactor(file: File, numNodes: number): Float64Array | null {
   if (!factor.every((x) => x >= 0 && Number.isFinite(x)))
     throw new Fault(`${path} holds what is not a number from 0; make the file again with livermark run.`);
   return factor;
+}
+
+/** @return undefined where nothing stands on springs */
+function readFoundation(file: File, numTriangles: number): Foundation | undefined {
+  const path = '/load_case/foundation';
+  if (!has(file, path)) return undefined;
+  const facets = Int32Array.from(rows(file, `${path}/facet`, 1));
+  if (facets.some((facet) => facet < 0 || facet >= numTriangles))
+    throw refuse(file, `${path}/facet names a facet that is not there`);
+  const read = (name: string) => exactly(facets.length, `${path}/${name}`, 1, rows(file, `${path}/${name}`, 1));
+  const stiffness = Float64Array.from(read('stiffness'));
+  if (!stiffness.every((k) => k > 0 && k < Infinity))
+    throw refuse(file, `${path}/stiffness has what is not above 0`);
+  return { facets, stiffness, normalOnly: Uint8Array.from(read('normal_only')) };
 }
 
 /**
@@ -38,6 +53,7 @@ export function readConditions(file: File, triangles: ArrayLike<number>, { patch
     value: Float64Array.from(read('/load_case/value', 3)),
     name: Int32Array.from(kind, (_, t) => (constraint[t]! >= 0 ? constraint[t]! : constraints.length + patch[t]!)),
     names: [...constraints, ...patches],
+    foundation: readFoundation(file, numTriangles),
     acceleration: Array.from(exactly(3, '/load_case/acceleration', 1, rows(file, '/load_case/acceleration', 1))),
   };
 }

@@ -1,8 +1,10 @@
 // A result file as results/schema.md describes it, checked where it enters the page.
 import type { File } from 'h5wasm';
+import { carriersOf } from './carriers.ts';
 import { children, has, number, rows, text, texts } from './hdf5.ts';
 import { readConditions } from './read_conditions.ts';
 import { readMesh } from './read_mesh.ts';
+import { readCapsule, readNodalModulus, readVessels } from './read_parts.ts';
 import { readPatches } from './read_patches.ts';
 import { movingPlaces, numPointsOf, readLoads } from './read_path.ts';
 import { lesionsOf } from './lesions.ts';
@@ -83,6 +85,7 @@ export function readResult(file: File, name: string): Result {
   const conditions = readConditions(file, triangles, patches, points.length / 3);
   const constraints = texts(file, '/load_case/constraint', 'names');
   const regions = texts(file, '/mesh/region', 'names');
+  const vessels = readVessels(file);
   return {
     file: name,
     body: text(file, '/', 'body'),
@@ -102,6 +105,9 @@ export function readResult(file: File, name: string): Result {
     isAnatomical: regions[0] === 'parenchyma',
     conditions,
     patches,
+    capsule: readCapsule(file, patches),
+    vessels: vessels && { ...vessels, carriers: carriersOf(vessels.points, points, tetrahedra, triangles) },
+    modulus: readNodalModulus(file, points, tetrahedra, region),
     loads: readLoads(file),
     numConstraints: constraints.length,
     places: movingPlaces(conditions, constraints),

@@ -2,6 +2,7 @@
 import type { Conditions } from '../picture/facet_conditions.ts';
 import type { Reach } from '../picture/section.ts';
 import type { Surfaces } from './surface.ts';
+import type { CarriedVessels } from './vessels.ts';
 
 /** Numbers of /comparisons/<model>; NaN where the file has none. */
 export interface Comparison {
@@ -75,6 +76,9 @@ export interface Result {
   isAnatomical: boolean; // x to the left, y to the back, z to the head of a patient (LPS)
   conditions: NamedConditions;
   patches: Patches;
+  capsule: Capsule | null;
+  vessels: CarriedVessels | null;
+  modulus: Float32Array | null; // (N) Young's modulus at each node [Pa]; null without a map of stiffness
   loads: number[]; // parts of the load at which solutions are kept, ascending to 1; empty in the small regime
   numConstraints: number;
   places: MovingPlace[];

@@ -11,6 +11,7 @@ export interface LiveLook {
   cutAxis: string; // value of the control; empty for a whole body
   cutPlace: number; // per cent of the extent
   skin: Skin;
+  showsVessels: boolean;
   hasElements: boolean; // FEM beside the springs
   camera: CameraPlace | null;
 }
@@ -32,6 +33,7 @@ export function writeLiveLink(settings: LiveSettings, look: LiveLook): URLSearch
   if (look.end !== null) link.set('live_end', String(look.end));
   link.set('live_surface', skins.find(([value]) => value === look.skin)?.[1] ?? 'exact');
   if (look.cutAxis !== '') link.set('live_cut', `${'xyz'[Number(look.cutAxis)]},${look.cutPlace}`);
+  if (!look.showsVessels) link.set('live_vessels', 'off');
   if (look.hasElements) link.set('fem', 'on');
   if (look.camera) link.set('live_camera', cameraText(look.camera));
   return link;
@@ -61,6 +63,7 @@ export function linkedLook(link: URLSearchParams): LiveLook {
     cutAxis: isCut ? String(cutAxis) : '',
     cutPlace: isCut ? cutPlace : 50,
     skin: skins.find(([, name]) => name === link.get('live_surface'))?.[0] ?? liveSkin,
+    showsVessels: link.get('live_vessels') !== 'off',
     hasElements: link.get('fem') === 'on',
     camera: placeOf(link.get('live_camera')),
   };

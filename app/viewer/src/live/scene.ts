@@ -1,9 +1,11 @@
 // The picture of what moves: the springs, beside them finite elements, and the tool.
 import { strainMesh, type StrainMesh } from '../data/strain.ts';
 import type { Result } from '../data/types.ts';
+import { vesselsLeft } from '../data/vessels.ts';
 import { byId } from '../page/elements.ts';
 import type { PictureFrame } from '../page/save.ts';
 import { partsOf } from '../page/state.ts';
+import { vesselsKey } from '../page/vessels_key.ts';
 import type { Skin } from '../picture/body.ts';
 import type { Marks } from '../picture/marks.ts';
 import { liveSkin } from '../picture/materials.ts';
@@ -42,10 +44,15 @@ export interface Scene {
 /** From the front, from the side and a little above: what presses on the front is seen from the side as well. */
 const viewedFrom: Vector = [-0.6, -1, 0.45];
 
+const vesselsBox = () => byId<HTMLInputElement>('live-vessels');
+
 /** What of the load case is there: where nothing moves. */
 function constrainedConditions({ constrained }: LiveBody): Conditions {
   return { kind: constrained, value: new Float64Array(3 * constrained.length) };
 }
+
+/** (G,4) of some of the tetrahedra. */
+const nodesOf = (tetrahedra: Int32Array, which: Int32Array) => Int32Array.from({ length: 4 * which.length }, (_, i) => tetrahedra[4 * which[i >> 2]! + (i & 3)]!);
 
 /** Largest extent [m]. */
 export function sizeOf({ points }: Pick<LiveBody, 'points'>): number {
@@ -73,16 +80,27 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
   const legend = createLiveLegend(() => redraw());
   let opened: Result | null = null;
   listenToLiveCut(showCut);
+  vesselsBox().addEventListener('change', showVessels);
   function showCut(): void {
     if (!opened) return;
     const cut = cutOf(opened);
     stage.setCut(cut);
     showNames(cut !== null);
+    showVessels();
+  }
+  function showVessels(): void {
+    if (!opened) return;
+    const areShown = vesselsBox().checked;
+    const key = byId('live-conditions');
+    stage.showVessels(areShown);
+    byId('live-vessels-row').hidden = opened.vessels === null;
+    key.replaceChildren(key.firstElementChild!, ...areShown ? vesselsKey(opened, skin === 'translucent' || cutOf(opened) !== null) : []);
   }
   function setSkin(chosen: Skin): void {
     skin = chosen;
     noteShift();
     showNames(opened !== null && cutOf(opened) !== null);
+    showVessels();
     redraw();
   }
   const noteShift = () => legend.note(skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.');
@@ -138,6 +156,7 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
       arrow = createForceArrow(sizeOf(next));
       [shown[1], difference, toolAt, waiting] = [null, null, null, null];
       shown[0] = new Float32Array(result.points.length);
+      showVessels();
       setViews(1);
       legend.allowDifference(false);
       noteShift();
@@ -150,7 +169,8 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
       const labels = parts.labels?.filter((label) => there.has(label.node)) ?? [];
       const firstOfWound = next.cuts ? next.cuts.wound.indexOf(1) : -1;
       stage.replaceBody(opened.points, next.cuts ? surfacesOf(next) : opened.surfaces,
-        { ...parts, patches: next.cuts ? undefined : parts.patches, conditions: constrainedConditions(next), tetrahedra: next.tetrahedra, labels, firstOfWound });
+        { ...parts, patches: next.cuts ? undefined : parts.patches, conditions: constrainedConditions(next), tetrahedra: next.tetrahedra, labels, firstOfWound,
+          vessels: parts.vessels && next.cuts ? vesselsLeft(parts.vessels, nodesOf(opened.tetrahedra, next.cuts.gone), next) : parts.vessels });
       body = next;
       mesh = null;
       toolAt = null;
@@ -185,8 +205,9 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
       redraw();
     },
     legend: legend.now,
-    look: () => ({ shown: legend.shown(), end: legend.fixedEnd(), skin, ...cutControls(), camera: stage.cameraPlace() }),
+    look: () => ({ shown: legend.shown(), end: legend.fixedEnd(), skin, showsVessels: vesselsBox().checked, ...cutControls(), camera: stage.cameraPlace() }),
     setLook(look) {
+      vesselsBox().checked = look.showsVessels;
       setCutControls(look.cutAxis, look.cutPlace);
       showCut();
       byId('live-skin').querySelector<HTMLInputElement>(`[value=${look.skin}]`)!.checked = true;

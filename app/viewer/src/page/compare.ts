@@ -1,7 +1,7 @@
 // Comparing the models of a file: the reader chooses, and what follows from the choice is read and drawn.
 import { Closed, type OpenFile } from '../data/client.ts';
 import { courseOf, type Field, type ForcePlot, type Largest, type NodeValues, type PointErrors, type ProbeMotion, type Result } from '../data/types.ts';
-import type { Quantity } from '../picture/colour_maps.ts';
+import type { Quantity, SolvedQuantity } from '../picture/colour_maps.ts';
 import { goodExaggeration, nearestExaggeration } from '../picture/fields.ts';
 import { defaultSkin } from '../picture/materials.ts';
 import { short } from '../picture/scale.ts';
@@ -17,7 +17,8 @@ import { atPoint, endOfPath, loadName, loadOf } from './loads.ts';
 import { motionPlot } from './motion_plot.ts';
 import { nodeCard } from './node_card.ts';
 import { patchLegend } from './patch_legend.ts';
-import { atLoad, colouredValues, exaggerationOf, legendEnd, partsOf, referenceOf, validModels, type Choice } from './state.ts';
+import { vesselsKey } from './vessels_key.ts';
+import { atLoad, colouredValues, exaggerationOf, legendEnd, modulusEnd, partsOf, referenceOf, validModels, validQuantity, type Choice } from './state.ts';
 
 /** All that is drawn of a choice. */
 interface Read {
@@ -93,10 +94,11 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     const reference = referenceOf(result, choice.frame !== null);
     const load = loadName(result, choice);
     seen = atPoint(result, choice, errors);
-    const end = choice.quantity === 'patches' ? 1 : legendEnd(result, choice.models, largest, choice.quantity);
+    const modulus = choice.quantity === 'modulus' ? result.modulus : null;
+    const end = modulus ? modulusEnd(modulus) : choice.quantity === 'patches' ? 1 : legendEnd(result, choice.models, largest, choice.quantity as SolvedQuantity);
     for (const side of [0, 1] as Side[]) {
       const { displacement } = fields[side];
-      const coloured = colouredValues(fields[side], choice.quantity, choice.models[side] === reference);
+      const coloured = modulus ?? colouredValues(fields[side], choice.quantity as SolvedQuantity | 'patches', choice.models[side] === reference);
       stage.show(side, { ...choice, displacement, values: coloured, end, exaggeration: exaggerationOf(choice) });
       const line = document.querySelectorAll<HTMLElement>('#stage .side p')[side]!;
       line.textContent = line.title = about(seen, choice.models[side]!, reference, choice);
@@ -104,12 +106,14 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     // Tractions are let go when motion begins.
     const shows = choice.showsConditions;
     stage.showConditions({ constrained: shows, loaded: shows && choice.frame === null });
+    stage.showVessels(choice.showsVessels);
     stage.setCut(choice.cut);
     stage.showNames(!choice.showsNames ? 'none' : choice.skin === 'translucent' ? 'all' : 'cut');
     const shade = choice.skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.';
     byId('legend').replaceChildren(...choice.quantity === 'patches' ? patchLegend(result, shade)
       : scaleOf(choice.quantity, end, largest, [loadNote(fields, choice, choice.quantity, load), shade]));
-    byId('conditions').replaceChildren(...(shows ? conditionsKey(result, choice.frame !== null, loadOf(result, choice)) : []));
+    byId('conditions').replaceChildren(...(shows ? conditionsKey(result, choice.frame !== null, loadOf(result, choice)) : []),
+      ...(choice.showsVessels ? vesselsKey(result, choice.skin === 'translucent' || choice.cut !== null) : []));
     const strains = new Map(choice.models.flatMap((model, side) => {
       const at = choice.node === null ? undefined : fields[side]!.strain?.[choice.node];
       return at === undefined ? [] : [[model, at] as const];
@@ -135,6 +139,8 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
   }
 
   function scaleOf(quantity: Quantity, end: number, largest: Largest[], notes: string[]): Node[] {
+    if (quantity === 'modulus')
+      return legend(quantity, end, false, [...notes, 'Of the map of stiffness; at a node the mean around it, weighted by volume.'].filter(Boolean).join(' '));
     const exceeds = largest.some((l) => l[quantity] > end * (1 + 1e-6));
     const strain = quantity === 'strain' ? 'Of straight-edged tetrahedra between the nodes; at a node the mean around it, weighted by volume.' : '';
     return legend(quantity, end, exceeds, [...notes, strain].filter(Boolean).join(' '));
@@ -142,7 +148,7 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
 
   /** Beside the legend, which is the same at all parts of the load. */
   function loadNote(fields: [Field, Field], { models }: Choice, quantity: Quantity, load: string): string {
-    if (!load) return '';
+    if (!load || quantity === 'modulus') return '';
     const largest = fields.map((field, side) => {
       const known = colouredValues(field, quantity, models[side] === file!.result.reference).filter(Number.isFinite);
       return known.length > 0 ? `${short(scales[quantity].factor * known.reduce((a, b) => Math.max(a, b)))} ${quantity === 'strain' ? '%' : 'mm'}` : '–';
@@ -185,7 +191,7 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
       const largest = await next.ask('largest', { model: result.reference, moving: false, strain: false });
       const choice: Choice = {
         models: validModels(result, 'load', wanted?.models ?? [result.reference, '']),
-        quantity: wanted?.quantity ?? 'displacement',
+        quantity: validQuantity(result, wanted?.quantity ?? 'displacement'),
         skin: wanted?.skin ?? defaultSkin,
         exaggeration: nearestExaggeration(goodExaggeration(result.points, largest.displacement)),
         frame: null,
@@ -194,6 +200,7 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
         cut: null,
         showsConditions: wanted?.showsConditions ?? true,
         showsNames: wanted?.showsNames ?? true,
+        showsVessels: wanted?.showsVessels ?? true,
         ...choiceOf(view, result),
       };
       return { file: next, choice, read: await readChoice(next, choice) };

@@ -29,6 +29,7 @@ export function listen({ change, setMoving, setPoint }: Changes, stage: Stage, r
     if (name === 'moment') setMoving(value === 'motion');
     if (name === 'conditions') change({ showsConditions: checked });
     if (name === 'names') change({ showsNames: checked });
+    if (name === 'vessels') change({ showsVessels: checked });
   });
   byId('exaggeration').addEventListener('input', (event) =>
     change({ exaggeration: (event.target as HTMLInputElement).valueAsNumber }));
@@ -72,11 +73,13 @@ export function listenToKeys(canvas: HTMLCanvasElement, stage: Stage, deselect: 
 export function showChoice(result: Result, choice: Choice): void {
   const isMoving = choice.frame !== null;
   radio('quantity').value = choice.quantity;
+  byId('modulus_row').hidden = result.modulus === null;
   radio('skin').value = choice.skin;
   radio('moment').value = isMoving ? 'motion' : 'static';
-  for (const [name, isOn] of [['conditions', choice.showsConditions], ['names', choice.showsNames]] as const)
+  for (const [name, isOn] of [['conditions', choice.showsConditions], ['names', choice.showsNames], ['vessels', choice.showsVessels]] as const)
     (form().elements.namedItem(name) as HTMLInputElement).checked = isOn;
   byId('names_row').hidden = result.lesions.length === 0;
+  byId('vessels_row').hidden = result.vessels === null;
   showCut(result, choice);
   byId('moment').hidden = result.frameTimes.length === 0;
   const names = shownModels(result, courseOf(choice));

@@ -7,10 +7,11 @@ export const scales: Record<Quantity, { name: string; factor: number }> = {
   displacement: { name: 'Displacement [mm]', factor: 1000 },
   error: { name: 'Error of the displacement [mm]', factor: 1000 },
   strain: { name: 'Largest principal Green strain [%]', factor: 100 },
+  modulus: { name: 'Young’s modulus [kPa]', factor: 0.001 },
 };
 
 /**
- * @param end      value at the end of the strip [m; the strain: 1]
+ * @param end      value at the end of the strip [m; the strain: 1; the modulus: Pa]
  * @param exceeds  whether there are greater values, which all have the last colour
  */
 export function legend(quantity: Quantity, end: number, exceeds: boolean, note: string): Node[] {

@@ -4,7 +4,7 @@ import type { CameraPlace } from '../picture/camera.ts';
 import { quantities } from '../picture/colour_maps.ts';
 import { exaggerations } from '../picture/fields.ts';
 import type { Skin } from '../picture/materials.ts';
-import { exaggerationOf, shownModels, type Choice } from './state.ts';
+import { exaggerationOf, shownModels, validQuantity, type Choice } from './state.ts';
 
 export interface Link {
   path: string; // in the server's list; empty if the address names none
@@ -37,6 +37,7 @@ export function linkTo(path: string, result: Result, choice: Choice, camera: Cam
   if (choice.cut) view.set('cut', [axes[choice.cut.axis], rounded(choice.cut.place), choice.cut.keepsAbove ? 'above' : 'below'].join(','));
   if (!choice.showsConditions) view.set('conditions', 'off');
   if (!choice.showsNames) view.set('names', 'off');
+  if (!choice.showsVessels) view.set('vessels', 'off');
   if (camera) view.set('camera', cameraText(camera));
   return `#${encodeURIComponent(path)}?${view.toString().replaceAll('%2C', ',')}`;
 }
@@ -75,7 +76,7 @@ export function choiceOf(view: URLSearchParams, result: Result): Partial<Choice>
   const known = shownModels(result, courseOf({ frame: choice.frame ?? null, point: choice.point ?? null }));
   if (models.every((name) => name !== null && known.includes(name))) choice.models = models as [string, string];
   const quantity = ([...quantities, 'patches'] as const).find((q) => q === view.get('colours'));
-  if (quantity) choice.quantity = quantity;
+  if (quantity) choice.quantity = validQuantity(result, quantity);
   const skin = (Object.keys(skins) as Skin[]).find((s) => skins[s] === view.get('surface'));
   if (skin) choice.skin = skin;
   const factor = exaggerations.indexOf(Number(view.get('times') ?? Number.NaN));
@@ -85,6 +86,7 @@ export function choiceOf(view: URLSearchParams, result: Result): Partial<Choice>
   choice.cut = cutOf(view.get('cut'));
   choice.showsConditions = view.get('conditions') !== 'off';
   choice.showsNames = view.get('names') !== 'off';
+  choice.showsVessels = view.get('vessels') !== 'off';
   return choice;
 }
 

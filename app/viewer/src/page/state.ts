@@ -1,7 +1,7 @@
 // What the reader has chosen, and what follows from it.
 import type { Course, Field, Frame, Largest, Result } from '../data/types.ts';
 import type { BodyParts, Skin } from '../picture/body.ts';
-import type { Colouring, Quantity } from '../picture/colour_maps.ts';
+import type { Colouring, SolvedQuantity } from '../picture/colour_maps.ts';
 import { exaggerations, lengths } from '../picture/fields.ts';
 import { roundedUp } from '../picture/scale.ts';
 import type { Cut } from '../picture/section.ts';
@@ -17,12 +17,13 @@ export interface Choice {
   cut: Cut | null;
   showsConditions: boolean;
   showsNames: boolean; // of lesions
+  showsVessels: boolean; // that are lines
 }
 
 /** What a stage draws of a file besides the surface. */
 export function partsOf(result: Result): BodyParts {
   const labels = result.lesions.map(({ name, node, reach }) => ({ name: name.replaceAll('_', ' '), node, reach }));
-  return { conditions: result.conditions, patches: result.patches, tetrahedra: result.tetrahedra, labels, isAnatomical: result.isAnatomical };
+  return { conditions: result.conditions, patches: result.patches, tetrahedra: result.tetrahedra, labels, vessels: result.vessels, isAnatomical: result.isAnatomical };
 }
 
 /** Between these a body lies along an axis, at rest. [m] */
@@ -73,8 +74,11 @@ export function atLoad(result: Result, choice: Choice, chosen: number): Partial<
   return { frame: null, point, models: validModels(result, point === null ? 'load' : 'path', choice.models) };
 }
 
+/** What a file can be coloured by: what was wanted, if it has that. */
+export const validQuantity = (result: Result, wanted: Colouring): Colouring => (wanted === 'modulus' && !result.modulus ? 'displacement' : wanted);
+
 /** What is coloured [m, or 1 for the strain]; a patch is no number. The reference is off itself by nothing; a model that nobody compared has no error. */
-export function colouredValues(field: Field, quantity: Colouring, isReference: boolean): Float32Array {
+export function colouredValues(field: Field, quantity: SolvedQuantity | 'patches', isReference: boolean): Float32Array {
   const none = () => new Float32Array(field.displacement.length / 3).fill(Number.NaN);
   if (quantity === 'patches') return none();
   if (quantity === 'strain') return field.strain ?? none();
@@ -84,10 +88,13 @@ export function colouredValues(field: Field, quantity: Colouring, isReference: b
 }
 
 /** The end of the legend [m, or 1 for the strain]: the same for both sides. A model that diverged does not decide, if there is another. */
-export function legendEnd(result: Result, models: string[], largest: Largest[], quantity: Quantity): number {
+export function legendEnd(result: Result, models: string[], largest: Largest[], quantity: SolvedQuantity): number {
   const all = largest.map((l) => l[quantity]);
   const sound = all.filter((value, i) => value > 0 && result.models.find((m) => m.name === models[i])?.status === 'ok');
   return roundedUp(1000 * Math.max(...(sound.length > 0 ? sound : all))) / 1000;
 }
+
+/** The same of the modulus [Pa]. */
+export const modulusEnd = (modulus: Float32Array): number => roundedUp(modulus.reduce((a, b) => Math.max(a, b), 0));
 
 export const exaggerationOf = (choice: Choice) => exaggerations[choice.exaggeration] ?? 1;

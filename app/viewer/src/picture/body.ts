@@ -1,6 +1,7 @@
 // One side of the picture: a body, what is inside, what is prescribed on it, a cut through it, and the marked node.
 import * as three from 'three';
 import type { Surface, Surfaces } from '../data/surface.ts';
+import type { CarriedVessels } from '../data/vessels.ts';
 import type { Colouring } from './colour_maps.ts';
 import { createConditions, restCentres, type Conditions, type ConditionsInScene, type ConditionsShown } from './conditions.ts';
 import { createCutFace } from './cut_face.ts';
@@ -9,6 +10,7 @@ import { displaced, textureCoordinates } from './fields.ts';
 import { createMarks, type Marks } from './marks.ts';
 import { createMaterials, mapWidth, type BodySkin } from './materials.ts';
 import type { Cut, Reach } from './section.ts';
+import { createVessels } from './vessels.ts';
 import { createWound } from './wound.ts';
 
 export type { Skin } from './materials.ts';
@@ -37,6 +39,7 @@ export interface BodyParts {
   patches?: { patch: Int32Array; names: readonly string[] }; // named parts: (T) index into the names
   tetrahedra?: Int32Array; // (M,4), which close what is cut open
   labels?: NodeLabel[]; // what has a name
+  vessels?: CarriedVessels | null;
   firstOfWound?: number; // triangle of the outside that it and all behind it were cut, and share no vertex with others
   alsoSeen?: Float32Array; // (P,3) places around it that are in sight at first [m]
   isAnatomical?: boolean; // its axes are those of a patient (LPS)
@@ -47,6 +50,7 @@ export interface Body {
   outside: three.Mesh; // for picking
   show(look: Look): void;
   showConditions(shown: ConditionsShown): void;
+  showVessels(areShown: boolean): void;
   cut(cut: Cut | null): void;
   /** The first node that a ray meets; null beside the body. */
   nodeAt(ray: three.Raycaster): number | null;
@@ -105,6 +109,7 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
   marker.renderOrder = 3;
   const conditions: ConditionsInScene | null = parts.conditions
     ? createConditions(outside.geometry, parts.conditions, restCentres(surfaces.outside, points), size) : null;
+  const vessels = parts.vessels ? createVessels(parts.vessels) : null;
   const marks = createMarks(size);
   marks.show({ probe: null, grip: null, arrow: null, needle: null });
 
@@ -112,6 +117,7 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
   const scene = new three.Scene();
   scene.add(new three.HemisphereLight(0xffffff, 0xb8b2aa, 1.7), light, light.target, inside, front, outside, facets.mesh, face.object, marker, marks.object);
   if (conditions) scene.add(conditions.object);
+  if (vessels) scene.add(vessels.object);
   if (wound.mesh) scene.add(wound.mesh);
 
   const hasInside = surfaces.inside.nodes.length > 0;
@@ -138,17 +144,20 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
       if (facets.mesh.visible) facets.follow();
       if (hasInside) update(inside.geometry, surfaces.inside, points, look);
       face.show(cut, places, look);
+      vessels?.follow(look.displacement, look.exaggeration);
       conditions?.follow();
       marker.visible = look.node !== null;
       if (look.node !== null) marker.position.fromArray(places, 3 * look.node);
     },
     showConditions: (shown) => conditions?.show(shown),
+    showVessels: (areShown) => vessels?.show(areShown),
     cut(next) {
       cut = next;
       const sign = cut?.keepsAbove ? 1 : -1;
       planes.splice(0, planes.length, ...(cut ? [new three.Plane(new three.Vector3().setComponent(cut.axis, sign), -sign * cut.place)] : []));
       materials.clip([...planes]);
       conditions?.clip([...planes]);
+      vessels?.cut(cut, [...planes]);
       if (look) face.show(cut, places, look);
     },
     nodeAt(ray) {
@@ -165,6 +174,7 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
     free() {
       marks.free();
       conditions?.free();
+      vessels?.free();
       face.free();
       facets.free();
       for (const part of [outside, inside, marker, ...marker.children] as three.Mesh[]) part.geometry.dispose();

@@ -1,6 +1,7 @@
 // Equal steps of a quantity look like equal steps of colour. The maps are viridis and magma of matplotlib (CC0), 33 colours
 // each; magma runs from pale to dark and leaves out its ends, so that no error looks like nothing on the page. That of the strain has
-// equal steps of lightness in OKLCH, from pale green (0.96, hue 130) to dark violet (0.28, hue 280).
+// equal steps of lightness in OKLCH, from pale green (0.96, hue 130) to dark violet (0.28, hue 280); that of the modulus as well, from
+// pale yellow (0.96, hue 95) to dark brown (0.30, hue 35).
 
 const displacement = `
   440154 470d60 48186a 482374 472d7b 453781 424086 3e4989 3b528b 375b8d 33638d
@@ -17,9 +18,16 @@ const strain = `
   02c1ac 00b8ac 09b0ab 00a8a9 02a0a7 0198a4 0090a2 00889f 00819b 017998 007195
   006a91 00628f 005a8c 065388 164b80 1e4477 223d6d 243664 25305a 252a50 232546`;
 
+const modulus = `
+  fcf2cd f9ebbc f7e3ab f4db9a f3d388 f1cb76 f0c263 efb94d eeb032 eda709 e79f01
+  e19806 db9001 d58907 cf8203 c87b08 c27405 bb6d03 b56601 af6000 a85a05 a15304
+  9a4d03 944602 8d4002 863a01 803401 792e01 722800 6b2200 641d02 5d1701 561101`;
+
 export type Colour = readonly [red: number, green: number, blue: number]; // 0 to 255
-export type Quantity = 'displacement' | 'error' | 'strain';
-export const quantities: readonly Quantity[] = ['displacement', 'error', 'strain'];
+/** What solutions differ in, and what the body is made of. */
+export type SolvedQuantity = 'displacement' | 'error' | 'strain';
+export type Quantity = SolvedQuantity | 'modulus';
+export const quantities: readonly Quantity[] = ['displacement', 'error', 'strain', 'modulus'];
 /** What a surface may be coloured by: a quantity, or the part that a facet is of. */
 export type Colouring = Quantity | 'patches';
 
@@ -33,7 +41,7 @@ function colours(list: string): Colour[] {
   });
 }
 
-const maps: Record<Quantity, Colour[]> = { displacement: colours(displacement), error: colours(error), strain: colours(strain) };
+const maps: Record<Quantity, Colour[]> = { displacement: colours(displacement), error: colours(error), strain: colours(strain), modulus: colours(modulus) };
 
 /** @param t  0 to 1; what is outside gets the colour of the nearer end */
 export function colourAt(quantity: Quantity, t: number): Colour {

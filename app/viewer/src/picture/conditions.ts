@@ -1,13 +1,13 @@
 // Where a body is constrained, pressed and pulled: patterns on the facets of its surface, and arrows. Any stage can show it.
 import * as three from 'three';
 import { createArrows, type Arrow, type Arrows } from './arrows.ts';
-import { facetsIn, facetStates, largestOf, spreadOut, vectorOf, type Conditions } from './facet_conditions.ts';
+import { facetMarks, facetsIn, facetsMarked, largestOf, spreadOut, vectorOf, type Conditions, type FacetMark } from './facet_conditions.ts';
 
 export type { Conditions } from './facet_conditions.ts';
 
 /** What of it is drawn: a body that moves after the release has no tractions any more. */
 export interface ConditionsShown {
-  constrained: boolean; // all displacements that are prescribed
+  constrained: boolean; // all displacements that are prescribed, and springs below facets
   loaded: boolean; // tractions
 }
 
@@ -26,7 +26,7 @@ const mostArrows = 28; // of a kind
 export const arrowColours = { moved: 0x1f5fd6, loaded: 0xd6281f } as const;
 
 /** Numbers of the patterns in the shader; the key beside the picture draws the same (style.css). */
-const patterns = { fixed: 0, sliding: 1, moved: 2, loaded: 3 } as const;
+const patterns: Record<FacetMark, number> = { fixed: 0, sliding: 1, moved: 2, loaded: 3, supported: 4 };
 
 /** The view that is being drawn: patterns begin at its corner, so that they are alike in all views. */
 interface Screen {
@@ -54,7 +54,8 @@ function patternMaterial(pattern: number, screen: Screen): three.MeshBasicMateri
       float away = pattern == 0 ? fromLine(rising, 8.0)
         : pattern == 1 ? max(fromLine(pixel.y, 8.0), 2.0 - fromLine(pixel.x, 8.0))
         : pattern == 2 ? min(fromLine(rising, 10.0), fromLine(falling, 10.0))
-        : length(vec2(fromLine(pixel.x, 9.0), fromLine(pixel.y, 9.0))) - 0.6;
+        : pattern == 3 ? length(vec2(fromLine(pixel.x, 9.0), fromLine(pixel.y, 9.0))) - 0.6
+        : 0.8 * fromLine(pixel.y + 0.75 * fromLine(pixel.x, 8.0), 9.0); // zigzags, as springs are drawn
       float dark = 1.0 - smoothstep(0.55, 1.05, away);
       float edge = 1.0 - smoothstep(1.3, 1.9, away);
       diffuseColor = vec4(vec3(1.0 - dark), max(dark, 0.75 * edge));
@@ -88,8 +89,8 @@ interface Loads {
 export function createConditions(outside: three.BufferGeometry, conditions: Conditions, rest: Float32Array, size: number): ConditionsInScene {
   const object = new three.Group();
   const screen: Screen = { pixelRatio: { value: 1 }, viewport: { value: new three.Vector4() } };
-  const parts = facetStates.map((state) => {
-    const part = new three.Mesh(partOf(outside, facetsIn(conditions, state)), patternMaterial(patterns[state], screen));
+  const parts = facetMarks.map((mark) => {
+    const part = new three.Mesh(partOf(outside, facetsMarked(conditions, mark)), patternMaterial(patterns[mark], screen));
     part.frustumCulled = false;
     part.renderOrder = 3;
     part.onBeforeRender = (renderer) => {
@@ -97,7 +98,7 @@ export function createConditions(outside: three.BufferGeometry, conditions: Cond
       renderer.getCurrentViewport(screen.viewport.value);
     };
     object.add(part);
-    return { state, part };
+    return { mark, part };
   });
   const loadsOf = (state: 'moved' | 'loaded'): Loads => {
     const arrows = createArrows(mostArrows, arrowColours[state], size);
@@ -121,7 +122,7 @@ export function createConditions(outside: three.BufferGeometry, conditions: Cond
   return {
     object,
     show(shown) {
-      for (const { state, part } of parts) part.visible = state === 'loaded' ? shown.loaded : shown.constrained;
+      for (const { mark, part } of parts) part.visible = mark === 'loaded' ? shown.loaded : shown.constrained;
       loads.moved.arrows.object.visible = shown.constrained;
       loads.loaded.arrows.object.visible = shown.loaded;
     },

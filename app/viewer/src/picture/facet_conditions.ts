@@ -5,11 +5,22 @@ export interface Conditions {
   value: Float64Array; // (T,3) [m] or [Pa], as the kind says; NaN where a component of the displacement is free
   factor?: Float64Array; // (T) what a prescribed displacement is multiplied by at the centre of a facet; 1 where there is none
   pressDepth?: number; // m, to which tractions press, which then are for one newton; 0 where they are known
+  foundation?: Foundation;
+}
+
+/** Elastic springs below facets, which may be loaded as well. */
+export interface Foundation {
+  facets: Int32Array; // (I)
+  stiffness: Float64Array; // (I) k of the traction -k u [N/m^3]
+  normalOnly: Uint8Array; // (I) 1 where they resist motion along the normal alone
 }
 
 /** fixed: no component moves; sliding: some do, freely; moved: by a prescribed displacement; loaded: by a traction. */
 export type FacetState = 'free' | 'fixed' | 'sliding' | 'moved' | 'loaded';
 export const facetStates = ['fixed', 'sliding', 'moved', 'loaded'] as const;
+/** What facets are marked by: their state, and springs below them. */
+export type FacetMark = (typeof facetStates)[number] | 'supported';
+export const facetMarks: readonly FacetMark[] = [...facetStates, 'supported'];
 
 export function facetState({ kind, value }: Conditions, facet: number): FacetState {
   const components = [value[3 * facet]!, value[3 * facet + 1]!, value[3 * facet + 2]!];
@@ -34,6 +45,9 @@ export function vectorOf(conditions: Conditions, facet: number): Vector {
 export function facetsIn(conditions: Conditions, state: FacetState): number[] {
   return Array.from(conditions.kind.keys()).filter((facet) => facetState(conditions, facet) === state);
 }
+
+export const facetsMarked = (conditions: Conditions, mark: FacetMark): number[] =>
+  (mark === 'supported' ? Array.from(conditions.foundation?.facets ?? []) : facetsIn(conditions, mark));
 
 /** The greatest length of what is prescribed in this state [m or Pa]; 0 if there is none. */
 export function largestOf(conditions: Conditions, state: 'moved' | 'loaded'): number {

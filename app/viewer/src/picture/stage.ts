@@ -20,6 +20,8 @@ export interface Stage {
   show(side: Side, look: Look): void;
   /** All that is prescribed is shown at first, if the body came with it. */
   showConditions(shown: ConditionsShown): void;
+  /** Vessels that are lines, which are shown at first. */
+  showVessels(areShown: boolean): void;
   /** Takes a part of the bodies away; null shows all of them. */
   setCut(cut: Cut | null): void;
   /** Of what is inside: all, or those that a cut goes through. */
@@ -98,6 +100,7 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
   let names: Names = 'none';
   let isAnatomical = false;
   let cut: Cut | null = null;
+  let hasVessels = true; // in sight
 
   const layout = () => viewsOf(canvas.clientWidth, canvas.clientHeight, numViews, nameHeight);
 
@@ -203,6 +206,7 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
     bodies?.forEach((body) => body.free());
     const body = () => createBody(points, surfaces, 2 * sphere.radius, parts);
     bodies = [body(), body()];
+    bodies.forEach((each) => each.showVessels(hasVessels));
     labels = parts.labels ?? [];
     isAnatomical = parts.isAnatomical ?? false;
     nodes = Int32Array.from(surfaces.outside.nodes);
@@ -255,6 +259,11 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
     },
     showConditions(shown) {
       bodies?.forEach((body) => body.showConditions(shown));
+      askForDrawing();
+    },
+    showVessels(areShown) {
+      hasVessels = areShown;
+      bodies?.forEach((body) => body.showVessels(areShown));
       askForDrawing();
     },
     setCut(next) {
