@@ -204,6 +204,11 @@ class ResultFile:
         return {name: values[:] for name, values in self._file["materials"].items()}
 
     @property
+    def modulus_factor(self) -> Optional[NDArray[np.float64]]:
+        """(M) moduli of a tetrahedron over those of its region; None without a map of stiffness"""
+        return self._file["mesh/modulus_factor"][:] if "modulus_factor" in self._file["mesh"] else None
+
+    @property
     def assumptions(self) -> list[str]:
         """What the files of the body do not say and was assumed."""
         return _attributes(self._file["mesh"]).get("assumptions", [])
@@ -247,6 +252,24 @@ class ResultFile:
             return None
         return {"places": _value(group["drive"].attrs["places"]), **_attributes(group),
                 **{name: values[:] for name, values in group.items()}}
+
+    @property
+    def capsule(self) -> Optional[dict[str, float]]:
+        """thickness [m] and young_modulus [Pa] of the membrane on the surface; None of a body without one"""
+        return _attributes(self._file["capsule"]) if "capsule" in self._file else None
+
+    @property
+    def vessels(self) -> Optional[dict[str, Any]]:
+        """Lines: points (V, 3) [m] and radius (V) [m], segments (W, 2) of two points each, wall_ratio and wall_modulus [Pa]; None of a
+        body without them"""
+        group = self._file.get("vessels")
+        return None if group is None else {**_attributes(group), **{name: values[:] for name, values in group.items()}}
+
+    @property
+    def foundation(self) -> Optional[dict[str, NDArray]]:
+        """facet (I) of boundary_triangles, stiffness (I) below each [N/m^3] and normal_only (I); None without elastic springs there"""
+        group = self._file.get("load_case/foundation")
+        return None if group is None else {name: values[:] for name, values in group.items()}
 
     @property
     def models(self) -> list[str]:

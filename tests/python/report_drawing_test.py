@@ -1,4 +1,5 @@
-"""How the report draws: colours, surfaces, names beside points, and SVG that goes with the page."""
+"""How the report draws: colours, surfaces, vessels in them, names beside points, and SVG that goes with the page."""
+import math
 import os
 import pathlib
 import re
@@ -8,6 +9,7 @@ import numpy
 import pytest
 from livermark.report import colours, figures, labels, surfaces
 from livermark.studies.tables import fixed, rounded_up
+from livermark.vessels import Vessels
 from matplotlib.colors import to_hex
 
 NOTHING = (0, 0, 0, 0)
@@ -41,6 +43,12 @@ def test_colours_of_patches_are_those_of_the_page():
     assert tuple(of_page) == colours.PATCHES
     more = colours.patch_colours(2 * len(colours.PATCHES))
     assert len({to_hex(colour) for colour in more}) == len(more)
+
+
+def test_the_colour_of_vessels_is_that_of_the_page():
+    source = pathlib.Path(os.environ["LIVERMARK_SOURCE_DIR"]) / "app/viewer/src/picture/vessel_colour.ts"
+    colour = re.search(r"vesselColour: Colour = \[(\d+), (\d+), (\d+)\]", source.read_text()).groups()
+    assert tuple(map(int, colour)) == colours.VESSELS
 
 
 def test_colours_get_brighter_of_displacements_and_darker_of_errors_all_the_way():
@@ -168,3 +176,29 @@ def test_numbers_are_written_as_in_the_tables_of_the_program():
     assert [rounded_up(value) for value in (0.03, 1.0, 1.1, 5.1)] == [0.05, 1.0, 2.0, 10.0]
     assert [figures.tick_label(value) for value in (0.05, 20.0, 1e-6)] == ["0.05", "20", "1e-06"]
     assert to_hex(colours.DISPLACEMENT(0.0)) == "#440154"
+
+
+def test_vessels_are_seen_through_a_surface_as_wide_as_they_are():
+    sheet = of_one_colour(TRIANGLE, (0.0, 0.0, 0.0))
+    lines = Vessels(numpy.array([[0.0, 20.0, -1.0], [60.0, 20.0, -1.0], [0.0, 90.0, 0.0], [90.0, 90.0, 0.0]]),
+                    numpy.array([6.0, 6.0, 2.0, 4.0]), numpy.array([[0, 1], [2, 3]]))
+    picture = surfaces.draw_surface(TRIANGLE, 12.0 * CORNERS, sheet, from_above(100), vessels=lines)
+    expected = surfaces.VESSEL_OPACITY * numpy.array(colours.VESSELS)
+    assert numpy.allclose(picture[79, 30, :3], expected, atol=6) and picture[79, 30, 3] == 255  # y goes down
+    is_blue = picture[..., 2].astype(int) > picture[..., 0].astype(int) + 20
+    assert abs(is_blue[:, 30].sum() - 12 - 6) <= 2, "two tubes, the other one of a mean radius of 3"
+    assert is_blue[9, 80] and 0 < picture[9, 80, 3] < 255, "and beside the surface"
+    assert not is_blue[50:60, 30].any()
+
+
+def test_vessels_move_with_the_tetrahedra_that_hold_them(bar):
+    points, tetrahedra = bar
+    gradient, shift = numpy.array([[0.1, -0.2, 0.3], [0.05, 0.2, -0.1], [-0.3, 0.1, 0.2]]), numpy.array([1e-3, -2e-3, 5e-4])
+    inside = 0.01 * numpy.random.default_rng(2).random((50, 3))
+    places = numpy.concatenate([inside, points, [[0.02, 0.011, 0.012]]])
+    lines = Vessels(places, numpy.full(len(places), 1e-3), numpy.array([[0, 1], [1, 2]]))
+    moved = lines.moved(points, tetrahedra, points @ gradient.T + shift)
+    with_mesh = places[:-1] + places[:-1] @ gradient.T + shift
+    assert numpy.abs(moved.points[:-1] - with_mesh).max() < 1e-15
+    assert numpy.allclose(moved.points[-1], places[-1] + points[7] @ gradient.T + shift, atol=1e-15), "as the nearest node does"
+    assert lines.volume == pytest.approx(math.pi * 1e-6 * sum(numpy.linalg.norm(places[k + 1] - places[k]) for k in (0, 1)))

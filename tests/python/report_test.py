@@ -1,4 +1,6 @@
 """The numbers of a report are those of its files, and a section is made of what files have."""
+import base64
+import io
 import math
 import os
 import pathlib
@@ -11,6 +13,7 @@ import numpy
 import pytest
 from conftest import BINARY, RUNS
 from livermark.report.data import not_told_from_best
+from PIL import Image
 
 SAMPLES = pathlib.Path(os.environ["LIVERMARK_SAMPLES"])
 XHTML = "{http://www.w3.org/1999/xhtml}"
@@ -163,6 +166,46 @@ def test_the_first_page_says_what_the_body_is(beam):
         assert f"{len(file['mesh/tetrahedra']):,} tetrahedra" in text
     assert f"Young's modulus of {1e-3 * young:.1f} kPa and a Poisson's ratio of {ratio:g}" in text
     assert beam.find(f".//{XHTML}h1").text == "Livermark report: beam"
+
+
+def test_the_first_page_says_what_a_body_has_and_stands_on(tmp_path):
+    shutil.copy(RUNS / "beam" / "beam_bend.h5", tmp_path)
+    with h5py.File(tmp_path / "beam_bend.h5", "r+") as file:
+        points, triangles = file["mesh/points"][:], file["mesh/boundary_triangles"][:]
+        size, num_points = numpy.ptp(points, axis=0), 7
+        file.create_group("capsule").attrs.update({"thickness": 2e-5, "young_modulus": 4.1e6})
+        vessels = file.create_group("vessels")
+        vessels.attrs.update({"wall_ratio": 0.1, "wall_modulus": 6e5})
+        vessels["points"] = points.min(axis=0) + size * numpy.linspace((0.1, 0.5, 0.5), (0.9, 0.5, 0.5), num_points)
+        vessels["radius"] = numpy.full(num_points, radius := 0.1 * size.min())
+        vessels["segments"] = numpy.array([(p, p + 1) for p in range(num_points - 1)])
+        file["mesh/modulus_factor"] = numpy.linspace(0.5, 1.5, len(file["mesh/tetrahedra"]))
+        moduli = 1e-3 * file["materials/young_modulus"][:][file["mesh/region"][:]] * file["mesh/modulus_factor"][:]
+        facets = numpy.flatnonzero(file["load_case/condition"][:] == 0)
+        foundation = file["load_case"].create_group("foundation")
+        foundation["facet"], foundation["normal_only"] = (values.astype("i4") for values in (facets, numpy.ones(len(facets))))
+        foundation["stiffness"] = numpy.full(len(facets), 3e5)
+        a, b, c = points[triangles[facets]].swapaxes(0, 1)
+        area = 0.5 * numpy.linalg.norm(numpy.cross(b - a, c - a), axis=1).sum()
+    report = report_of(tmp_path)
+    said, length = sentences(report), 0.8 * size[0]
+    for expected in ("a stiffness of 82 N/m, its Young's modulus times its thickness", f"along {num_points - 1} straight segments,",
+                     f"{length:.3g} m and {1e6 * math.pi * radius ** 2 * length:.1f} mL together, with radii of {1e3 * radius:.2g} mm",
+                     f"from {moduli.min():.1f} to {moduli.max():.1f} kPa",
+                     f"under beam_bend 3e+05 N/m^3 on {1e4 * area:.1f} cm^2, along the normal alone"):
+        assert any(expected in sentence for sentence in said), (expected, said)
+    first, second = [pixels_of(image) for image in report.find(f".//{XHTML}header").iter(f"{XHTML}img")][:2]
+    assert is_vessel(first).sum() > 500 and is_vessel(second).sum() == 0
+
+
+def pixels_of(image):
+    data = base64.b64decode(image.get("src").partition(",")[2])
+    return numpy.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(float)
+
+
+def is_vessel(pixels):
+    """Which pixels are as blue as no colour of a scale."""
+    return (pixels[..., 2] > 150.0) & (pixels[..., 0] < 0.5 * pixels[..., 2]) & (pixels[..., 1] < 0.8 * pixels[..., 2])
 
 
 def test_parts_are_folded_and_empty_ones_are_named_at_the_end(beam, sample):

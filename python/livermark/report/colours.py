@@ -28,6 +28,8 @@ ERROR = ListedColormap(matplotlib.colormaps["magma"](numpy.linspace(248 / 255, 3
 #: Of the patches of a body, as on the page (app/viewer/src/picture/patch_colours.ts): pale, so that light on a surface is seen.
 PATCHES = ((119, 170, 221), (238, 221, 136), (68, 187, 153), (238, 136, 102), (255, 170, 187), (187, 204, 51), (153, 221, 255),
            (170, 170, 0))
+#: Of vessels that are lines, as on the page (app/viewer/src/picture/vessel_colour.ts).
+VESSELS = (40, 120, 245)
 
 
 def patch_colours(count: int) -> numpy.ndarray:

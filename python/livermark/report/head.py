@@ -10,11 +10,12 @@ import matplotlib
 import numpy
 from markupsafe import Markup
 
-from livermark.report import colours, figures
+from livermark.report import colours, figures, surfaces
 from livermark.report.data import ReportData, Result, cleaned, commands_of, number
 from livermark.report.parts import bullets, figure, paragraph, plots, subsection
 from livermark.report.sections import pictures
-from livermark.studies.tables import PERCENT, fixed
+from livermark.studies.tables import MILLIMETRES, PERCENT, fixed
+from livermark.vessels import vessels_of
 from livermark.volumes import tetrahedron_volumes
 
 MOST_NAMED = 3  # models of a kind that a sentence names
@@ -106,6 +107,44 @@ def _regions(result: Result) -> str:
     return text + "."
 
 
+def _parts(cases: list[Result]) -> list[str]:
+    """What a body has besides its regions, and what it stands on, a sentence each."""
+    with cases[0].open() as file:
+        capsule, vessels, factor = file.capsule, vessels_of(file.vessels), file.modulus_factor
+        region, young = file.region, file.materials["young_modulus"]
+    sentences = []
+    if capsule:
+        sentences.append(f"Capsule: a membrane covers the surface, with a stiffness of {capsule['young_modulus'] * capsule['thickness']:.3g} "
+                         "N/m, its Young's modulus times its thickness.")
+    if vessels:
+        ends = " to ".join(dict.fromkeys(f"{MILLIMETRES * end:.2g}" for end in (vessels.radius.min(), vessels.radius.max())))
+        sentences.append(f"Vessels: tubes along {len(vessels.segments):,} straight segments, which are thinner than the tetrahedra and move "
+                         f"with the tissue, {vessels.lengths.sum():.3g} m and {fixed(1e6 * vessels.volume, 1)} mL together, with radii of "
+                         f"{ends} mm.")
+    if factor is not None:
+        moduli = 1e-3 * young[region] * factor
+        sentences.append(f"Map of stiffness: each tetrahedron has a modulus of its own, from {fixed(moduli.min(), 1)} to "
+                         f"{fixed(moduli.max(), 1)} kPa.")
+    bedded = [text for result in cases if (text := _foundation(result))]
+    if bedded:
+        sentences.append("Foundations: elastic springs below parts of the surface stand for what lies around the body, "
+                         f"{'; '.join(bedded)}.")
+    return sentences
+
+
+def _foundation(result: Result) -> str:
+    """How stiff springs below facets are, and on which area; empty without."""
+    with result.open() as file:
+        foundation, points, triangles = file.foundation, file.points, file.boundary_triangles
+    if not foundation:
+        return ""
+    area = numpy.linalg.norm(surfaces.area_vectors(triangles[foundation["facet"]], points), axis=1).sum()
+    ends = " to ".join(dict.fromkeys(f"{end:.3g}" for end in (foundation["stiffness"].min(), foundation["stiffness"].max())))
+    normal = foundation["normal_only"] != 0
+    along = ", along the normal alone" if normal.all() else ", in parts along the normal alone" if normal.any() else ""
+    return f"under {result.load_case} {ends} N/m^3 on {fixed(1e4 * area, 1)} cm^2{along}"
+
+
 def _panel(title: str, rows: list[Numbers], felt: float) -> Markup:
     """Both numbers of each model, the nearest in position first."""
     rows = [row for row in rows if math.isfinite(row.error)]
@@ -137,7 +176,7 @@ def verdicts(data: ReportData) -> Markup:
     html = Markup("")
     for label in dict.fromkeys([*small, *large]):
         cases = [*small.get(label, ()), *large.get(label, ())]
-        text = paragraph(_regions(cases[0]))
+        text = paragraph(_regions(cases[0])) + bullets(_parts(cases))
         if label in brief:
             counted = [result for result in small[label] if result.counts]
             text += paragraph(f"Small loads, {len(counted)} load case{'s' if len(counted) > 1 else ''}:")

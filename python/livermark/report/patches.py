@@ -1,9 +1,10 @@
-"""Draws the patches of a body from four sides: python3 -m livermark.report.patches BODY.msh PICTURE.png
+"""Draws the patches of a body from four sides, and its vessels: python3 -m livermark.report.patches BODY.msh PICTURE.png [VESSELS.swc]
 
 The picture has their names below, each beside its colour. Prints these too, a line for each patch.
 """
 import pathlib
 import sys
+from typing import Optional
 
 import matplotlib
 import matplotlib.colors
@@ -14,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from livermark.report import colours, figures, surfaces
+from livermark.vessels import Vessels, read_swc
 
 WIDTH = 400  # of each of the four [pixel]
 NAMES_IN_A_ROW, ROW = 6, 30  # of the key; height [pixel]
@@ -37,8 +39,8 @@ def patches_of(mesh: meshio.Mesh) -> tuple[numpy.ndarray, numpy.ndarray, list[st
 
 
 def draw(points: numpy.ndarray, triangles: numpy.ndarray, patch: numpy.ndarray, of_patches: numpy.ndarray,
-         width: int = WIDTH) -> numpy.ndarray:
-    """The four pictures side by side on one scale. of_patches: (B, 3) colours from 0 to 1."""
+         width: int = WIDTH, vessels: Optional[Vessels] = None) -> numpy.ndarray:
+    """The four pictures side by side on one scale. of_patches: (B, 3) colours from 0 to 1. vessels: seen through the surface."""
     side = 1.05 * numpy.ptp(points[triangles.ravel()], axis=0).max()
     # Colours end where facets do, not between their nodes.
     corners = numpy.repeat(of_patches[patch][:, None, :], 3, axis=1)
@@ -48,14 +50,14 @@ def draw(points: numpy.ndarray, triangles: numpy.ndarray, patch: numpy.ndarray, 
         across = numpy.stack([points[triangles.ravel()] @ view.right, points[triangles.ravel()] @ view.up], axis=1)
         low = 0.5 * (across.min(axis=0) + across.max(axis=0) - side)
         view = surfaces.replace(view, low=(low[0], low[1]))
-        pictures.append(surfaces.draw_surface(triangles, points, corners, view))
+        pictures.append(surfaces.draw_surface(triangles, points, corners, view, vessels=vessels))
     rgba = numpy.concatenate(pictures, axis=1).astype(float)
     opacity = rgba[..., 3:] / 255.0
     return (opacity * rgba[..., :3] + (1.0 - opacity) * 255.0).astype(numpy.uint8)
 
 
 def save_with_key(drawn: numpy.ndarray, names: list[str], of_patches: numpy.ndarray, path: pathlib.Path) -> None:
-    """The pictures as they are, and the names of the patches below them."""
+    """The pictures as they are, and the names of what they show below them."""
     height, width = drawn.shape[:2]
     key = ROW * (-(-len(names) // NAMES_IN_A_ROW)) + 10
     with matplotlib.rc_context(figures.SETTINGS):
@@ -68,11 +70,14 @@ def save_with_key(drawn: numpy.ndarray, names: list[str], of_patches: numpy.ndar
         page.savefig(path, dpi=figures.PIXELS_PER_INCH, metadata={"Software": None})
 
 
-def main(mesh_file: str, picture: str) -> None:
+def main(mesh_file: str, picture: str, vessel_file: str = "") -> None:
     mesh = meshio.read(mesh_file)
     triangles, patch, names = patches_of(mesh)
     of_patches = colours.patch_colours(len(names))
-    drawn = draw(mesh.points, triangles, patch, of_patches)
+    vessels = read_swc(vessel_file) if vessel_file else None
+    drawn = draw(mesh.points, triangles, patch, of_patches, vessels=vessels)
+    if vessels is not None:
+        names, of_patches = [*names, "vessels"], numpy.concatenate([of_patches, [numpy.array(colours.VESSELS) / 255.0]])
     save_with_key(drawn, names, of_patches, pathlib.Path(picture))
     for colour, name in zip(of_patches, names):
         print(f"{matplotlib.colors.to_hex(colour)}  {name}")

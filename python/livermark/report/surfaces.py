@@ -8,17 +8,24 @@ import base64
 import io
 import math
 from dataclasses import dataclass, replace
+from typing import Optional
 
 import numpy
 from markupsafe import Markup, escape
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.transforms import IdentityTransform
+from matplotlib.path import Path
 from PIL import Image
+
+from livermark.report import colours as colours_of_report
+from livermark.vessels import Vessels
 
 SAMPLES = 2  # along each side of a pixel
 SMOOTH_COSINE = 0.75  # triangles that meet at a sharper angle have an edge between them
 LEAST_LIGHT = 0.5  # brightness of a surface seen from its side
 OUTLINE_GREY = 128  # seen on white and on black
+VESSEL_OPACITY = 0.8  # of what is seen through a surface
+VESSEL_EDGE = 0.55  # brightness of the rim of a tube, which parts it from those behind it
 MARGIN = 4  # [pixel] on each side
 TALLEST = 1.5  # of the width
 
@@ -41,7 +48,8 @@ class View:
                             points @ self.toward], axis=-1)
 
 
-def _area_vectors(triangles: numpy.ndarray, points: numpy.ndarray) -> numpy.ndarray:
+def area_vectors(triangles: numpy.ndarray, points: numpy.ndarray) -> numpy.ndarray:
+    """(T, 3) normals as long as the areas [m^2]"""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     return 0.5 * numpy.cross(b - a, c - a)
 
@@ -69,7 +77,7 @@ def find_view(triangles: numpy.ndarray, points: numpy.ndarray, displacement: num
     """One of sixteen directions around the body, from a little above or below, that shows much of the body and of what
     moves: these count alike. Vertical is z. shapes: all that is to be in the picture."""
     views = [_looking_along(math.pi * (0.25 * i - 0.5) - 0.2, elevation) for elevation in (0.3, -0.3) for i in range(8)]
-    facing = numpy.maximum(_area_vectors(triangles, points) @ numpy.stack([view.toward for view in views], axis=1), 0.0)
+    facing = numpy.maximum(area_vectors(triangles, points) @ numpy.stack([view.toward for view in views], axis=1), 0.0)
     moving = numpy.linalg.norm(displacement[triangles].mean(axis=1), axis=1)
     areas, motions = facing.sum(axis=0), moving @ facing
     merit = areas / areas.max() + motions / motions.max()
@@ -78,7 +86,7 @@ def find_view(triangles: numpy.ndarray, points: numpy.ndarray, displacement: num
 
 def _corner_normals(triangles: numpy.ndarray, points: numpy.ndarray) -> numpy.ndarray:
     """(T, 3, 3) for each corner the mean of the triangles at its node that go on smoothly from its triangle."""
-    areas = _area_vectors(triangles, points)
+    areas = area_vectors(triangles, points)
     normals = areas / numpy.maximum(numpy.linalg.norm(areas, axis=1, keepdims=True), 1e-300)
     node = triangles.ravel()
     order = numpy.argsort(node, kind="stable")
@@ -114,14 +122,40 @@ def outline_of(triangles: numpy.ndarray, points: numpy.ndarray, view: View) -> n
                                     for y, x in ((1, 0), (-1, 0), (0, 1), (0, -1))])
 
 
+def _tubes(view: View, vessels: Vessels) -> numpy.ndarray:
+    """Samples (H, W, 4) of tubes as wide as they are, the far ones first."""
+    renderer = RendererAgg(SAMPLES * view.width, SAMPLES * view.height, 72.0)
+    colour = numpy.array(colours_of_report.VESSELS) / 255.0
+    ends = view.project(vessels.points)[vessels.segments]
+    radius = vessels.radius[vessels.segments].mean(axis=1)
+    depth = ends[:, :, 2].mean(axis=1)
+    context = renderer.new_gc()
+    context.set_capstyle("round")
+    # Rims are a few radii behind, so that they do not part tubes that join.
+    strokes = [(depth - 4.0 * radius, 1.0, VESSEL_EDGE), (depth, 0.6, 1.0)]
+    order = numpy.argsort(numpy.concatenate([far for far, _, _ in strokes]), kind="stable")
+    for stroke, s in zip(order // len(ends), order % len(ends)):
+        _, part, brightness = strokes[stroke]
+        context.set_linewidth(max(part * 2.0 * radius[s] * SAMPLES / view.pixel, 1.0))
+        context.set_foreground(tuple(brightness * colour))
+        renderer.draw_path(context, Path(ends[s, :, :2]), IdentityTransform())
+    return numpy.asarray(renderer.buffer_rgba()).copy()
+
+
 def draw_surface(triangles: numpy.ndarray, points: numpy.ndarray, colours: numpy.ndarray, view: View,
-                 outline=None) -> numpy.ndarray:
+                 outline=None, vessels: Optional[Vessels] = None) -> numpy.ndarray:
     """(height, width, 4) a surface lit from where one looks, so that a part that faces the eye has its own colours.
-    Nothing behind it, whatever the colour of the page. colours: (T, 3, 3) of the corners, from 0 to 1. outline: drawn over it; of the same view."""
+    Nothing behind it, whatever the colour of the page. colours: (T, 3, 3) of the corners, from 0 to 1. outline: drawn over it; of the same view.
+    vessels: seen through it, where they are drawn."""
     facing = numpy.abs(_corner_normals(triangles, points) @ view.toward)
     light = LEAST_LIGHT + (1.0 - LEAST_LIGHT) * facing
     shaded = numpy.concatenate([colours * light[..., None], numpy.ones((len(triangles), 3, 1))], axis=2)
     samples = _filled(view, view.project(points)[triangles], shaded).astype(numpy.float32)
+    if vessels is not None:
+        tubes = _tubes(view, vessels).astype(numpy.float32)
+        part = VESSEL_OPACITY * tubes[..., 3:] / numpy.float32(255.0)
+        samples[..., :3] = (1.0 - part) * samples[..., :3] + part * tubes[..., :3]
+        samples[..., 3:] = numpy.maximum(samples[..., 3:], 255.0 * part)
     if outline is not None:
         samples[outline] = (OUTLINE_GREY, OUTLINE_GREY, OUTLINE_GREY, 255.0)
     samples[..., :3] *= samples[..., 3:] / numpy.float32(255.0)  # so that nothing has no colour

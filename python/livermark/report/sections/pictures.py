@@ -13,6 +13,7 @@ from livermark.report import colours, figures, surfaces
 from livermark.report.data import Model, ReportData, Result
 from livermark.report.parts import Section, choice, figure, missing, name, paragraph
 from livermark.studies.tables import MILLIMETRES, PERCENT, rounded_up
+from livermark.vessels import Vessels, vessels_of
 
 TITLE = "What it looks like"
 COMMAND = "livermark run"  # makes the files
@@ -40,6 +41,8 @@ class Body:
     """The surface of a result file."""
     points: numpy.ndarray
     triangles: numpy.ndarray
+    tetrahedra: numpy.ndarray
+    vessels: Optional[Vessels]
 
     @property
     def size(self) -> float:
@@ -75,10 +78,11 @@ class Scene:
     at_rest: numpy.ndarray  #: outline
     what: str  #: body and load case
 
-    def picture(self, points, field, colour_map, scale: float, of: str, title: str, detail: str) -> Markup:
+    def picture(self, points, field, colour_map, scale: float, of: str, title: str, detail: str,
+                vessels: Optional[Vessels] = None) -> Markup:
         part = numpy.clip(numpy.linalg.norm(field, axis=1) / scale, 0.0, 1.0)
         corners = colour_map(part)[self.body.triangles][..., :3]
-        drawn = surfaces.draw_surface(self.body.triangles, points, corners, self.view, self.at_rest)
+        drawn = surfaces.draw_surface(self.body.triangles, points, corners, self.view, self.at_rest, vessels)
         words = f"{self.what}: {of} from 0 to {MILLIMETRES * scale:.3g} mm"
         return Markup("<div>{}{}<span>{}</span></div>\n").format(surfaces.image(drawn, words), name(title), detail)
 
@@ -95,9 +99,10 @@ def _pictures(result: Result, body: Body, reference: Field, fields: list[Field])
                   f"{result.body} under {result.load_case}")
     # Errors beyond the displacement itself would leave no colours to the other model.
     error_scale = min(worst, peak) if worst > 0.0 else peak
+    vessels = body.vessels and body.vessels.moved(body.points, body.tetrahedra, factor * reference.displacement)
     html = scene.picture(shapes[0], reference.displacement, colours.DISPLACEMENT, peak,
                          "displacement of " + reference.model.name, reference.model.name,
-                         f"reference, up to {MILLIMETRES * peak:.3f} mm")
+                         f"reference, up to {MILLIMETRES * peak:.3f} mm", vessels)
     for field, shape in zip(fields, shapes[1:]):
         html += scene.picture(shape, field.displacement, colours.DISPLACEMENT, peak, "displacement of " + field.model.name,
                               field.model.name, f"up to {MILLIMETRES * _largest(field.displacement):.3f} mm")
@@ -112,10 +117,11 @@ def _pictures(result: Result, body: Body, reference: Field, fields: list[Field])
             f"{PERCENT * field.model.relative_l2:.2f} %, up to {MILLIMETRES * field.model.max_error:.3f} mm")
     start = " (the static start)" if result.has_motion else ""
     length = f"{factor:g} times as long on" if factor > 1.0 else "as long as they are on"
+    through = " Blue: vessels that are lines, seen through the surface, as wide as they are." if vessels else ""
     beyond = " Values beyond a scale have its last colour." if max(worst, longest) > BEYOND * peak else ""
     return figure("figure", Markup('<div class="pictures">\n{}</div>\n').format(html),
                   f"{scene.what}: {result.title}{start}. Displacements drawn {length} the surface; the line is the outline "
-                  f"at rest.{beyond}", [result.command])
+                  f"at rest.{through}{beyond}", [result.command])
 
 
 def _drawn(result: Result) -> Markup:
@@ -124,7 +130,7 @@ def _drawn(result: Result) -> Markup:
     if result.reference not in result.models:
         return nothing
     with result.open() as file:
-        body = Body(file.points, file.boundary_triangles)
+        body = Body(file.points, file.boundary_triangles, file.tetrahedra, vessels_of(file.vessels))
         fields = _fields_to_show(file, result, body)
         reference = Field(result.models[result.reference], file[result.reference].displacement, None)
     if not fields:

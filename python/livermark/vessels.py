@@ -1,0 +1,63 @@
+"""Vessels that are lines: tubes along straight segments, which move with the tissue around them. Needs numpy alone."""
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass, replace
+from typing import Any, Optional, Union
+
+import numpy
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Vessels:
+    """As `/vessels` of a result file has them."""
+    points: NDArray[numpy.float64]  #: (V, 3) of the axes [m]
+    radius: NDArray[numpy.float64]  #: (V) outer [m]
+    segments: NDArray[numpy.int64]  #: (W, 2) points that a tube joins
+
+    @property
+    def lengths(self) -> NDArray[numpy.float64]:
+        """(W) [m]"""
+        begin, end = self.points[self.segments].swapaxes(0, 1)
+        return numpy.linalg.norm(end - begin, axis=1)
+
+    @property
+    def volume(self) -> float:
+        """Of all tubes, whose radius is the mean of that of both ends, walls and blood together [m^3]."""
+        return math.pi * float(self.radius[self.segments].mean(axis=1) ** 2 @ self.lengths)
+
+    def moved(self, points: NDArray[numpy.float64], corners: NDArray[numpy.integer],
+              displacement: NDArray[numpy.float64]) -> Vessels:
+        """Where they are when the nodes (N, 3) of tetrahedra (M, 4) have moved by a displacement (N, 3): each point by that of
+        the tetrahedron that holds it, and outside the mesh by that of the nearest node."""
+        low, high = (end(points[corners], axis=1) for end in (numpy.min, numpy.max))
+        margin = 1e-9 * numpy.ptp(points, axis=0).max()
+        used = numpy.unique(corners)
+        places = numpy.empty_like(self.points)
+        for p, place in enumerate(self.points):
+            near = corners[((place >= low - margin) & (place <= high + margin)).all(axis=1)]
+            first, edges = points[near[:, 0]], points[near[:, 1:]] - points[near[:, :1]]
+            weights = numpy.linalg.solve(edges.transpose(0, 2, 1), (place - first)[..., None])[..., 0]
+            weights = numpy.concatenate([1.0 - weights.sum(axis=1, keepdims=True), weights], axis=1)
+            best = int(weights.min(axis=1).argmax()) if len(near) else -1
+            if best >= 0 and weights[best].min() > -1e-9:
+                places[p] = place + weights[best] @ displacement[near[best]]
+            else:
+                places[p] = place + displacement[used[((points[used] - place) ** 2).sum(axis=1).argmin()]]
+        return replace(self, points=places)
+
+
+def vessels_of(lines: Optional[dict[str, Any]]) -> Optional[Vessels]:
+    """Of ResultFile.vessels; None of None"""
+    return lines and Vessels(lines["points"], lines["radius"], lines["segments"])
+
+
+def read_swc(path: Union[str, os.PathLike[str]]) -> Vessels:
+    """Of a file that this program has written: its lengths are in metres."""
+    with open(path, encoding="utf-8") as file:
+        rows = numpy.array([line.split() for line in file if line.strip() and not line.startswith("#")], float)
+    place = {int(number): row for row, number in enumerate(rows[:, 0])}
+    segments = [(place[int(before)], row) for row, before in enumerate(rows[:, 6]) if before >= 0]
+    return Vessels(rows[:, 2:5], rows[:, 5], numpy.array(segments, dtype=numpy.int64).reshape(-1, 2))
