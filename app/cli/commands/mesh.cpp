@@ -87,15 +87,20 @@ struct BoxCommand {
     std::string output;
 };
 
-/// Draws the patches of a body from four sides, and prints which colour is which.
+/// Draws the patches and vessels of a body from four sides, and prints which colour is which.
 void write_picture(const std::string &body_file, const std::string &picture) {
     support::check_place(picture);
     const auto body = meshes::read_body(studies::find_toml_files({body_file}, studies::bodies_folder, "body").front());
     const support::ScratchFolder scratch;
     const auto mesh = scratch.path / "body.msh", drawn = scratch.path / "picture.png";
     meshes::write_msh(mesh, body.mesh);
-    const auto legend = support::run_python("report.patches", {mesh.string(), drawn.string()}, {}, "a picture",
-                                            "python3-matplotlib python3-meshio");
+    std::vector<std::string> files{mesh.string(), drawn.string()};
+    if (body.vessels) {
+        files.push_back((scratch.path / "vessels.swc").string());
+        support::write_whole(files.back(), meshes::swc_text(*body.vessels, "vessels of the body"));
+    }
+    const auto legend =
+        support::run_python("report.patches", files, {}, "a picture", "python3-matplotlib python3-meshio");
     support::write_whole(picture, support::read_text(drawn));
     fmt::print("\n{}: from the front, from behind, from above and from below\n", picture);
     fmt::print("{}", legend);
@@ -249,7 +254,7 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
     command.add_option("--tetrahedra", options->body.tetrahedra, "Approximate number of tetrahedra")
         ->check(CLI::Range(2000, 2000000))
         ->capture_default_str();
-    command.add_option("--picture", options->picture, "A .png file to draw the patches of the body into");
+    command.add_option("--picture", options->picture, "A .png file to draw the patches and vessels of the body into");
     command.add_flag("--force", options->body.force, "Overwrite an existing body");
     command.add_flag("--phantom", options->is_phantom, "Write a label image of the liver that ships, with its lesions");
     command.add_option("--spacing", options->phantom.spacing, "Size of the phantom's voxels [m]")
@@ -405,7 +410,8 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
     auto *check = command->add_subcommand("check", "Check a mesh, a surface or a label image, and print its size");
     check->add_option("file", *file, "A mesh, surface or label image that `livermark run --body` reads")->required();
     auto picture = std::make_shared<std::string>();
-    check->add_option("--picture", *picture, "A .png file to draw the patches of a mesh into");
+    check->add_option("--picture", *picture,
+                      "A .png file to draw the patches of a mesh and the vessels of its body into");
 
     return [=] {
         if (make->parsed())

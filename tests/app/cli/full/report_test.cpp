@@ -6,6 +6,7 @@
 #include <hdf5.h>
 #include <memory>
 
+#include "core/support/files.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/records/experiment.hpp"
 #include "results/records/needle.hpp"
@@ -340,6 +341,14 @@ TEST_F(Report, PatchesOfABodyAreDrawnInTheirColours) {
     expect_parts(outcome.output,
                  {"from the front, from behind, from above and from below", "#77aadd  x_max", "#bbcc33  z_min"});
     EXPECT_TRUE(text_of(picture).starts_with("\x89PNG"));
+}
+
+TEST_F(Report, VesselsOfABodyAreDrawnWithItsPatches) {
+    const auto picture = directory_ / "patches.png";
+    const auto body = support::root_folder() / "examples/bodies/liver_with_vessels.toml";
+    const auto outcome = tests::livermark("mesh check " + body.string() + " --picture " + picture.string());
+    ASSERT_EQ(outcome.status, 0) << outcome.output;
+    expect_parts(outcome.output, {"  anterior\n", "#2878f5  vessels"});
 }
 
 } // namespace
