@@ -95,6 +95,13 @@ core::VesselTree read_swc(const std::filesystem::path &file, double metres) {
     return tree;
 }
 
+double length_of(const core::VesselTree &tree) {
+    double length = 0.0;
+    for (std::size_t s = 0; s < tree.segments.size(); ++s)
+        length += tree.length(s);
+    return length;
+}
+
 std::string swc_text(const core::VesselTree &tree, const std::string &comment) {
     std::vector<int> parent(tree.points.size(), -1);
     for (const auto &[a, b] : tree.segments) {
@@ -116,13 +123,11 @@ constexpr double softest_wall = 100.0, stiffest_wall = 1e9;
 constexpr double least_part_inside = 0.5;
 
 std::string sentence_on(const core::VesselTree &tree, double inside, const std::string &file) {
-    double length = 0.0;
-    for (std::size_t s = 0; s < tree.segments.size(); ++s)
-        length += tree.length(s);
     const auto [thin, thick] = std::ranges::minmax(tree.radius);
-    auto sentence = fmt::format("vessels of {} are lines of {:.2g} to {:.2g} mm radius, {:.3g} m together, with walls "
-                                "of {:g} of that and {:g} kPa",
-                                file, 1e3 * thin, 1e3 * thick, length, tree.wall_ratio, 1e-3 * tree.wall_modulus);
+    auto sentence =
+        fmt::format("vessels of {} are lines of {:.2g} to {:.2g} mm radius, {:.3g} m together, with walls "
+                    "of {:g} of that and {:g} kPa",
+                    file, 1e3 * thin, 1e3 * thick, length_of(tree), tree.wall_ratio, 1e-3 * tree.wall_modulus);
     if (inside < 0.9995)
         sentence +=
             fmt::format("; {:.1f} % of their length is outside the body and does nothing", 100.0 * (1.0 - inside));

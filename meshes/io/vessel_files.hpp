@@ -22,6 +22,9 @@ inline constexpr double usual_wall_ratio = 0.1, usual_wall_modulus = 0.62e6;
 ///         is not positive, two points in one place, and a file without a segment
 core::VesselTree read_swc(const std::filesystem::path &file, double metres);
 
+/// Length of all segments together [m].
+double length_of(const core::VesselTree &tree);
+
 /// The text of such a file, in metres. A point of which several segments begin becomes one point with several behind
 /// it; a ring is refused.
 /// @throws std::invalid_argument where a point ends two segments

@@ -92,13 +92,10 @@ int num_branches(const core::VesselTree &tree) {
 
 /// The part of a sentence that says how large the lines are.
 std::string size_of(const core::VesselTree &tree) {
-    double length = 0.0;
-    for (std::size_t s = 0; s < tree.segments.size(); ++s)
-        length += tree.length(s);
     const auto [thin, thick] = std::ranges::minmax(tree.radius);
     const int branches = num_branches(tree);
     return fmt::format("{} branch{} of {:.3g} m together, with radii of {:.2g} to {:.2g} mm", branches,
-                       branches == 1 ? "" : "es", length, 1e3 * thin, 1e3 * thick);
+                       branches == 1 ? "" : "es", meshes::length_of(tree), 1e3 * thin, 1e3 * thick);
 }
 
 } // namespace

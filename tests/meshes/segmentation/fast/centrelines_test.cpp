@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "meshes/generators/liver_vessels.hpp"
+#include "meshes/io/vessel_files.hpp"
 
 namespace livermark::segmentation {
 namespace {
@@ -56,13 +57,6 @@ core::VesselTree lines_in(std::span<const Tube> tubes, const ImageGrid &grid, co
     return centrelines(grid, voxels_where(grid, [&](const Vector3 &point) { return holds(tubes, point); }), options);
 }
 
-double length_of(const core::VesselTree &tree) {
-    double length = 0.0;
-    for (std::size_t s = 0; s < tree.segments.size(); ++s)
-        length += tree.length(s);
-    return length;
-}
-
 /// Number of points where so many segments meet.
 int num_points_of(const core::VesselTree &tree, int num_segments) {
     std::vector<int> at(tree.points.size(), 0);
@@ -103,7 +97,7 @@ TEST(Centrelines, OfAStraightTubeHaveItsLengthRadiusAndDirection) {
             const auto tree = lines_in(std::span(&tube, 1), grid_of(spacing));
             ASSERT_EQ(num_points_of(tree, 1), 2);
             EXPECT_EQ(tree.segments.size() + 1, tree.points.size());
-            EXPECT_NEAR(length_of(tree) / ((tube.end - tube.begin).norm() + 2.0 * radius), 1.0, 0.05);
+            EXPECT_NEAR(meshes::length_of(tree) / ((tube.end - tube.begin).norm() + 2.0 * radius), 1.0, 0.05);
             for (const double r : tree.radius)
                 EXPECT_NEAR(r / radius, 1.0, 0.1);
             const Vector3 along = (tree.points[tree.points.size() - 2] - tree.points[1]).normalized();
@@ -125,7 +119,7 @@ TEST(Centrelines, OfAForkMeetInOnePoint) {
         length += (tube.end - tube.begin).norm() + tube.radius;
         expect_along(tree, tube, 1e-3);
     }
-    EXPECT_NEAR(length_of(tree) / length, 1.0, 0.05);
+    EXPECT_NEAR(meshes::length_of(tree) / length, 1.0, 0.05);
     EXPECT_LT((tree.points.front() - fork[0].begin).norm(), 0.008) << "the root is at the thick end";
 }
 

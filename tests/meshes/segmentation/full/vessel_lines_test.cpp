@@ -29,13 +29,6 @@ class VesselsOfAnImage : public tests::ResultFolder {
     core::VesselTree lines(const std::string &name) const { return meshes::read_swc(directory_ / name, 1.0); }
 };
 
-double total_length(const core::VesselTree &tree) {
-    double length = 0.0;
-    for (std::size_t s = 0; s < tree.segments.size(); ++s)
-        length += tree.length(s);
-    return length;
-}
-
 TEST_F(VesselsOfAnImage, AreWrittenAsLines) {
     write_phantom();
     tests::expect_outcome(in_folder("mesh vessels seg.nrrd -o veins.swc"), 0,
@@ -44,18 +37,18 @@ TEST_F(VesselsOfAnImage, AreWrittenAsLines) {
     const auto text = support::read_text(directory_ / "veins.swc");
     EXPECT_NE(text.find("# lines of the vessels of seg.nrrd, in metres"), std::string::npos) << text.substr(0, 200);
     const auto veins = lines("veins.swc");
-    EXPECT_NEAR(total_length(veins), 0.31, 0.03);
+    EXPECT_NEAR(meshes::length_of(veins), 0.31, 0.03);
     EXPECT_GT(*std::ranges::min_element(veins.radius), 0.0025);
     EXPECT_LT(*std::ranges::max_element(veins.radius), 0.0065);
 
     tests::expect_outcome(in_folder("mesh vessels seg.nrrd --largest-radius 0.0045"), 0, {"seg.swc: "});
     const auto thin = lines("seg.swc");
-    EXPECT_LT(total_length(thin), 0.8 * total_length(veins));
+    EXPECT_LT(meshes::length_of(thin), 0.8 * meshes::length_of(veins));
     EXPECT_LE(*std::ranges::max_element(thin.radius), 0.0045 + 1e-6);
 
     tests::expect_outcome(in_folder("mesh vessels seg.nrrd --role 'hepatic vein=ignore' -o portal.swc"), 0,
                           {"of label 9 'Portal vein'"});
-    EXPECT_LT(total_length(lines("portal.swc")), 0.7 * total_length(veins));
+    EXPECT_LT(meshes::length_of(lines("portal.swc")), 0.7 * meshes::length_of(veins));
 }
 
 /// The way of docs/howto/from_segmentation_to_table.md, with a capsule beside the veins.
