@@ -70,6 +70,28 @@ TEST(LiveNeedle, GoesInTakesTheTargetAlongAndComesOut) {
     }
 }
 
+/// A membrane and the wall of a vessel on the way bear the tissue, and exert nothing on the needle by themselves.
+TEST(LiveNeedle, GoesThroughACapsuleAndAVesselWithTheForceOfTheTissue) {
+    const BoxScene plain;
+    BoxScene parted;
+    parted.body.capsule = core::Capsule{.thickness = 1e-4, .young_modulus = 1e6};
+    parted.body.vessels = core::VesselTree{.points = {{0.033, 0.002, 0.02}, {0.033, 0.028, 0.02}},
+                                           .radius = {2e-3, 2e-3},
+                                           .segments = {{0, 1}},
+                                           .wall_ratio = 0.2,
+                                           .wall_modulus = 1e6};
+    const auto needle = prick(0.0).needle;
+    const auto moved = [&](const BoxScene &box) {
+        Scene scene(box.body, box.is_constrained);
+        const auto frame = led(scene, 0.0, needle.depth(), scene.choose(settings("nodal_neo_hookean")).time_step);
+        EXPECT_EQ(frame.restarts, 0);
+        EXPECT_TRUE(frame.needle->is_punctured);
+        EXPECT_NEAR(frame.needle->force, needle.tip_force() + needle.friction * frame.needle->tip, 0.01);
+        return frame.needle->target.norm();
+    };
+    EXPECT_LT(moved(parted), 0.9 * moved(plain));
+}
+
 TEST(LiveNeedle, LetGoLeavesTheBodyAsItWas) {
     const BoxScene box;
     Scene scene(box.body, box.is_constrained), untouched(box.body, box.is_constrained);
