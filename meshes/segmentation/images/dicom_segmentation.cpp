@@ -64,10 +64,7 @@ std::string text_of(const gdcm::DataSet &data, const gdcm::Tag &tag) {
     if (!data.FindDataElement(tag) || !data.GetDataElement(tag).GetByteValue())
         return {};
     const auto *bytes = data.GetDataElement(tag).GetByteValue();
-    std::string text(bytes->GetPointer(), bytes->GetLength());
-    while (!text.empty() && (text.back() == ' ' || text.back() == '\0'))
-        text.pop_back();
-    return text;
+    return without_padding({bytes->GetPointer(), bytes->GetLength()});
 }
 
 /// A slice of a segment.
@@ -282,6 +279,12 @@ std::vector<std::size_t> painting_order(const Frames &frames, std::size_t pixels
 
 } // namespace
 
+std::string without_padding(std::string text) {
+    while (!text.empty() && (text.back() == ' ' || text.back() == '\0'))
+        text.pop_back();
+    return text;
+}
+
 bool is_dicom_file(const fs::path &file) {
     std::ifstream stream(file, std::ios::binary);
     std::array<char, 132> start{};
@@ -309,6 +312,7 @@ LabelImage read_dicom_segmentation(const fs::path &file) {
     LabelImage image{.name = file.filename().string(), .grid = {}, .label = {}};
     const auto slices = slices_of(frames, image.grid, file);
     read_segments_of(reader.GetFile().GetDataSet(), image);
+    image.patient_position = text_of(reader.GetFile().GetDataSet(), gdcm::Tag(0x0018, 0x5100));
     constexpr double most_voxels = 1 << 28;
     const auto pixels_per_frame = static_cast<std::size_t>(frames.rows) * static_cast<std::size_t>(frames.columns);
     if (static_cast<double>(pixels_per_frame) * image.grid.size[2] > most_voxels)

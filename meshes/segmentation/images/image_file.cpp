@@ -119,6 +119,7 @@ struct Labels {
         auto image = labels_of(*read.values, read.header, name);
         image.label_names = std::move(read.names);
         image.label_codes = std::move(read.codes);
+        image.patient_position = std::move(read.patient_position);
         return image;
     }
     static Image segmentation_object(const fs::path &file) {
@@ -181,8 +182,15 @@ template <class Kind> typename Kind::Image read_folder(const fs::path &folder, c
         throw InputError(
             "{}: the slices are not evenly spaced ({:.2g} mm off); a slice may be missing, so export the series again",
             folder.string(), deviation);
-    return Kind::of({.values = reader->GetOutput(), .names = {}, .codes = {}, .header = {}, .remarks = {}},
-                    name); // GDCM reads the header
+    std::string position;
+    itk::ExposeMetaData(io->GetMetaDataDictionary(), "0018|5100", position);
+    return Kind::of({.values = reader->GetOutput(),
+                     .names = {},
+                     .codes = {},
+                     .header = {}, // GDCM reads it
+                     .patient_position = without_padding(std::move(position)),
+                     .remarks = {}},
+                    name);
 }
 
 template <class Kind> typename Kind::Image read_here(const fs::path &file, const fs::path &scratch) {
@@ -242,6 +250,7 @@ std::string packed(const LabelImage &image) {
     support::Packer packer;
     put(packer, image.name, image.grid, image.remarks);
     packer.put(image.label);
+    packer.put(image.patient_position);
     packer.put(static_cast<int>(image.label_names.size()));
     for (const auto &[label, name] : image.label_names) {
         packer.put(label);
@@ -259,6 +268,7 @@ std::string packed(const LabelImage &image) {
 void unpack(support::Unpacker &unpacker, LabelImage &image) {
     get(unpacker, image.name, image.grid, image.remarks);
     unpacker.get(image.label);
+    unpacker.get(image.patient_position);
     int num_names = 0;
     unpacker.get(num_names);
     for (int n = 0; n < num_names; ++n) {

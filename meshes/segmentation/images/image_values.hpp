@@ -29,7 +29,8 @@ struct ReadValues {
     Values::Pointer values;
     std::map<int, std::string> names;
     std::map<int, core::SegmentCode> codes;
-    HeaderGrid header; ///< what it says of the place of the voxels
+    HeaderGrid header;              ///< what it says of the place of the voxels
+    std::string patient_position{}; ///< LabelImage::patient_position
     std::vector<std::string> remarks;
 };
 
@@ -45,6 +46,9 @@ bool needs_a_copy(const std::filesystem::path &file);
 /// @param scratch  a folder for what is read in its place; empty if nothing is
 /// @throws support::InputError, itk::ExceptionObject
 ReadValues read_image_values(const std::filesystem::path &file, const std::filesystem::path &scratch);
+
+/// A text of DICOM, which ends with spaces or a zero where its length would be odd.
+std::string without_padding(std::string text);
 
 /// Whether a file is DICOM: "DICM" stands behind 128 bytes.
 bool is_dicom_file(const std::filesystem::path &file);

@@ -37,6 +37,7 @@ struct LabelImage {
     std::vector<std::uint16_t> label;         ///< (num_voxels) the first axis runs fastest
     std::map<int, std::string> label_names{}; ///< of segments, where the file has them
     std::map<int, core::SegmentCode> label_codes{};
+    std::string patient_position{};     ///< how the patient lay, in DICOM's words such as HFS; empty if nobody says
     std::vector<std::string> remarks{}; ///< a sentence for what the file leaves in doubt
 };
 
@@ -115,7 +116,8 @@ struct Segmentation {
     std::vector<std::string> region_names; ///< (R) "parenchyma", then "tumour_1" ... and "cyst_1" ..., largest first,
                                            ///< then vessels and an enclosed gallbladder
     std::vector<std::string> remarks;      ///< a sentence for all that was left out, filled or taken for something else
-    bool is_lps_by_header = false;         ///< whether the header of its file says how the patient lies
+    bool is_lps_by_header = false;         ///< whether the header of its file says where left, back and head are
+    std::string patient_position{};        ///< LabelImage::patient_position
 };
 
 /// The volume of the voxels of each region.

@@ -29,6 +29,9 @@ std::string image_table(const PatientBody &body, const Segmentation &segmentatio
                     support::quoted(image), fmt::join(grid.size, ", "), numbers(grid.spacing), numbers(grid.origin),
                     numbers(grid.direction.col(0)), numbers(grid.direction.col(1)), numbers(grid.direction.col(2)),
                     segmentation.is_lps_by_header ? "orientation = \"LPS\" # as the header says\n" : "");
+    if (!segmentation.patient_position.empty())
+        text +=
+            fmt::format("patient_position = {} # as the header says\n", support::quoted(segmentation.patient_position));
     for (const auto &remark : segmentation.remarks)
         text += fmt::format("  {},\n", support::quoted(remark));
     text += "]\ngates = [\n";

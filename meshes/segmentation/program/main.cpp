@@ -131,8 +131,8 @@ int make_body(const BodyCommand &command, const Segmentation &voxels, const std:
     return all_met(body.quality_criteria) ? 0 : 1;
 }
 
-/// Whether the header of an image says how the patient lies. NIfTI and NRRD may leave it out; DICOM and MetaImage do
-/// not.
+/// Whether the header of an image says where left, back and head are. NIfTI and NRRD may leave it out; DICOM and
+/// MetaImage do not.
 bool image_says_axes(const fs::path &file) {
     const auto ending = support::file_ending(file);
     if (ending == ".nrrd" || ending == ".nhdr")
@@ -171,6 +171,7 @@ int make_body_of_labels(const BodyCommand &command) {
         choice.roles.push_back(chosen_role(role));
     auto voxels = choose_labels(image, choice, labelled_volume(image, choice) / command.tetrahedra);
     voxels.is_lps_by_header = image_says_axes(command.labels);
+    voxels.patient_position = image.patient_position;
     return make_body(command, voxels, image.name);
 }
 

@@ -303,6 +303,9 @@ TEST(PatientBody, HasABodyFileThatNamesTheImage) {
     const auto table = support::parse_toml(body_toml(body, voxels, "a \"b\".nii", "p.msh", "livermark mesh"), "p.toml");
     EXPECT_EQ(table["image"]["name"].value<std::string>(), "a \"b\".nii");
     EXPECT_EQ(table["image"]["orientation"].value<std::string>(), "LPS");
+    EXPECT_FALSE(table["image"].as_table()->contains("patient_position"));
+    voxels.patient_position = "FFP";
+    EXPECT_NE(body_toml(body, voxels, "a", "p.msh", "").find("patient_position = \"FFP\""), std::string::npos);
     EXPECT_EQ(table["image"]["gates"].as_array()->size(), body.quality_criteria.size());
     EXPECT_EQ(table["image"]["mesh"]["tetrahedra"].value<int>(), body.mesh.num_tetrahedra());
     for (const auto &name : body.mesh.region_names)

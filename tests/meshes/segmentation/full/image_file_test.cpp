@@ -208,6 +208,7 @@ void write_series(const fs::path &folder, const LabelImage &image, int left_out 
         io->KeepOriginalUIDOn();
         auto &header = slice->GetMetaDataDictionary();
         itk::EncapsulateMetaData<std::string>(header, "0008|0060", "CT");
+        itk::EncapsulateMetaData<std::string>(header, "0018|5100", image.patient_position);
         itk::EncapsulateMetaData<std::string>(header, "0020|000d", "1.2.826.0.1.3680043.2.1125.1");
         itk::EncapsulateMetaData<std::string>(header, "0020|000e", "1.2.826.0.1.3680043.2.1125.2");
         itk::EncapsulateMetaData<std::string>(header, "0020|0052", "1.2.826.0.1.3680043.2.1125.3");
@@ -226,8 +227,11 @@ TEST_F(ImageFile, MayBeAFolderOfDicomSlices) {
     auto image = small_image();
     image.grid.size = {5, 4, 6};
     image.label.resize(120, 3);
+    image.patient_position = "HFP";
     write_series(directory_, image);
-    expect_same(read_label_image(directory_), image);
+    const auto back = read_label_image(directory_);
+    expect_same(back, image);
+    EXPECT_EQ(back.patient_position, "HFP");
 }
 
 TEST_F(ImageFile, WithASliceMissingIsRefused) {
