@@ -72,6 +72,12 @@ void set_materials(core::Body &body, const Patient &patient, const std::vector<i
     }
 }
 
+void set_map(core::Body &body, const Patient &patient) {
+    if (!body.modulus_factor.empty() && (patient.map_contrast || patient.map_slope))
+        body.modulus_factor =
+            with_map_changed(body, patient.map_contrast.value_or(1.0), patient.map_slope.value_or(0.0));
+}
+
 /// A membrane is known by E t alone, so that one of any thickness will do.
 void set_capsule(core::Body &body, double stiffness) {
     constexpr double thickness = 20e-6; // [m]
@@ -204,6 +210,10 @@ Patient patient_of(const std::vector<std::string> &names, const std::vector<doub
             patient.capsule_stiffness = values[p];
         else if (names[p] == "density")
             patient.density = values[p];
+        else if (names[p] == "map_contrast")
+            patient.map_contrast = values[p];
+        else if (names[p] == "map_slope")
+            patient.map_slope = values[p];
         else if (names[p] == "held_share")
             patient.held_share = values[p];
         else if (names[p] == "support_stiffness")
@@ -225,6 +235,23 @@ std::vector<int> tumour_regions(const core::Body &body) {
         if (body.materials[r].young_modulus > body.materials.front().young_modulus && !is_vessel(r))
             regions.push_back(static_cast<int>(r));
     return regions;
+}
+
+std::vector<double> with_map_changed(const core::Body &body, double contrast, double slope) {
+    const auto &mesh = body.mesh;
+    const Vector3 posterior = body.axes.from_lps.col(1);
+    std::vector<double> depth;
+    for (const auto &tetrahedron : mesh.tetrahedra) {
+        Vector3 centroid = Vector3::Zero();
+        for (const int node : tetrahedron)
+            centroid += 0.25 * mesh.points[node];
+        depth.push_back(posterior.dot(centroid));
+    }
+    const auto [least, most] = std::ranges::minmax(depth);
+    auto factor = body.modulus_factor;
+    for (std::size_t t = 0; t < factor.size(); ++t)
+        factor[t] = std::pow(factor[t], contrast) * std::exp(slope * ((depth[t] - least) / (most - least) - 0.5));
+    return factor;
 }
 
 std::vector<int> held_facets(const core::LoadCase &load_case) {
@@ -283,6 +310,7 @@ core::Problem problem_of(const Patient &patient, const core::Problem &nominal) {
     const auto tumours = tumour_regions(*nominal.body);
     auto body = std::make_shared<core::Body>(*nominal.body);
     set_materials(*body, patient, tumours);
+    set_map(*body, patient);
     if (patient.capsule_stiffness)
         set_capsule(*body, *patient.capsule_stiffness);
     problem.body = body;

@@ -109,6 +109,7 @@ toml::table question_on(const SampledCase &sampled, const std::string &model) {
                        {"file", sampled.output.path().string()},
                        {"outputs", std::move(outputs)},
                        {"has_tumour", !tumour_regions(*body).empty()},
+                       {"has_map", !body->modulus_factor.empty()},
                        {"has_acceleration", !load_case.acceleration.isZero(0.0)},
                        {"is_held", !held_facets(load_case).empty()},
                        {"has_movable_tool", has_movable_tool(load_case)}};

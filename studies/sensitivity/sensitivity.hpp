@@ -20,6 +20,8 @@ struct Patient {
     std::optional<double> shear_left{};        ///< part of all shear moduli that is left once tissue relaxed, in (0, 1]
     std::optional<double> density{};           ///< of all regions [kg/m^3]
     std::optional<double> capsule_stiffness{}; ///< E t of a capsule, which a body without one gets [N/m]
+    std::optional<double> map_contrast{};      ///< see with_map_changed()
+    std::optional<double> map_slope{};         ///< see with_map_changed()
     std::optional<double> held_share{};        ///< part of the area of the held facets that stays held, in (0, 1]
     std::optional<double> support_stiffness{}; ///< see with_soft_support() [Pa/m]
     std::optional<Eigen::Vector2d> tool_offset{}; ///< see with_tool_moved() [m]
@@ -32,6 +34,12 @@ Patient patient_of(const std::vector<std::string> &names, const std::vector<doub
 /// The regions whose Young's modulus is above that of the first one, as they are in the files, but for those with names
 /// of vessels; ascending.
 std::vector<int> tumour_regions(const core::Body &body);
+
+/// Factors of a map of stiffness f that has blurred contrasts, or has lost signal in depth: f^contrast exp(slope (s -
+/// 1/2)), s from 0 where the body is most anterior to 1 where it is most posterior, at the centroids of tetrahedra.
+/// @param body  with a map
+/// @return shape (M)
+std::vector<double> with_map_changed(const core::Body &body, double contrast, double slope);
 
 /// The facets that hold: all components are prescribed to be zero. Ascending.
 std::vector<int> held_facets(const core::LoadCase &load_case);

@@ -16,7 +16,7 @@ from livermark.studies.sensitivity.ranges import Parameter, Ranges, acting_on, r
 from sample_sensitivity import sample_sensitivity
 
 RESULTS = pathlib.Path(__file__).resolve().parents[2] / "results"
-FACTS = {"body": "block", "load_case": "press", "has_tumour": True, "has_acceleration": False, "is_held": True,
+FACTS = {"body": "block", "load_case": "press", "has_tumour": True, "has_map": False, "has_acceleration": False, "is_held": True,
          "has_movable_tool": True}
 
 
@@ -80,6 +80,11 @@ def test_ranges_that_ship_differ_in_what_they_are_named_after():
     series = tomllib.loads((RESULTS.parent / "load_cases" / "relaxation" / "liver_perfused.toml").read_text())
     left = next(each for each in relaxing if each.name == "shear_left")
     assert left.lower == pytest.approx(1.0 - sum(series["moduli"])) and left.upper == 1.0
+    mapped = {each.name: each for each in read_ranges(RESULTS / "parameter_ranges_map.toml").parameters}
+    assert [name for name in mapped if mapped[name] != by_name.get(name)] == ["young_modulus", "map_contrast", "map_slope"]
+    repeated = 0.19 / (1.96 * math.sqrt(2.0)) * math.sqrt(3.0)  # ends of 5 kPa, of which 19 % is a change that is real
+    assert [mapped["young_modulus"].lower, mapped["young_modulus"].upper] == pytest.approx(
+        [5000.0 * (1.0 - repeated), 5000.0 * (1.0 + repeated)], abs=10.0)
     covered = read_ranges(RESULTS / "parameter_ranges_capsule.toml").parameters
     assert [each for each in covered if each.name != "capsule_stiffness"] == list(by_name.values())
     stiffness = next(each for each in covered if each.name == "capsule_stiffness")

@@ -118,7 +118,7 @@ Command add_sensitivity(CLI::App &parent, const std::string &command_line) {
         ->capture_default_str();
     command->add_option("--ranges", options->ranges,
                         "Ranges of the parameters with their sources (TOML); by default results/parameter_ranges.toml. "
-                        "parameter_ranges_indentation.toml and parameter_ranges_relaxing.toml are beside it");
+                        "Those with _indentation, _relaxing, _capsule and _map in their names are beside it");
     command->add_flag("--without-law", options->without_law,
                       "Do not solve the large load case with two laws, which takes minutes");
     add_reference_on_mesh(*command, options->reference_on_mesh);

@@ -1,8 +1,10 @@
 #include "studies/sensitivity/sensitivity.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <numeric>
+#include <set>
 
 #include "core/support/input_error.hpp"
 #include "load_cases/places/selector.hpp"
@@ -74,6 +76,34 @@ TEST(Patient, IsAsStiffAsItsModulusSays) {
     stiffer.support_stiffness = 4e5;
     stiffer.density = 2000.0;
     EXPECT_NEAR(stiffness_of(nominal, stiffer) / stiffness_of(nominal, patient), 2.0, 1e-9);
+}
+
+/// Block with a map whose factors are 1 and 2 in turn.
+core::Problem mapped_block() {
+    auto nominal = pressed_block();
+    auto body = *nominal.body;
+    for (int t = 0; t < body.mesh.num_tetrahedra(); ++t)
+        body.modulus_factor.push_back(t % 2 == 0 ? 1.0 : 2.0);
+    nominal.body = std::make_shared<core::Body>(body);
+    return nominal;
+}
+
+TEST(Patient, HasAMapWithItsOwnContrastAndSlope) {
+    const auto nominal = mapped_block();
+    EXPECT_EQ(problem_of({.map_contrast = 1.0, .map_slope = 0.0}, nominal).body->modulus_factor,
+              nominal.body->modulus_factor);
+    const auto flat = problem_of({.map_contrast = 1e-12}, nominal).body->modulus_factor;
+    EXPECT_NEAR(*std::ranges::max_element(flat), 1.0, 1e-9);
+    const auto squared = problem_of({.map_contrast = 2.0}, nominal).body->modulus_factor;
+    EXPECT_EQ(std::set(squared.begin(), squared.end()), (std::set{1.0, 4.0}));
+    const auto sloped = problem_of({.map_contrast = 1e-12, .map_slope = 0.4}, nominal).body->modulus_factor;
+    const auto [anterior, posterior] = std::ranges::minmax_element(sloped);
+    EXPECT_NEAR(*posterior / *anterior, std::exp(0.4), 1e-9);
+    const auto &mesh = nominal.body->mesh;
+    const auto y_of = [&](auto place) { return mesh.points[mesh.tetrahedra[place - sloped.begin()][0]].y(); };
+    EXPECT_LT(y_of(anterior), y_of(posterior));
+    EXPECT_LT(stiffness_of(nominal, {.map_contrast = 0.5}), stiffness_of(nominal, {}));
+    EXPECT_TRUE(problem_of({.map_contrast = 2.0}, pressed_block()).body->modulus_factor.empty());
 }
 
 /// Tissue that has relaxed has less of its shear modulus and all of its bulk modulus, in every region.

@@ -24,11 +24,14 @@ class Known(NamedTuple):
 KNOWN = {"young_modulus": Known("Pa", "parameters", 0.0, math.inf), "poisson_ratio": Known("", "parameters", -1.0, 0.5),
          "tumour_contrast": Known("", "parameters", 0.0, math.inf), "shear_left": Known("", "parameters", 0.0, 1.0, True),
          "capsule_stiffness": Known("N/m", "parameters", 0.0, math.inf), "density": Known("kg/m^3", "parameters", 0.0, math.inf),
+         "map_contrast": Known("", "parameters", 0.0, math.inf), "map_slope": Known("", "parameters", -math.inf, math.inf),
          "held_share": Known("", "support", 0.0, 1.0, True), "support_stiffness": Known("Pa/m", "support", 0.0, math.inf),
          "tool_offset": Known("m", "tool", -math.inf, math.inf)}
 OTHERS = "others_from"  #: key of a file that has the ranges which are not in this one
 OBSTACLES = {  # what the program says of a problem, and why a parameter does not act without it
     "tumour_contrast": ("has_tumour", "the body has no stiffer region"),
+    "map_contrast": ("has_map", "the body has no map of stiffness"),
+    "map_slope": ("has_map", "the body has no map of stiffness"),
     "density": ("has_acceleration",
                 "without an acceleration density has no effect on a body at rest: its index is exactly 0"),
     "held_share": ("is_held", "no facet is constrained in all directions"),
@@ -183,7 +186,7 @@ def _ranges(file: _File) -> Ranges:
 def acting_on(problem: dict[str, Any], ranges: Ranges) -> tuple[list[Parameter], list[str]]:
     """The parameters that act on a problem, and a sentence for each that does not.
 
-    problem: body, load_case, and whether it has_tumour, has_acceleration, is_held, has_movable_tool.
+    problem: body, load_case, and whether it has_tumour, has_map, has_acceleration, is_held, has_movable_tool.
     """
     acting, notes, name = [], [], f"{problem['body']} / {problem['load_case']}"
     for parameter in ranges.parameters:
