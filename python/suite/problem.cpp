@@ -74,6 +74,17 @@ py::object ball(const LoadedBody &loaded) {
                           to_array(std::vector{tool->press}).attr("reshape")(3));
 }
 
+py::object vessels(const py::object &self) {
+    const auto &tree = self.cast<const LoadedBody &>().problem.body->vessels;
+    if (!tree)
+        return py::none();
+    const auto points = static_cast<py::ssize_t>(tree->points.size());
+    const auto segments = static_cast<py::ssize_t>(tree->segments.size());
+    return py::make_tuple(view(reinterpret_cast<const double *>(tree->points.data()), {points, 3}, self),
+                          view(tree->radius.data(), {points}, self),
+                          view(reinterpret_cast<const int *>(tree->segments.data()), {segments, 2}, self));
+}
+
 std::vector<std::string> further_nouns(const LoadedBody &loaded) {
     std::vector<std::string> nouns;
     for (const auto &part : studies::further_parts(loaded.problem))
@@ -156,6 +167,9 @@ void add_problem(py::module_ &module) {
                                "(radius, start, press) [m] of a rigid ball that presses without friction: the centre "
                                "where it just\ntouches "
                                "the body at rest, and by which it moves; None where there is none")
+        .def_property_readonly("vessels", &vessels,
+                               "(points (V, 3) [m], radius (V) [m], segments (W, 2) numbers of points) of vessels as "
+                               "lines; None where the body\nhas none")
         .def_property_readonly("further_parts", &further_nouns,
                                "what acts on the body and is in none of these arrays, such as 'a capsule': list of str")
         .def_property_readonly("follower_pressure", &follower_pressure,

@@ -102,6 +102,39 @@ def test_ignoring_gravity_makes_a_hanging_bar_too_soft_and_a_standing_one_too_st
     assert abs(float(table.rows[0][4])) < 0.1 and float(table.rows[0][5]) < 0.1
 
 
+def test_vessels_move_with_the_body_and_come_back_with_the_shape_at_rest(folder):
+    scan_of(folder, 20e3)
+    body = folder / "with_vessels.toml"
+    (folder / "tree.swc").write_text("1 0 0 0 0 4 -1\n2 0 50 2 3 3 1\n3 0 51 9 8 2 2\n4 0 49 -9 4 2 2\n")
+    body.write_text((folder / "box.toml").read_text() + '[vessels]\nfile = "tree.swc"\nunit = "mm"\n')
+    rest = Scan(body, folder / "held.toml", (0.6, 0.0, -0.8), folder / "work")
+    stretch = numpy.array([[1.1, 0.1, 0.0], [0.0, 0.9, 0.0], [0.0, -0.2, 1.0]])
+    rest.write_body(folder / "even.toml", rest.points @ stretch.T, "Even")
+    even = Scan(folder / "even.toml", folder / "held.toml", (0.6, 0.0, -0.8), folder / "work")
+    (points, radius, segments), (moved, same_radius, same_segments) = rest.problem.vessels, even.problem.vessels
+    assert points[1] == pytest.approx([0.05, 0.002, 0.003]) and numpy.array_equal(segments, [[0, 1], [1, 2], [1, 3]])
+    assert moved == pytest.approx(points @ stretch.T, abs=1e-9)
+    assert numpy.array_equal(radius, same_radius) and numpy.array_equal(segments, same_segments)
+    loaded = rest.moved("nodal_neo_hookean", rest.points, 1.0)
+    rest.write_body(folder / "scan.toml", loaded, "Scan")
+    scan = Scan(folder / "scan.toml", folder / "held.toml", (0.6, 0.0, -0.8), folder / "work")
+    found = unload.unload(scan, "nodal_neo_hookean", 1e-12, 1e-8)
+    assert found.sentence == "" and abs(found.points - rest.points).max() < 1e-5 * LENGTH
+    plain = scan_of(folder, 20e3)
+    assert abs(plain.moved("nodal_neo_hookean", plain.points, 1.0) - loaded).max() > 1e-2 * LENGTH
+
+
+@pytest.mark.parametrize("position, direction, said", [
+    ("HFS", (0, 1, 0), ""), ("FFP", (0, -1, 0), ""), ("HFDL", (1, 0, 0), ""), ("FFDR", (-1, 0, 0), ""),
+    ("", (0, 1, 0), "does not say how the patient lay"), ("SITTING", (0, 1, 0), "says SITTING, which is not understood")])
+def test_gravity_is_where_the_header_of_the_scan_says_the_patient_lay(tmp_path, position, direction, said):
+    body = tmp_path / "patient.toml"
+    body.write_text(f'[image]\npatient_position = "{position}"\n' if position else "[image]\n")
+    lines = []
+    assert unload.direction_of(unload.lying(str(body), lines.append)) == direction
+    assert said in "".join(lines) and bool(lines) == bool(said)
+
+
 def test_tools_have_the_resultant_of_the_load_case(folder):
     scan = scan_of(folder, 20e3)
     tool = scan.tool_of(str(folder / "pull.toml"))
@@ -145,11 +178,11 @@ def test_the_support_that_ships_bears_a_liver_on_its_foundation(tmp_path):
 
 
 @pytest.mark.parametrize("words, sentence", [
-    (["--direction", "upwards"], "unload: --direction upwards: give one of supine, prone, "),
-    (["--direction", "0,0,0"], "unload: --direction 0,0,0: give one of "),
-    (["--tolerance", "2"], "unload: --tolerance is between 0 and 1"),
+    (["--direction", "upwards"], "livermark: --direction upwards: give one of supine, prone, "),
+    (["--direction", "0,0,0"], "livermark: --direction 0,0,0: give one of "),
+    (["--tolerance", "2"], "livermark: --tolerance is between 0 and 1"),
     (["--support", "indentation_of_nothing"], "indentation_of_nothing.toml"),
-    (["--model", "loyd"], "unload: there is no model 'loyd'")])
+    (["--model", "loyd"], "livermark: there is no model 'loyd'")])
 def test_wrong_input_is_refused_with_a_sentence_and_exit_status_2(folder, capsys, words, sentence):
     scan_of(folder, 20e3)
     given = {"--support": str(folder / "held.toml"), "--model": "lloyd", words[0]: words[1]}

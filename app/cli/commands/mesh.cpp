@@ -201,9 +201,10 @@ int make_of_segmentation(SegmentationOptions options) {
     const int num_sources =
         (options.body.labels.empty() ? 0 : 1) + (options.body.surfaces.empty() ? 0 : 1) + (options.is_phantom ? 1 : 0);
     if (num_sources != 1)
-        throw support::InputError("one source is needed; give one of --labels, --surfaces and --phantom, or one of "
-                                  "the subcommands liver, box, cut, stiffness, vessels and check; see `livermark mesh "
-                                  "--help`");
+        throw support::InputError(
+            "one source is needed; give one of --labels, --surfaces and --phantom, or one of "
+            "the subcommands liver, box, cut, stiffness, vessels, unload and check; see `livermark mesh "
+            "--help`");
     if (options.output.empty())
         throw support::InputError("no file to write is given; name it with -o");
     if (!options.body.roles.empty() && options.body.labels.empty())
@@ -315,6 +316,21 @@ std::pair<Command, CLI::App *> add_mesh_cut(CLI::App &parent, const std::string 
     return {[options, command_line] { return make_cut_body(*options, command_line); }, command};
 }
 
+/// `livermark mesh unload`, whose options livermark.studies.unload reads.
+/// @param parent  `livermark mesh`
+/// @return the command, and the subcommand, which says whether it was asked for
+std::pair<Command, CLI::App *> add_mesh_unload(CLI::App &parent) {
+    auto *command = parent.add_subcommand(
+        "unload", "Find the shape of a scanned body without gravity, by each model, and what ignoring gravity costs");
+    command->set_help_flag();
+    command->prefix_command();
+    return {[command]() -> int {
+                support::continue_as_python("studies.unload", command->remaining(), "an unloaded shape",
+                                            "python3-numpy");
+            },
+            command};
+}
+
 /// `livermark mesh vessels`.
 /// @param parent  `livermark mesh`
 /// @return the command, and the subcommand, which says whether it was asked for
@@ -405,6 +421,7 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
     map->add_option("-o,--output", stiffness->output, "The .toml file to write, with the moduli beside it")->required();
 
     const auto vessels = add_mesh_vessels(*command);
+    const auto unload = add_mesh_unload(*command);
 
     auto file = std::make_shared<std::string>();
     auto *check = command->add_subcommand("check", "Check a mesh, a surface or a label image, and print its size");
@@ -422,7 +439,7 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
             add_stiffness_map(*stiffness, command_line);
             return 0;
         }
-        for (const auto &[run, subcommand] : {cut, vessels})
+        for (const auto &[run, subcommand] : {cut, vessels, unload})
             if (subcommand->parsed())
                 return run();
         if (!check->parsed())

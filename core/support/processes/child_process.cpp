@@ -327,17 +327,27 @@ Converted convert_by_script(const std::string &script, const std::filesystem::pa
     return {read_text(text), std::move(lines)};
 }
 
-std::string run_python(const std::string &part, const std::vector<std::string> &arguments, std::string_view input,
-                       const std::string &purpose, const std::string &packages) {
+namespace {
+
+/// The words that start a part of the package.
+std::vector<std::string> words_of_part(const std::string &interpreter, const std::string &part,
+                                       const std::vector<std::string> &arguments) {
+    auto words = start_of_python(interpreter);
+    words.insert(words.end(), {"-m", "livermark." + part});
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    return words;
+}
+
+/// What a part printed, and the interpreter that ran it; throws as run_python().
+std::pair<std::string, std::string> run_by_any_python(const std::string &part,
+                                                      const std::vector<std::string> &arguments, std::string_view input,
+                                                      const std::string &purpose, const std::string &packages) {
     std::string lacking, remedy;
     for (const auto *const interpreter : {"/usr/bin/python3", "python3"}) {
-        auto words = start_of_python(interpreter);
-        words.insert(words.end(), {"-m", "livermark." + part});
-        words.insert(words.end(), arguments.begin(), arguments.end());
-        auto outcome = run_filter(words, input);
+        auto outcome = run_filter(words_of_part(interpreter, part, arguments), input);
         const auto last = outcome.lines.empty() ? "no reason given" : outcome.lines.back();
         if (outcome.status == 0)
-            return std::move(outcome.output);
+            return {std::move(outcome.output), interpreter};
         if (outcome.status == 2 && !is_lacking(outcome, last))
             throw InputError(last);
         if (remedy.empty())
@@ -351,6 +361,26 @@ std::string run_python(const std::string &part, const std::vector<std::string> &
     }
     throw InputError("{} needs libraries of Python ({}); {}", purpose, lacking.empty() ? "it does not start" : lacking,
                      remedy.empty() ? "apt-get install " + packages : remedy);
+}
+
+} // namespace
+
+std::string run_python(const std::string &part, const std::vector<std::string> &arguments, std::string_view input,
+                       const std::string &purpose, const std::string &packages) {
+    return run_by_any_python(part, arguments, input, purpose, packages).first;
+}
+
+void continue_as_python(const std::string &part, const std::vector<std::string> &arguments, const std::string &purpose,
+                        const std::string &packages) {
+    const auto interpreter = run_by_any_python(part, {"--help"}, {}, purpose, packages).second;
+    auto words = words_of_part(interpreter, part, arguments);
+    std::vector<char *> pointers;
+    for (auto &word : words)
+        pointers.push_back(word.data());
+    pointers.push_back(nullptr);
+    std::fflush(nullptr);
+    execvp(pointers.front(), pointers.data());
+    throw std::runtime_error(fmt::format("{}: {}", interpreter, std::strerror(errno))); // NOLINT(concurrency-mt-unsafe)
 }
 
 namespace {

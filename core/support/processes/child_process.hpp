@@ -79,6 +79,12 @@ Converted convert_by_script(const std::string &script, const std::filesystem::pa
 std::string run_python(const std::string &part, const std::vector<std::string> &arguments, std::string_view input,
                        const std::string &purpose, const std::string &packages);
 
+/// Ends this program, and lets a part of the Python package, run_python(), take its place: its terminal, its output and
+/// its exit status.
+/// @throws as run_python()
+[[noreturn]] void continue_as_python(const std::string &part, const std::vector<std::string> &arguments,
+                                     const std::string &purpose, const std::string &packages);
+
 /// While it lives, writing to standard error always succeeds: what nobody can read, because the terminal has gone, the
 /// disk is full or the stream is closed, is dropped, and the work goes on.
 class UnfailingStandardError {

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from livermark import suite
 from livermark.errors import InputError
 from livermark.studies import to_toml
-from livermark.volumes import tetrahedron_volumes
+from livermark.volumes import corner_weights, tetrahedron_volumes
 
 Array = NDArray[numpy.float64]
 GRAVITY = 9.81  #: [m/s^2]
@@ -78,6 +78,24 @@ def read_supports(load_case: os.PathLike[str] | str) -> dict[str, Any]:
     return {"condition": held, **({"foundation": foundations} if foundations else {})}
 
 
+class Vessels:
+    """The vessels of a body as lines, whose points move with the tetrahedra that hold them."""
+
+    def __init__(self, tree: tuple[Array, Array, NDArray[numpy.int32]], points: Array, tetrahedra: NDArray[numpy.int32]) -> None:
+        places, self.radius, segments = tree
+        tetrahedron, self.weights = corner_weights(places, points, tetrahedra)
+        self.corners = tetrahedra[tetrahedron]
+        self.parent = numpy.full(len(places), -1)  #: (V) number in the file of the point before, from 1 on
+        self.parent[segments[:, 1]] = segments[:, 0] + 1
+
+    def write(self, path: pathlib.Path, points: Array) -> None:
+        """Writes them as SWC [m], moved with nodes that are elsewhere."""
+        moved = numpy.einsum("vc,vcd->vd", self.weights, points[self.corners])
+        rows = zip(moved.tolist(), self.radius.tolist(), self.parent.tolist())
+        path.write_text("".join(f"{number} 0 {x:.9g} {y:.9g} {z:.9g} {radius:.9g} {parent}\n"
+                                for number, ((x, y, z), radius, parent) in enumerate(rows, start=1)))
+
+
 class Scan:
     """A scanned body, the places where it is held, and files of bodies of other shapes that are made of it."""
 
@@ -111,6 +129,8 @@ class Scan:
                                  for key in ("density", "young_modulus", "poisson_ratio")}
         if "stiffness_map" in table:  # whose file lies beside the body
             table["stiffness_map"]["file"] = str((path.parent / table["stiffness_map"]["file"]).resolve())
+        tree = self.problem.vessels
+        self.vessels = Vessels(tree, self.points, self.tetrahedra) if tree else None
         self.table = {"regions": regions, **{key: value for key, value in table.items() if key not in (
             "mesh", "unit", "find_patches", "generator", "axes", "image")}}
 
@@ -171,6 +191,10 @@ class Scan:
         path.with_suffix(".msh").write_text("\n".join([*lines, "$EndElements"]) + "\n")
         top = {"title": title, "mesh": path.with_suffix(".msh").name, "axes": self.axes.tolist()}
         described = {key: value for key, value in self.table.items() if key != "patches" or not tool}
+        if self.vessels:
+            lines = path.with_suffix(".swc")
+            self.vessels.write(lines, points)
+            described["vessels"] = {**described["vessels"], "file": lines.name, "unit": "m"}
         path.write_text(to_toml({**described, **top}, ""))
 
     def moved(self, model: str, points: Array, gravity: float, tool: Optional[Tool] = None) -> Array:

@@ -1,6 +1,6 @@
 """Finds the shape of a scanned body without gravity, and what taking the scan for that shape costs.
 
-    python3 -m livermark.studies.unload BODY --model fem_p2p1_neo_hookean nodal_neo_hookean --direction supine -o FOLDER
+    livermark mesh unload BODY --model fem_p2p1_neo_hookean nodal_neo_hookean --direction supine -o FOLDER
       [--support LOAD_CASE.toml] [--load-case palpation traction large_traction]
 
 A scan x is taken under gravity. Its unloaded shape X is the body at rest that gravity moves to x: phi(X) = x, where phi is the
@@ -25,13 +25,15 @@ from typing import Callable, Optional
 import numpy
 
 from livermark.errors import InputError
-from livermark.studies.scanned_bodies import GRAVITY, Array, NoEquilibrium, Scan, Tool
+from livermark.studies.scanned_bodies import GRAVITY, Array, NoEquilibrium, Scan, Tool, read_toml, shipped
 from livermark.studies.tables import MILLIMETRES, PERCENT, Column, Table, fixed, significant
 from livermark.volumes import nodal_volumes, tetrahedron_volumes
 
 #: Directions of gravity in the axes of the patient (LPS), by how the patient lies
 DIRECTIONS = {"supine": (0.0, 1.0, 0.0), "prone": (0.0, -1.0, 0.0), "left_side": (1.0, 0.0, 0.0), "right_side": (-1.0, 0.0, 0.0),
               "standing": (0.0, 0.0, -1.0)}
+#: How the patient lies, by the words of DICOM for it (patient position, 0018,5100)
+LYING = {"S": "supine", "P": "prone", "DL": "left_side", "DR": "right_side"}
 NUM_KEPT = 8  #: earlier iterates that Anderson's mixing uses
 MOST_HALVINGS = 6  #: of a step that leads to no equilibrium
 FEWER_STEPS, MORE_STEPS = 1, 5  #: of growing gravity, the second where the first finds nothing
@@ -203,6 +205,17 @@ def cost_table(scan: Scan, found: list[Unloaded], load_cases: list[str], tell: C
         Column(title, True) for title in ("ignoring gravity: tool [%]", "L2 [%]", "own unloaded: tool [%]", "L2 [%]"))], rows), left_out
 
 
+def lying(body: str, tell: Callable[[str], None]) -> str:
+    """How the patient lay in the scan that a body is made of: as its header says, else supine."""
+    path = shipped(body, "meshes")
+    position = str(read_toml(path).get("image", {}).get("patient_position", "")) if path.suffix == ".toml" else ""
+    if position[:2] in ("HF", "FF") and position[2:] in LYING:
+        return LYING[position[2:]]
+    said = f"says {position}, which is not understood" if position else "does not say how the patient lay"
+    tell(f"The header of the scan {said}; supine is assumed, --direction sets it")
+    return "supine"
+
+
 def direction_of(text: str) -> tuple[float, ...]:
     if text in DIRECTIONS:
         return DIRECTIONS[text]
@@ -216,11 +229,12 @@ def direction_of(text: str) -> tuple[float, ...]:
 
 
 def main(arguments: Optional[list[str]] = None) -> int:
-    parser = argparse.ArgumentParser(prog="python3 -m livermark.studies.unload", description=__doc__,
+    parser = argparse.ArgumentParser(prog="livermark mesh unload", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("body", help="one that ships, or a .toml or mesh file")
     parser.add_argument("--model", nargs="+", default=["fem_p2p1_neo_hookean", "nodal_neo_hookean"], help="the first is the reference")
-    parser.add_argument("--direction", default="supine", help=f"of gravity in LPS: {', '.join(DIRECTIONS)}, or =x,y,z (supine)")
+    parser.add_argument("--direction", help=f"of gravity in LPS: {', '.join(DIRECTIONS)}, or =x,y,z (as the header of the scan says the "
+                        "patient lay, else supine)")
     parser.add_argument("--acceleration", type=float, default=GRAVITY, help="[m/s^2] (9.81)")
     parser.add_argument("--support", default="large_tilt", help="load case whose held places and foundation bear the body (large_tilt)")
     parser.add_argument("--load-case", nargs="*", default=[], help="tools under which ignoring gravity is judged")
@@ -234,7 +248,8 @@ def main(arguments: Optional[list[str]] = None) -> int:
     try:
         if not (0.0 < options.tolerance < 1.0 and options.most_solves > 0 and 0.0 < options.acceleration < 1e3):
             raise InputError("--tolerance is between 0 and 1, --most-solves above 0, --acceleration above 0 and below 1000; change them")
-        scan = Scan(options.body, options.support, direction_of(options.direction), options.output, options.acceleration)
+        direction = direction_of(options.direction or lying(options.body, tell))
+        scan = Scan(options.body, options.support, direction, options.output, options.acceleration)
         found = []
         name = pathlib.Path(options.body).stem
         for model in options.model:
@@ -252,7 +267,7 @@ def main(arguments: Optional[list[str]] = None) -> int:
         text = "\n".join(parts)
         (options.output / "table.md").write_text(text)
     except (InputError, OSError) as error:
-        print(f"unload: {error}", file=sys.stderr)
+        print(f"livermark: {error}", file=sys.stderr)
         return 2
     print(text, end="")
     return 1 if any(each.points is None for each in found) else 0
