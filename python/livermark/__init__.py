@@ -16,7 +16,7 @@ from livermark._version import __version__
 from livermark.calibration import calibrate
 from livermark.convert import Mesh, from_meshio, to_sofa
 from livermark.convert.febio import Solid, from_febio, to_febio
-from livermark.convert.pictures import to_pyvista, to_slicer, to_vtk
+from livermark.convert.pictures import to_pyvista, to_slicer, to_vtk, vessels_to_vtk
 from livermark.convert.tool_scene import ToolScene, read_tool_scene, tool_scene_to_febio, tool_scene_to_sofa
 from livermark.errors import DivergedError, InputError
 from livermark.results import open
@@ -31,7 +31,7 @@ __all__ = [
     "largest_angular_frequency", "load_cases", "mass_proportional_damping", "models", "open", "problem",
     "rayleigh_damping", "read_tool_scene", "score", "solve", "spring_laws", "springs",
     "stiffness_proportional_damping", "to_febio", "to_pyvista", "to_slicer", "to_sofa", "to_vtk",
-    "tool_scene_to_febio", "tool_scene_to_sofa", "two_mode_damping", "volume_terms"]
+    "tool_scene_to_febio", "tool_scene_to_sofa", "two_mode_damping", "vessels_to_vtk", "volume_terms"]
 try:
     from livermark._livermark import (RayleighDamping, Simulation, Springs, coupled_spring_models, coupled_springs, critical_time_step,
                                       engine_parameters, engines, integrators, largest_angular_frequency, mass_proportional_damping,

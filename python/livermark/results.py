@@ -321,7 +321,8 @@ class ResultFile:
         return group["angular_frequency"][:], group["shape"][:]
 
     def to_vtk(self):
-        """A vtkUnstructuredGrid: region of the tetrahedra, displacement_<model> and error_<model> [m] of the nodes."""
+        """A vtkUnstructuredGrid: region of the tetrahedra, displacement_<model> and error_<model> [m] of the nodes, and with a
+        foundation the largest stiffness of the facets of each."""
         from livermark.convert.pictures import grid_of_result
         return grid_of_result(self)
 

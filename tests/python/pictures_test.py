@@ -1,11 +1,14 @@
 """Grids of VTK and files for 3D Slicer have the numbers of what they were made of. Slicer and pyvista do not run here."""
 import os
+import pathlib
+from types import SimpleNamespace
 
 import livermark
 import numpy
 import pytest
 from conftest import RUNS
 
+SAMPLES = pathlib.Path(os.environ["LIVERMARK_SAMPLES"])
 numpy_support = pytest.importorskip("vtkmodules.util.numpy_support")
 
 
@@ -68,6 +71,46 @@ def test_grid_of_springs_has_their_stiffness(bar):
     assert numpy.array_equal(of_points(grid, "node_mass"), springs.node_mass)
     with pytest.raises(livermark.InputError, match="^springs: coupled springs are not edges"):
         livermark.to_vtk(livermark.coupled_springs(*bar, 5000.0, 0.45))
+
+
+def lines(poly):
+    """Points of each line."""
+    cells = poly.GetLines()
+    ends = numpy_support.vtk_to_numpy(cells.GetOffsetsArray())
+    return [part.tolist() for part in numpy.split(numpy_support.vtk_to_numpy(cells.GetConnectivityArray()), ends[1:-1])]
+
+
+def test_vessels_are_lines_that_move_with_the_body():
+    with livermark.open(SAMPLES / "with_jaws_result.h5") as result:
+        gradient = numpy.array([[0.1, 0.02, 0.0], [-0.03, 0.05, 0.01], [0.0, 0.2, -0.1]])
+        rest, moved = livermark.vessels_to_vtk(result), livermark.vessels_to_vtk(result, moved_by=result.points @ gradient.T)
+        places, radius = result.vessels["points"], result.vessels["radius"]
+        assert lines(rest) == [list(range(16))] and numpy.array_equal(points(rest), places)
+        assert numpy.array_equal(of_points(rest, "radius"), radius) and not of_points(rest, "displacement").any()
+        assert of_points(moved, "displacement") == pytest.approx(places @ gradient.T, rel=1e-10)
+        assert points(moved) == pytest.approx(places + places @ gradient.T, rel=1e-10)
+        by_name, by_array = (livermark.vessels_to_vtk(result, moved_by=by) for by in ("springs", result["springs"].displacement))
+        assert numpy.array_equal(points(by_name), points(by_array)) and of_points(by_name, "displacement").any()
+        foundation = of_points(result.to_vtk(), "foundation")
+        on_springs = numpy.unique(result.boundary_triangles[result.foundation["facet"]])
+        assert numpy.array_equal(numpy.flatnonzero(foundation), on_springs) and set(foundation[on_springs]) == {1e6 / 7.0}
+        with pytest.raises(livermark.InputError, match=r"^moved_by: the shape is \(7, 3\)"):
+            livermark.vessels_to_vtk(result, moved_by=numpy.zeros((7, 3)))
+    with livermark.open(RUNS / "beam" / "beam_bend.h5") as result:
+        with pytest.raises(livermark.InputError, match="the body has no vessels as lines"):
+            livermark.vessels_to_vtk(result)
+
+
+def test_lines_of_vessels_end_where_others_join_and_have_every_segment_once(bar):
+    cube, tetrahedra = bar
+    places = 0.001 * numpy.arange(30.0).reshape(10, 3)  # a fork, a line apart and a ring
+    segments = numpy.array([[0, 1], [2, 1], [1, 3], [3, 4], [5, 6], [7, 8], [8, 9], [9, 7]])
+    vessels = {"points": places, "radius": numpy.ones(10), "segments": segments}
+    poly = livermark.vessels_to_vtk(SimpleNamespace(points=cube, tetrahedra=tetrahedra, vessels=vessels))
+    found = lines(poly)
+    assert sorted(map(tuple, numpy.sort([pair for line in found for pair in zip(line, line[1:])]).tolist())) == sorted(
+        map(tuple, numpy.sort(segments).tolist()))
+    assert len(found) == 5 and [1, 3, 4] in found + [line[::-1] for line in found]
 
 
 def test_pyvista_wraps_the_grid_or_is_asked_for(bar):

@@ -115,6 +115,18 @@ def test_stiffness_at_the_tool_has_its_places_and_its_path():
         assert result.reference["stiffness_uncertainty"] == 0.008
 
 
+def test_what_lies_on_and_in_a_body_is_read():
+    with livermark.open(SAMPLES / "with_jaws_result.h5") as result:
+        assert result.capsule == {"thickness": 2e-4, "young_modulus": 4e5}
+        vessels = result.vessels
+        assert vessels["points"].shape == (16, 3) and vessels["segments"].tolist() == [[p, p + 1] for p in range(15)]
+        assert set(vessels["radius"]) == {0.01} and vessels["wall_ratio"] == 0.1 and vessels["wall_modulus"] == 0.62e6
+        assert result.foundation["facet"].tolist() == [0, 1, 2, 3, 5, 6, 7, 8, 9, 10, 11]
+        assert set(result.foundation["stiffness"]) == {1e6 / 7.0} and set(result.foundation["normal_only"]) == {1}
+    with livermark.open(BENDING) as result:
+        assert result.capsule is None and result.vessels is None and result.foundation is None
+
+
 def test_a_path_of_loads_has_frames():
     with livermark.open(SAMPLES / "path_result.h5") as result:
         model = next(result[name] for name in result.models if result[name].frames is not None)

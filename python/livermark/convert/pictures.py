@@ -1,4 +1,4 @@
-"""Bodies, problems, springs and result files as grids of VTK and of pyvista, and as files of 3D Slicer and SlicerSOFA."""
+"""Bodies, problems, springs, vessels and result files as grids of VTK and of pyvista, and as files of 3D Slicer and SlicerSOFA."""
 from __future__ import annotations
 
 import os
@@ -9,7 +9,9 @@ import numpy
 from livermark.errors import InputError
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
+
+    from livermark.results import ResultFile
 
 LINE, TETRAHEDRON = 3, 10  # VTK_LINE, VTK_TETRA
 WOUND = "wound"  #: the patch that a cut makes
@@ -57,6 +59,10 @@ def grid_of_result(result):
         of_points["displacement_" + name] = model.displacement
         if model.error is not None:
             of_points["error_" + name] = model.error
+    if result.foundation is not None:
+        of_points["foundation"] = numpy.zeros(len(result.points))
+        corners = result.boundary_triangles[result.foundation["facet"]]
+        numpy.maximum.at(of_points["foundation"], corners, result.foundation["stiffness"][:, None])
     return grid_of(result.points, result.tetrahedra, TETRAHEDRON, {"region": result.region}, of_points)
 
 
@@ -88,6 +94,78 @@ def to_vtk(body: Any):
         of_points[WOUND] = numpy.zeros(len(body.points), int)
         of_points[WOUND][numpy.asarray(body.boundary_triangles)[in_wound].ravel()] = 1
     return grid_of(body.points, body.tetrahedra, TETRAHEDRON, of_cells, of_points)
+
+
+def _chains(segments: NDArray, num_points: int) -> list[list[int]]:
+    """Lines that have all segments: each goes on until it ends or others join."""
+    neighbours: list[list[int]] = [[] for _ in range(num_points)]
+    for a, b in segments.tolist():
+        neighbours[a].append(b)
+        neighbours[b].append(a)
+    is_end = [len(others) != 2 for others in neighbours]
+    left = {(min(pair), max(pair)) for pair in segments.tolist()}
+    chains = []
+    for start in sorted(range(num_points), key=lambda point: not is_end[point]):  # rings, which have no end, are last
+        for following in neighbours[start]:
+            if (min(start, following), max(start, following)) not in left:
+                continue
+            chain = [start]
+            while True:
+                left.discard((min(chain[-1], following), max(chain[-1], following)))
+                chain.append(following)
+                others = [p for p in neighbours[following] if (min(p, following), max(p, following)) in left]
+                if is_end[following] or not others:
+                    break
+                following = others[0]
+            chains.append(chain)
+    return chains
+
+
+def _moved_with(points: NDArray, tetrahedra: NDArray, displacement: NDArray, places: NDArray) -> NDArray:
+    """Displacement (V, 3) of places (V, 3): of the tetrahedron that has each, or of the one that it is the least outside of."""
+    corners = points[tetrahedra]
+    to_coordinates = numpy.linalg.inv(numpy.moveaxis(corners[:, 1:] - corners[:, :1], 1, 2))
+    moved = numpy.empty_like(places)
+    for v, place in enumerate(places):
+        others = numpy.einsum("tij,tj->ti", to_coordinates, place - corners[:, 0])
+        coordinates = numpy.column_stack([1.0 - others.sum(axis=1), others])
+        best = int(coordinates.min(axis=1).argmax())
+        moved[v] = coordinates[best] @ displacement[tetrahedra[best]]
+    return moved
+
+
+def vessels_to_vtk(result: ResultFile, moved_by: Union[None, str, ArrayLike] = None):
+    """A vtkPolyData of the vessels of a result file: lines, with radius [m] and displacement [m] of their points.
+
+    moved_by: the name of a model, or displacements (N, 3) of the nodes [m]; the lines are where they then are. Raises InputError for
+    a body without vessels as lines.
+    """
+    if result.vessels is None:
+        raise InputError(f"{result.path}: the body has no vessels as lines; give one with [vessels]")
+    places, radius = result.vessels["points"], result.vessels["radius"]
+    displacement = numpy.zeros_like(places)
+    if moved_by is not None:
+        of_nodes = result[moved_by].displacement if isinstance(moved_by, str) else numpy.asarray(moved_by, dtype=float)
+        if of_nodes.shape != result.points.shape:
+            raise InputError(f"moved_by: the shape is {of_nodes.shape}; give one of shape {result.points.shape}")
+        displacement = _moved_with(result.points, result.tetrahedra, of_nodes, places)
+    try:
+        from vtkmodules.util.numpy_support import numpy_to_vtk
+        from vtkmodules.vtkCommonCore import vtkPoints
+        from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+    except ImportError as error:
+        raise ImportError("this needs VTK; install python3-vtk9") from error
+    lines = vtkCellArray()
+    for chain in _chains(result.vessels["segments"], len(places)):
+        lines.InsertNextCell(len(chain), chain)
+    place = vtkPoints()
+    place.SetData(numpy_to_vtk(numpy.ascontiguousarray(places + displacement), deep=True))
+    poly = vtkPolyData()
+    poly.SetPoints(place)
+    poly.SetLines(lines)
+    poly.GetPointData().AddArray(named("radius", radius))
+    poly.GetPointData().AddArray(named("displacement", displacement))
+    return poly
 
 
 def to_pyvista(body: Any):
