@@ -15,7 +15,7 @@ from livermark import suite as _suite_functions
 from livermark._version import __version__
 from livermark.calibration import calibrate
 from livermark.convert import Mesh, from_meshio, to_sofa
-from livermark.convert.febio import Solid, from_febio, to_febio
+from livermark.convert.febio import GroundSprings, Solid, from_febio, to_febio
 from livermark.convert.pictures import to_pyvista, to_slicer, to_vtk, vessels_to_vtk
 from livermark.convert.tool_scene import ToolScene, read_tool_scene, tool_scene_to_febio, tool_scene_to_sofa
 from livermark.errors import DivergedError, InputError
@@ -26,7 +26,7 @@ if _TYPE_CHECKING:
     from livermark._suite import CutBody, Problem, Score, Solution
 
 __all__ = [
-    "CutBody", "DivergedError", "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solid", "Solution", "Springs",
+    "CutBody", "DivergedError", "GroundSprings", "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solid", "Solution", "Springs",
     "ToolScene", "advise", "bodies", "calibrate", "coupled_spring_models", "coupled_springs", "critical_time_step", "cut", "engine_parameters", "engines", "from_febio", "from_meshio", "integrators",
     "largest_angular_frequency", "load_cases", "mass_proportional_damping", "models", "open", "problem",
     "rayleigh_damping", "read_tool_scene", "score", "solve", "spring_laws", "springs",

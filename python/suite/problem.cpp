@@ -1,14 +1,17 @@
 #include "python/suite/problem.hpp"
 
 #include <algorithm>
+#include <array>
 #include <fmt/format.h>
 #include <utility>
+#include <vector>
 
 #include "core/solution.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/elastic_body.hpp"
 #include "python/bindings/interpreter.hpp"
 #include "studies/exchange/exchange.hpp"
+#include "studies/exchange/formats/ground_springs.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/run/run.hpp"
 
@@ -88,10 +91,34 @@ py::object vessels(const py::object &self) {
 std::vector<std::string> further_nouns(const LoadedBody &loaded) {
     std::vector<std::string> nouns;
     for (const auto &part : studies::further_parts(loaded.problem))
-        if (part.kind != exchange::FurtherKind::plain_ball &&
-            part.kind != exchange::FurtherKind::map) // see ball and young_modulus
+        if (part.kind == exchange::FurtherKind::other) // all else has a property
             nouns.push_back(part.noun);
     return nouns;
+}
+
+/// (n, columns), a copy.
+template <std::size_t columns> py::array_t<int> rows(const std::vector<std::array<int, columns>> &values) {
+    const std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(values.size()), static_cast<py::ssize_t>(columns)};
+    return py::array_t<int>(shape, values.front().data());
+}
+
+py::array_t<double> numbers(const std::vector<double> &values) {
+    return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
+}
+
+py::object edge_springs(const LoadedBody &loaded) {
+    const exchange::CapsuleEdges edges(*loaded.problem.body);
+    if (edges.nodes.empty())
+        return py::none();
+    return py::make_tuple(rows(edges.nodes), numbers(edges.stiffness));
+}
+
+py::object ground_springs(const LoadedBody &loaded) {
+    const exchange::SpringTable table(
+        exchange::ground_springs(loaded.problem, exchange::discretise(mesh_of(loaded), 1)));
+    if (table.rest.empty())
+        return py::none();
+    return py::make_tuple(to_array(table.rest), rows(table.terms), numbers(table.factor));
 }
 
 core::Model find_model(const std::string &name) {
@@ -170,8 +197,16 @@ void add_problem(py::module_ &module) {
         .def_property_readonly("vessels", &vessels,
                                "(points (V, 3) [m], radius (V) [m], segments (W, 2) numbers of points) of vessels as "
                                "lines; None where the body\nhas none")
+        .def_property_readonly("edge_springs", &edge_springs,
+                               "nodes (S, 2) and stiffness (S) [N/m] of springs on edges that stand for the capsule; "
+                               "None where the body has\nnone")
+        .def_property_readonly(
+            "ground_springs", &ground_springs,
+            "(rest, terms, factor) of GroundSprings, which stand for vessels as lines and an elastic "
+            "foundation; None\nwithout these")
         .def_property_readonly("further_parts", &further_nouns,
-                               "what acts on the body and is in none of these arrays, such as 'a capsule': list of str")
+                               "what acts on the body and is in none of these arrays, such as a ball with friction: "
+                               "list of str")
         .def_property_readonly("follower_pressure", &follower_pressure,
                                "(T) [Pa], pressures that stay perpendicular to the moving surface, 0 elsewhere")
         .def_property_readonly("dead_forces", &dead_forces,

@@ -39,7 +39,7 @@ ExportedProblem export_tool_scene(const ExportOptions &options, const std::strin
     auto [problems, notes, left_out] = read_arena_problems({options.body}, options.load_case);
     const auto &problem = problems.front();
     for (const auto &part : further_parts(problem))
-        if (part.kind == FurtherKind::of_body || part.kind == FurtherKind::map || part.kind == FurtherKind::capsule)
+        if (part.kind == FurtherKind::vessels || part.kind == FurtherKind::map || part.kind == FurtherKind::capsule)
             throw support::InputError("{} has {}, which scenes cannot say; export {} on a body without",
                                       problem.body->name, part.noun, problem.load_case.name);
     const auto place = models::tool_place(problem, msm::lumped_masses(*problem.body));
@@ -254,23 +254,15 @@ results::ToolReference reference_for(const core::Problem &problem, const std::fi
     return coarse;
 }
 
-/// @param is_linear  whether elements are linear and displacements small
-bool is_known(const exchange::ExportFormat &format, const FurtherPart &part, bool is_linear) {
-    if (!format.is_job)
-        return true;
-    return std::ranges::find(format.knows, part.kind) != format.knows.end() &&
-           (part.kind != FurtherKind::capsule || is_linear);
-}
-
 /// Leaves out jobs that cannot say all of a problem.
 /// @return a sentence for each part of the problem that its .problem.h5 has, and jobs do not
 /// @throws support::InputError if such a job was asked for
 std::vector<std::string> leave_out_jobs(std::vector<exchange::ExportFormat> &formats, const core::Problem &problem,
                                         const ExportOptions &options) {
     std::vector<std::string> sentences;
-    const bool is_linear = problem.load_case.regime == core::Regime::small && !options.choices.quadratic;
+    const exchange::JobKind job{problem.load_case.regime, options.choices.quadratic};
     for (const auto &part : further_parts(problem)) {
-        const auto knows = [&](const auto &format) { return is_known(format, part, is_linear); };
+        const auto knows = [&](const auto &format) { return !format.job_has || format.job_has(part.kind, job); };
         std::vector<std::string> jobs;
         for (const auto &format : formats)
             if (!knows(format))
@@ -285,6 +277,10 @@ std::vector<std::string> leave_out_jobs(std::vector<exchange::ExportFormat> &for
         if (!jobs.empty())
             sentences.back() += fmt::format(", and no {} is written", fmt::join(jobs, " or "));
         std::erase_if(formats, [&](const auto &format) { return !knows(format); });
+        for (const auto &format : formats)
+            if (part.kind == FurtherKind::capsule && format.capsule_in_job)
+                sentences.push_back(
+                    fmt::format("the job of {} has {} as {}", format.name, part.noun, format.capsule_in_job));
     }
     return sentences;
 }
@@ -297,13 +293,15 @@ std::vector<FurtherPart> further_parts(const core::Problem &problem) {
         using Kind = std::decay_t<decltype(event)>;
         if constexpr (!Kind::in_time)
             parts.push_back({Kind::noun, fmt::format("/load_case/{}", Kind::key)});
+        if constexpr (std::is_same_v<Kind, core::Foundation>)
+            parts.back().kind = FurtherKind::foundation;
         if constexpr (std::is_same_v<Kind, core::TouchingTool>)
             parts.back().kind = exchange::is_plain_ball(event) ? FurtherKind::plain_ball : FurtherKind::other;
     });
     if (problem.body->capsule)
         parts.push_back({"a capsule", "/capsule", FurtherKind::capsule});
     if (problem.body->vessels)
-        parts.push_back({"vessels as lines", "/vessels", FurtherKind::of_body});
+        parts.push_back({"vessels as lines", "/vessels", FurtherKind::vessels});
     if (!problem.body->modulus_factor.empty())
         parts.push_back({"a map of stiffness", "/mesh/modulus_factor", FurtherKind::map});
     return parts;

@@ -19,6 +19,9 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import files  # noqa: E402
 
 
+KNOWS = ["mesh/modulus_factor", "load_case/foundation", "capsule", "vessels"]  # which the job has
+
+
 def read_blocks(path):
     """Times (B) and values (B, N, 3) of a text file of FEBio, in the order of the numbers of its nodes or rigid bodies."""
     times, blocks = [], []
@@ -77,7 +80,7 @@ def main():
         frame = numbers["seconds_per_frame"] = ran.seconds / (len(scene.time) - 1)
         files.write_motion(output, displacement, files.neo_hookean_forces_on_tool(scene, displacement), frame)
     else:
-        files.write_solution(output, files.read_problem(source, knows=["mesh/modulus_factor"]).points, displacement_at_rest(times, values))
+        files.write_solution(output, files.read_problem(source, KNOWS).points, displacement_at_rest(times, values))
         numbers["seconds_per_frame"] = None
         if ball:
             numbers["force"] = float(numpy.linalg.norm(pushed[-1, 0]))

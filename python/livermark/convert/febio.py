@@ -37,6 +37,14 @@ class Ball(NamedTuple):
     press: ArrayLike  #: (3) by which the centre moves while the load grows [m]
 
 
+class GroundSprings(NamedTuple):
+    """Springs of 1 N/m from the origin to nodes of their own, which move as sums of displacements of a body times factors: the form
+    in which a job has vessels as lines and elastic foundations."""
+    rest: ArrayLike  #: (G, 3) places of these nodes [m]
+    terms: ArrayLike  #: (K, 4) spring, component of its node, and the node and component of the body that it is a part of
+    factor: ArrayLike  #: (K)
+
+
 class Solid(NamedTuple):
     """A body of your own with its loads, in the words of Problem: for to_febio(), to_vtk() and to_slicer()."""
     points: ArrayLike  #: (N, 3) [m]
@@ -52,6 +60,8 @@ class Solid(NamedTuple):
     follower_pressure: Optional[ArrayLike] = None  #: (T) [Pa], stays perpendicular to the triangles as they move
     regime: str = "large"  #: small loads are applied in one step, large ones in ten
     ball: Optional[Ball] = None  #: it presses against the boundary triangles
+    edge_springs: Optional[tuple[ArrayLike, ArrayLike]] = None  #: (S, 2) nodes and (S) stiffness [N/m] of springs that are at rest
+    ground_springs: Optional[GroundSprings] = None
 
 
 class _Arrays(NamedTuple):
@@ -120,9 +130,10 @@ def _element(tag: str, inside: list[str], **attributes: Any) -> list[str]:
 
 
 class _Parts:
-    """Sections of the file that grow together: a set of nodes in the mesh, its values, what uses them; and a ball."""
+    """Sections of the file that grow together: a set of nodes in the mesh, its values, what uses them; a ball, and springs."""
 
-    def __init__(self) -> None:
+    def __init__(self, num_nodes: int = 0) -> None:
+        self.num_nodes = num_nodes
         self.num_facets = 0
         self.mesh: list[str] = []
         self.data: list[str] = []
@@ -134,6 +145,28 @@ class _Parts:
         self.materials: list[str] = []
         self.rigid: list[str] = []
         self.contact: list[str] = []
+        self.spring_materials: list[str] = []
+        self.spring_sets: list[str] = []
+
+    def add_nodes(self, name: str, points: NDArray) -> int:
+        """Number of the first, counted from 1."""
+        first = self.num_nodes + 1
+        self.nodes += _element("Nodes", _rows("node", "id", first, points), name=name)
+        self.num_nodes += len(points)
+        return first
+
+    def add_springs(self, name: str, ends: NDArray, stiffness: float) -> None:
+        """Springs of FEBio, whose energy is stiffness / 2 (length - length at rest)^2. ends: (S, 2), counted from 1."""
+        self.mesh += _element("DiscreteSet", [f"<delem>{_numbers(pair)}</delem>" for pair in ends], name=name)
+        self.spring_materials += _element("discrete_material", [f"<E>{stiffness!r}</E>"], id=len(self.spring_sets) + 1, name=name,
+                                          type="linear spring")
+        self.spring_sets.append(f'<discrete dmat="{len(self.spring_sets) + 1}" discrete_set="{name}"/>')
+
+    def fix(self, name: str, nodes: NDArray, components: NDArray) -> None:
+        """Takes components (3) of nodes, counted from 0, out of the system."""
+        self.add_node_set(name, nodes)
+        self.boundary += _element("bc", [f"<{axis}_dof>{int(f)}</{axis}_dof>" for axis, f in zip(AXES, components)],
+                                  name=name, type="zero displacement", node_set=name)
 
     def add_surface(self, name: str, triangles: NDArray) -> None:
         """triangles: (T, 3), counted from 1."""
@@ -149,9 +182,7 @@ def _add_constraints(parts: _Parts, displacement: NDArray) -> None:
     is_zero = displacement == 0.0
     for mask in numpy.unique(is_zero[is_zero.any(axis=1)], axis=0):
         name = "fixed_" + "".join(axis for axis, is_fixed in zip(AXES, mask) if is_fixed)
-        parts.add_node_set(name, numpy.flatnonzero((is_zero == mask).all(axis=1)))
-        parts.boundary += _element("bc", [f"<{axis}_dof>{int(f)}</{axis}_dof>" for axis, f in zip(AXES, mask)],
-                                   name=name, type="zero displacement", node_set=name)
+        parts.fix(name, numpy.flatnonzero((is_zero == mask).all(axis=1)), mask)
     for axis, values in zip(AXES, displacement.T):
         nodes = numpy.flatnonzero(~numpy.isnan(values) & (values != 0.0))
         if len(nodes):
@@ -216,11 +247,11 @@ def _facets_near(ball: Ball, arrays: _Arrays) -> NDArray:
 def _add_ball(parts: _Parts, ball: Ball, arrays: _Arrays, material: int) -> None:
     """A rigid shell of triangles around the ball that moves with the load, and its contact."""
     directions, triangles = _sphere(HALVINGS)
-    first_node, near = len(arrays.points) + 1, _facets_near(ball, arrays)
+    near = _facets_near(ball, arrays)
+    first_node = parts.add_nodes("ball", ball.start + ball.radius * directions)
     parts.add_surface("below_ball", near + 1)
     parts.add_surface("on_ball", triangles + first_node)
     parts.mesh += _element("SurfacePair", ["<primary>below_ball</primary>", "<secondary>on_ball</secondary>"], name="touch")
-    parts.nodes += _element("Nodes", _rows("node", "id", first_node, ball.start + ball.radius * directions), name="ball")
     parts.elements += _element("Elements", _rows("elem", "id", len(arrays.tetrahedra) + 1, triangles + first_node),
                                type="tri3", name="ball")
     parts.domains += _element("ShellDomain", [f"<shell_thickness>{1e-3 * ball.radius!r}</shell_thickness>"],
@@ -243,6 +274,49 @@ def _add_way(parts: _Parts, press: NDArray) -> None:
         if by != 0.0:
             parts.rigid += _element("rigid_bc", ["<rb>ball</rb>", f"<dof>{axis}</dof>", f'<value lc="1">{by!r}</value>',
                                                  "<relative>0</relative>"], name=f"ball_moved_{axis}", type="rigid_displacement")
+
+
+def _add_edge_springs(parts: _Parts, springs: Any, num_nodes: int) -> None:
+    """Springs between nodes of the body, a set for each stiffness."""
+    nodes, stiffness = numpy.asarray(springs[0], dtype=numpy.int64), numpy.asarray(springs[1], dtype=float)
+    if nodes.ndim != 2 or nodes.shape[1] != 2 or stiffness.shape != nodes.shape[:1]:
+        raise InputError(f"edge_springs: the shapes are {nodes.shape} and {stiffness.shape}; give (S, 2) and (S)")
+    if nodes.size and not (nodes.min() >= 0 and nodes.max() < num_nodes and (stiffness > 0.0).all()):
+        raise InputError(f"edge_springs: nodes are numbered from 0 to {num_nodes - 1}, and stiffness is above 0 N/m")
+    for k, each in enumerate(numpy.unique(stiffness).tolist(), 1):
+        parts.add_springs(f"edge_springs_{k}", nodes[stiffness == each] + 1, each)
+
+
+def _add_ground_springs(parts: _Parts, springs: Any, num_nodes: int) -> None:
+    """Springs to nodes of their own, which linear constraints move with the body."""
+    rest, factor = numpy.asarray(springs[0], dtype=float), numpy.asarray(springs[2], dtype=float)
+    terms = numpy.asarray(springs[1], dtype=numpy.int64)
+    if rest.ndim != 2 or rest.shape[1] != 3 or terms.shape != (len(factor), 4) or factor.ndim != 1:
+        raise InputError(f"ground_springs: the shapes are {rest.shape}, {terms.shape} and {factor.shape}; give (G, 3), (K, 4) and (K)")
+    if terms.size and not (terms.min() >= 0 and (terms.max(axis=0) < [len(rest), 3, num_nodes, 3]).all()):
+        raise InputError(f"ground_springs: there are {len(rest)} springs, {num_nodes} nodes, and components 0, 1 and 2")
+    if not (numpy.isfinite(rest).all() and numpy.isfinite(factor).all() and rest.any(axis=1).all()):
+        raise InputError("ground_springs: give finite numbers, and no place at the origin, where the springs begin")
+    if not len(rest):
+        return
+    origin = parts.add_nodes("origin_of_ground_springs", numpy.zeros((1, 3)))
+    first = parts.add_nodes("ends_of_ground_springs", rest)
+    numbers = numpy.arange(len(rest))
+    parts.fix("ground", numpy.array([origin - 1]), numpy.ones(3, bool))
+    is_moved = numpy.zeros((len(rest), 3), bool)
+    is_moved[terms[:, 0], terms[:, 1]] = True
+    for mask in numpy.unique(is_moved, axis=0):
+        if not mask.all():
+            parts.fix("ends_moved_" + ("".join(axis for axis, moves in zip(AXES, mask) if moves) or "nowhere"),
+                      first - 1 + numpy.flatnonzero((is_moved == mask).all(axis=1)), ~mask)
+    constraints: dict[tuple[int, int], list[str]] = {}
+    for (spring, component, node, of_node), value in zip(terms.tolist(), factor.tolist()):
+        constraints.setdefault((spring, component), []).extend(_element(
+            "child_dof", [f"<node>{node + 1}</node>", f"<dof>{AXES[of_node]}</dof>", f"<value>{value!r}</value>"]))
+    for (spring, component), children in constraints.items():
+        parts.boundary += _element("bc", [f"<node>{first + spring}</node>", f"<dof>{AXES[component]}</dof>", *children],
+                                   type="linear constraint")
+    parts.add_springs("ground_springs", numpy.column_stack([numpy.full(len(rest), origin), first + numbers]), 1.0)
 
 
 def _add_wound(parts: _Parts, problem: Union[Problem, Solid]) -> None:
@@ -329,7 +403,7 @@ def to_febio(problem: Union[Problem, Solid], path: Path) -> None:
 def _sections(problem: Union[Problem, Solid], stem: str) -> dict[str, list[str]]:
     """Sections of a job. stem: of the file that FEBio writes."""
     arrays = _arrays(problem)
-    parts = _Parts()
+    parts = _Parts(len(arrays.points))
     _add_constraints(parts, arrays.displacement)
     _add_loads(parts, arrays)
     _add_wound(parts, problem)
@@ -337,6 +411,10 @@ def _sections(problem: Union[Problem, Solid], stem: str) -> dict[str, list[str]]
     ball = getattr(problem, "ball", None)
     if ball is not None:
         _add_ball(parts, _checked(*ball), arrays, len(domains) + 1)
+    if getattr(problem, "edge_springs", None) is not None:
+        _add_edge_springs(parts, problem.edge_springs, len(arrays.points))
+    if getattr(problem, "ground_springs", None) is not None:
+        _add_ground_springs(parts, problem.ground_springs, len(arrays.points))
     curve = ["<interpolate>LINEAR</interpolate>", "<extend>CONSTANT</extend>",
              "<points><pt>0,0</pt><pt>1,1</pt></points>"]
     output = [*_element("plotfile", ['<var type="displacement"/>', '<var type="stress"/>'], type="febio"),
@@ -348,7 +426,7 @@ def _sections(problem: Union[Problem, Solid], stem: str) -> dict[str, list[str]]
     return {"Control": _control(1 if problem.regime == "small" else 10), "Material": materials + parts.materials,
             "Mesh": nodes + parts.nodes + elements + parts.elements + parts.mesh, "MeshDomains": domains + parts.domains,
             "MeshData": parts.data, "Boundary": parts.boundary, "Loads": parts.loads, "Contact": parts.contact,
-            "Rigid": parts.rigid,
+            "Rigid": parts.rigid, "Discrete": parts.spring_materials + parts.spring_sets,
             "LoadData": _element("load_controller", curve, id=1, type="loadcurve"), "Output": output}
 
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "studies/exchange/formats/export_format.hpp"
+#include "studies/exchange/formats/ground_springs.hpp"
 
 namespace livermark::exchange {
 
@@ -68,29 +69,76 @@ void write_follower_pressures(std::ostream &out, const core::TetraMesh &mesh, co
         }
 }
 
-/// The equation of a place that presses: its depth is the displacement of a node that is in no element, and what it is
-/// in terms of the others an equation, of which the first term must not be constrained.
-void write_press_equation(std::ostream &out, const std::vector<Vector3> &unit_force,
-                          const std::vector<Vector3> &prescribed) {
+/// Sum of terms that is zero. The first of them is taken out of the system, so nothing may constrain it.
+class Equation {
+  public:
+    /// @param node       counted from 1
+    /// @param component  of its displacement, counted from 1
+    void add(std::size_t node, int component, double factor) { terms_.push_back({node, component, factor}); }
+    void put_largest_first() {
+        std::iter_swap(terms_.begin(),
+                       std::ranges::max_element(terms_, {}, [](const Term &t) { return std::abs(t.factor); }));
+    }
+    void write(std::ostream &out) const {
+        fmt::print(out, "*EQUATION\n{}", terms_.size());
+        constexpr std::size_t terms_per_line = 4;
+        for (std::size_t k = 0; k < terms_.size(); ++k)
+            fmt::print(out, "{}{}, {}, {:.12e}", k % terms_per_line == 0 ? "\n" : ", ", terms_[k].node,
+                       terms_[k].component, terms_[k].factor);
+        fmt::print(out, "\n");
+    }
+
+  private:
     struct Term {
         std::size_t node;
         int component;
         double factor;
     };
-    std::vector<Term> terms;
+    std::vector<Term> terms_;
+};
+
+/// The equation of a place that presses: its depth is the displacement of a node that is in no element.
+void write_press_equation(std::ostream &out, const std::vector<Vector3> &unit_force,
+                          const std::vector<Vector3> &prescribed) {
+    Equation equation;
     for (std::size_t node = 0; node < unit_force.size(); ++node)
         for (int i = 0; i < 3; ++i)
             if (unit_force[node][i] != 0.0 && std::isnan(prescribed[node][i]))
-                terms.push_back({node + 1, i + 1, unit_force[node][i]});
-    std::iter_swap(terms.begin(),
-                   std::ranges::max_element(terms, {}, [](const Term &t) { return std::abs(t.factor); }));
-    terms.push_back({unit_force.size() + 1, 1, -1.0});
-    fmt::print(out, "*EQUATION\n{}", terms.size());
-    constexpr std::size_t terms_per_line = 4;
-    for (std::size_t k = 0; k < terms.size(); ++k)
-        fmt::print(out, "{}{}, {}, {:.12e}", k % terms_per_line == 0 ? "\n" : ", ", terms[k].node, terms[k].component,
-                   terms[k].factor);
-    fmt::print(out, "\n");
+                equation.add(node + 1, i + 1, unit_force[node][i]);
+    equation.put_largest_first();
+    equation.add(unit_force.size() + 1, 1, -1.0);
+    equation.write(out);
+}
+
+/// SPRINGA from a node at the origin to those of the springs, which no element has: behind the node of the depth, and
+/// behind the facets.
+void write_ground_springs(std::ostream &out, const std::vector<GroundSpring> &springs, const Discretisation &fem) {
+    const auto ground = fem.points.size() + 2, first_element = fem.elements.size() + fem.facets.size() + 1;
+    const auto node_of = [&](std::size_t spring) { return ground + 1 + spring; };
+    fmt::print(out, "** vessels and foundation\n*NODE\n{}, 0, 0, 0\n", ground);
+    for (std::size_t s = 0; s < springs.size(); ++s)
+        fmt::print(out, "{}, {:.12e}, {:.12e}, {:.12e}\n", node_of(s), springs[s].rest.x(), springs[s].rest.y(),
+                   springs[s].rest.z());
+    fmt::print(out, "*ELEMENT, TYPE=SPRINGA, ELSET=GROUND_SPRINGS\n");
+    for (std::size_t s = 0; s < springs.size(); ++s)
+        fmt::print(out, "{}, {}, {}\n", first_element + s, ground, node_of(s));
+    fmt::print(out, "*SPRING, ELSET=GROUND_SPRINGS\n\n1.0\n");
+    for (std::size_t s = 0; s < springs.size(); ++s)
+        for (int i = 0; i < 3; ++i) {
+            const auto &terms = springs[s].displacement[i];
+            if (terms.empty())
+                continue;
+            Equation equation;
+            equation.add(node_of(s), i + 1, -1.0);
+            for (const auto &term : terms)
+                equation.add(term.node + 1, term.component + 1, term.factor);
+            equation.write(out);
+        }
+    fmt::print(out, "*BOUNDARY\n{}, 1, 3\n", ground);
+    for (std::size_t s = 0; s < springs.size(); ++s)
+        for (int i = 0; i < 3; ++i)
+            if (springs[s].displacement[i].empty())
+                fmt::print(out, "{}, {}\n", node_of(s), i + 1);
 }
 
 void write_loads(std::ostream &out, const std::vector<Vector3> &force) {
@@ -130,7 +178,8 @@ void write_capsule(std::ostream &out, const core::Body &body, const Discretisati
 /// A load case of the large regime is geometrically nonlinear (NLGEOM) and *HYPERELASTIC, NEO HOOKE with the same Lame
 /// parameters, an energy that is not quite that of the suite,
 ///     W = mu / 2 (J^(-2/3) I1 - 3) + kappa / 2 (J - 1)^2,   kappa = lambda + 2 mu / 3.
-/// Pressures that follow the surface are *DLOAD on faces.
+/// Pressures that follow the surface are *DLOAD on faces. Vessels as lines and foundations are springs to nodes that no
+/// element has, whose displacements are *EQUATION of those of elements.
 /// CalculiX reads the first twenty characters of a number, so thirteen digits have to do.
 void write_inp(std::ostream &out, const core::Problem &problem, const ExportChoices &choices) {
     const int degree = choices.quadratic ? 2 : 1;
@@ -160,6 +209,8 @@ void write_inp(std::ostream &out, const core::Problem &problem, const ExportChoi
     }
     if (problem.body->capsule)
         write_capsule(out, *problem.body, fem);
+    if (const auto springs = ground_springs(problem, fem); !springs.empty())
+        write_ground_springs(out, springs, fem);
     write_patches(out, mesh);
     const auto prescribed = prescribed_displacement(load_case, fem);
     const auto force = traction_forces(mesh, is_large ? core::without_follower_pressures(load_case) : load_case, fem);
@@ -198,12 +249,24 @@ void write_inp(std::ostream &out, const core::Problem &problem, const ExportChoi
 
 namespace formats {
 
+namespace {
+
+bool calculix_has(FurtherKind part, const JobKind &job) {
+    switch (part) {
+    case FurtherKind::capsule:
+        return job == JobKind{core::Regime::small, false};
+    case FurtherKind::vessels:
+        return !job.quadratic;
+    default:
+        return part == FurtherKind::foundation;
+    }
+}
+
+} // namespace
+
 ExportFormat calculix() {
-    return {.name = {},
-            .summary = "a job of CalculiX or Abaqus",
-            .files = {{".inp", write_inp}},
-            .is_job = true,
-            .knows = {FurtherKind::capsule}};
+    return {
+        .name = {}, .summary = "a job of CalculiX or Abaqus", .files = {{".inp", write_inp}}, .job_has = calculix_has};
 }
 
 } // namespace formats

@@ -27,10 +27,19 @@ struct ExportedFile {
 /// Kind of a part of a problem that no nodal forces can say.
 enum class FurtherKind {
     plain_ball, ///< see is_plain_ball()
+    foundation, ///< of the load case
     capsule,    ///< of the body
+    vessels,    ///< of the body
     map,        ///< moduli of tetrahedra, see core::Body::modulus_factor
-    of_body,    ///< of the body, and no job knows it
     other       ///< which no job knows
+};
+
+/// Elements of a job, and how far they go.
+struct JobKind {
+    core::Regime regime = core::Regime::small;
+    bool quadratic = false;
+
+    bool operator==(const JobKind &) const = default;
 };
 
 /// A format in which `livermark export` writes problems at rest. One file each in formats/, named as the format.
@@ -39,10 +48,11 @@ struct ExportFormat {
     const char *summary;
     std::vector<ExportedFile> files;
     bool only_when_named = false;
-    /// Whether it is a whole job of a program: such files are left out where they cannot say all that acts on the body.
-    /// Others leave to the .problem.h5 what is more than a mesh, prescribed displacements and nodal forces.
-    bool is_job = false;
-    std::vector<FurtherKind> knows{}; ///< of a job; a capsule on linear elements in the small regime alone
+    /// Whether a job of a program has a part; files that are a job are left out where one cannot say all that acts on
+    /// the body. Null where it is no job: what is more than a mesh, prescribed displacements and nodal forces is left
+    /// to the .problem.h5.
+    bool (*job_has)(FurtherKind, const JobKind &) = nullptr;
+    const char *capsule_in_job = nullptr; ///< what a job has in place of a membrane, for a note; null where it has one
 };
 
 /// Whether a tool is one ball that presses without friction and does not slide.

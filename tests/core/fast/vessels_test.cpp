@@ -6,6 +6,7 @@
 
 #include "core/mesh/places.hpp"
 #include "core/mesh/refinement.hpp"
+#include "core/vessel_springs.hpp"
 #include "tests/samples/bodies_with_vessels.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -67,6 +68,32 @@ TEST(VesselPoints, LieOnTheLinesAndHaveAllOfTheirLength) {
         EXPECT_LT(nearest, 4e-3 + 1e-6);
         EXPECT_GT(nearest, 1e-3);
     }
+}
+
+/// Springs have the energy of the lines where F is the same everywhere, however large it is.
+TEST(VesselSprings, HaveTheEnergyOfTheFibres) {
+    const auto body = block();
+    Eigen::Matrix3d f;
+    f << 1.3, 0.2, -0.1, 0.0, 0.8, 0.3, 0.1, -0.2, 1.1;
+    double fibres = 0.0, springs = 0.0;
+    for (const auto &point : core::vessel_points(*body))
+        fibres += point.energy(f * point.direction);
+    for (const auto &spring : core::vessel_springs(*body)) {
+        const Vector3 span = core::point_in(*body, spring.tetrahedron, spring.ends[1]) -
+                             core::point_in(*body, spring.tetrahedron, spring.ends[0]);
+        EXPECT_NEAR(span.norm(), spring.rest_length, 1e-15);
+        const double longer = (f * span).norm() - spring.rest_length;
+        springs += 0.5 * spring.stiffness * longer * longer;
+    }
+    EXPECT_GT(fibres, 0.0);
+    EXPECT_NEAR(springs, fibres, 1e-9 * fibres);
+}
+
+TEST(VesselSprings, AreNotWhereTissueIsAsStiffAsTheWall) {
+    const auto soft_wall = vessels::rod({0.01, 0.05, 0.05}, {0.09, 0.05, 0.05}, 1e-3, 4000.0);
+    const auto body = vessels::with_vessels(tests::make_body(tests::box_mesh(sides, {4, 4, 4}), soft), soft_wall);
+    EXPECT_FALSE(core::vessel_points(*body).empty());
+    EXPECT_TRUE(core::vessel_springs(*body).empty());
 }
 
 /// Edges that four, six or more tetrahedra share have their length once.

@@ -12,6 +12,7 @@
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/peer/calculix.hpp"
+#include "tests/samples/bodies_with_vessels.hpp"
 #include "tests/samples/calculix_neo_hooke.hpp"
 #include "tests/samples/covered_bodies.hpp"
 
@@ -107,6 +108,75 @@ TEST(CalculixCapsule, FindsTheSameDisplacements) {
     theirs.displacement = tests::solve_with_calculix(ccx, problem, 1, fmt::format("{}/capsule", LIVERMARK_PEER_RUNS));
     EXPECT_LT(core::compare(body->mesh, load_case, ours, theirs, "calculix").relative_l2, 1e-3);
     EXPECT_GT(core::compare(body->mesh, load_case, ours, without, "bare").relative_l2, 0.5);
+}
+
+/// A large load case that holds x_min and pulls at x_max.
+core::LoadCase pulled_far(const core::TetraMesh &mesh, const core::Vector3 &traction) {
+    auto load_case = tests::held(mesh);
+    tests::pull(load_case, mesh, "x_max", traction);
+    load_case.regime = core::Regime::large;
+    load_case.path = {0.5, 1.0};
+    return load_case;
+}
+
+core::Solution solved_far(const core::Problem &problem, int degree) {
+    auto ours = hyperelastic::solve(problem, tests::calculix_neo_hooke(),
+                                    {.degree = degree, .rule = hyperelastic::TetrahedronRule::four_points},
+                                    {.fractions = {0.5, 1.0}})
+                    .solution;
+    EXPECT_EQ(ours.status, core::SolutionStatus::ok) << ours.message;
+    return ours;
+}
+
+/// CalculiX finds a solution of ours, and another one is far off.
+void expect_the_same(const core::Problem &problem, int degree, const core::Solution &ours, const std::string &name,
+                     const core::Solution &without) {
+    auto theirs = ours;
+    theirs.displacement = tests::solve_with_calculix(tests::find_ccx(), problem, degree,
+                                                     fmt::format("{}/{}_p{}", LIVERMARK_PEER_RUNS, name, degree));
+    const auto error = core::compare(problem.body->mesh, problem.load_case, ours, theirs, "calculix").relative_l2;
+    testing::Test::RecordProperty(fmt::format("{}_p{}", name, degree), fmt::format("{:.2e}", error));
+    EXPECT_LT(error, 2e-6) << name << ", degree " << degree << "; CalculiX writes seven digits";
+    EXPECT_GT(core::compare(problem.body->mesh, problem.load_case, ours, without, "without").relative_l2, 0.02);
+}
+
+/// Springs to the ground stand for a foundation, also where only normals are held, and on quadratic elements.
+TEST(CalculixFoundation, FindsTheSameDisplacements) {
+    if (tests::find_ccx().empty())
+        GTEST_SKIP() << "there is no ccx";
+    const auto body = tests::make_body(tests::shaken_box_mesh({0.1, 0.03, 0.03}, {5, 2, 2}), {1060.0, 5000.0, 0.45});
+    auto load_case = pulled_far(body->mesh, {60.0, 10.0, -40.0}), all_held = load_case;
+    core::Foundation foundation;
+    for (int f = 0; f < body->mesh.num_boundary_triangles(); ++f) {
+        const auto &patch = body->mesh.patch_names[body->mesh.boundary_patch[f]];
+        if (patch != "y_max" && patch != "z_min")
+            continue;
+        foundation.facets.push_back(f);
+        foundation.stiffness.push_back(patch == "y_max" ? 2e4 : 1e5);
+        foundation.normal_only.push_back(patch == "z_min" ? 1 : 0);
+    }
+    load_case.foundation = foundation;
+    all_held.foundation = foundation;
+    all_held.foundation->normal_only.assign(foundation.facets.size(), 0);
+    for (const int degree : {1, 2}) {
+        const core::Problem problem{body, load_case};
+        expect_the_same(problem, degree, solved_far(problem, degree), "foundation",
+                        solved_far({body, all_held}, degree));
+    }
+}
+
+/// Springs to the ground stand for fibres of vessels, which linear elements stretch evenly.
+TEST(CalculixVessels, FindTheSameDisplacements) {
+    if (tests::find_ccx().empty())
+        GTEST_SKIP() << "there is no ccx";
+    const auto bare = tests::make_body(tests::shaken_box_mesh({0.1, 0.1, 0.1}, {3, 3, 3}), {1060.0, 5000.0, 0.45});
+    const auto body = tests::vessels::with_vessels(bare);
+    auto small = tests::held(body->mesh);
+    tests::pull(small, body->mesh, "x_max", {3.0, 1.0, -2.0});
+    expect_the_same({body, small}, 1, fem_reference::solve_static({body, small}, 1), "vessels_small",
+                    fem_reference::solve_static({bare, small}, 1));
+    const auto large = pulled_far(body->mesh, {600.0, 200.0, -400.0});
+    expect_the_same({body, large}, 1, solved_far({body, large}, 1), "vessels_large", solved_far({bare, large}, 1));
 }
 
 } // namespace

@@ -11,8 +11,11 @@
 #include "core/error_norms.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "studies/exchange/exchange.hpp"
+#include "studies/exchange/formats/ground_springs.hpp"
 #include "tests/bad_input.hpp"
+#include "tests/samples/bodies_with_vessels.hpp"
 #include "tests/samples/small_bar.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {
 namespace {
@@ -118,6 +121,91 @@ TEST_F(ExchangeStudy, EveryFormatIsWrittenWhereItIsNamedAndAnUnknownOneIsRefused
     exported.formats = {"tetgn"};
     tests::expect_input_error([&] { export_problem(exported, "test"); },
                               {"no format 'tetgn'", "did you mean 'tetgen'?"});
+}
+
+const exchange::ExportFormat &format_named(const std::string &name) {
+    return *std::ranges::find(exchange::all_formats(), name, &exchange::ExportFormat::name);
+}
+
+TEST(ExportFormats, SayWhichPartsTheirJobsHave) {
+    using Kind = exchange::FurtherKind;
+    const exchange::JobKind small{core::Regime::small, false}, quadratic{core::Regime::small, true},
+        large{core::Regime::large, false};
+    const auto calculix = format_named("calculix").job_has, febio = format_named("febio").job_has;
+    for (const auto &job : {small, quadratic, large}) {
+        EXPECT_EQ(calculix(Kind::capsule, job), job == small);
+        EXPECT_EQ(calculix(Kind::vessels, job), !job.quadratic);
+        EXPECT_TRUE(calculix(Kind::foundation, job));
+        for (const auto kind : {Kind::plain_ball, Kind::map, Kind::other})
+            EXPECT_FALSE(calculix(kind, job));
+        for (const auto kind : {Kind::plain_ball, Kind::map, Kind::foundation, Kind::capsule, Kind::vessels})
+            EXPECT_TRUE(febio(kind, job));
+        EXPECT_FALSE(febio(Kind::other, job));
+    }
+    EXPECT_FALSE(format_named("vtu").job_has);
+}
+
+/// Energy of springs to the ground where nodes move.
+double energy_of(const std::vector<exchange::GroundSpring> &springs, const std::vector<core::Vector3> &displacement) {
+    double sum = 0.0;
+    for (const auto &spring : springs) {
+        core::Vector3 end = spring.rest;
+        for (int i = 0; i < 3; ++i)
+            for (const auto &term : spring.displacement[i])
+                end[i] += term.factor * displacement[term.node][term.component];
+        const double longer = end.norm() - spring.rest.norm();
+        sum += 0.5 * longer * longer;
+    }
+    return sum;
+}
+
+/// A foundation under u = G x, by the rule of the middles of edges, which is exact for its square.
+TEST(GroundSprings, HaveTheEnergyOfAFoundation) {
+    const auto body = tests::make_body(tests::box_mesh({0.1, 0.05, 0.04}, {3, 2, 2}), {1060.0, 5000.0, 0.45});
+    core::Foundation foundation;
+    for (int f = 0; f < body->mesh.num_boundary_triangles(); f += 2) {
+        foundation.facets.push_back(f);
+        foundation.stiffness.push_back(1e4 * (1.0 + f));
+        foundation.normal_only.push_back(f % 3 == 0 ? 1 : 0);
+    }
+    auto load_case = tests::empty_load_case(body->mesh);
+    load_case.foundation = foundation;
+    Eigen::Matrix3d gradient;
+    gradient << 0.1, 0.2, -0.1, 0.0, -0.2, 0.3, 0.1, -0.2, 0.1;
+    double expected = 0.0;
+    for (std::size_t which = 0; which < foundation.facets.size(); ++which) {
+        const auto corners = core::corners_of(body->mesh, foundation.facets[which]);
+        const core::Vector3 area = core::area_vector(body->mesh, foundation.facets[which]);
+        for (int v = 0; v < 3; ++v) {
+            const core::Vector3 u = 0.5 * gradient * (corners[v] + corners[(v + 1) % 3]);
+            const double held = foundation.normal_only[which] ? u.dot(area.normalized()) : u.norm();
+            expected += foundation.stiffness[which] / 2.0 * area.norm() / 3.0 * held * held;
+        }
+    }
+    for (const int degree : {1, 2}) {
+        const auto fem = exchange::discretise(body->mesh, degree);
+        std::vector<core::Vector3> displacement;
+        for (const auto &point : fem.points)
+            displacement.emplace_back(gradient * point);
+        EXPECT_NEAR(energy_of(exchange::ground_springs({body, load_case}, fem), displacement), expected,
+                    1e-8 * expected);
+    }
+}
+
+TEST(GroundSprings, HaveTheEnergyOfVessels) {
+    const auto body = tests::vessels::with_vessels(
+        tests::make_body(tests::box_mesh({0.1, 0.1, 0.1}, {3, 3, 3}), {1060.0, 5000.0, 0.45}));
+    Eigen::Matrix3d f;
+    f << 1.3, 0.2, -0.1, 0.0, 0.8, 0.3, 0.1, -0.2, 1.1;
+    double expected = 0.0;
+    for (const auto &point : core::vessel_points(*body))
+        expected += point.energy(f * point.direction);
+    std::vector<core::Vector3> displacement;
+    for (const auto &point : body->mesh.points)
+        displacement.emplace_back(f * point - point);
+    const auto springs =
+        exchange::ground_springs({body, tests::empty_load_case(body->mesh)}, exchange::discretise(body->mesh, 1));
+    EXPECT_NEAR(energy_of(springs, displacement), expected, 1e-9 * expected);
 }
 
 /// Rows of numbers behind the first line, which has their number.

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+namespace livermark::core {
+
+struct Body;
+
+/// Spring between two points of one tetrahedron, of the energy stiffness / 2 (length - rest_length)^2. It is a fibre of
+/// a vessel there, as other programs can have it: linear elements stretch all of a fibre alike.
+struct VesselSpring {
+    int tetrahedron = 0;
+    std::array<Eigen::Vector4d, 2> ends; ///< barycentric
+    double rest_length = 0.0;            ///< [m], > 0
+    double stiffness = 0.0;              ///< [N/m], > 0
+};
+
+/// One for each passage of a fibre through a tetrahedron that has a stiffness, in the order of vessel_points(), whose
+/// two points are its ends.
+/// @return empty where the body has no vessels
+std::vector<VesselSpring> vessel_springs(const Body &body);
+
+/// Point with barycentric coordinates in a tetrahedron of a body [m].
+Eigen::Vector3d point_in(const Body &body, int tetrahedron, const Eigen::Vector4d &coordinates);
+
+} // namespace livermark::core
