@@ -14,6 +14,7 @@
 #include "core/support/input_error.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/elastic_body.hpp"
+#include "msm/engine_lines.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/springs.hpp"
 
@@ -99,12 +100,6 @@ const SpringLaw &law_of(const EngineChoices &choices) {
     return support::find_named(all_spring_laws(), choices.law, "spring law");
 }
 
-std::string note_on_springs(const core::SpringNetwork &springs, const Body &body, const EngineChoices &choices) {
-    return fmt::format("The springs are of the law {}; averaged over all directions their shear modulus is {:.3f} of "
-                       "the tissue's on this mesh",
-                       choices.law, mean_shear_modulus_ratio(springs.stiffness, springs.rest_length, body));
-}
-
 /// Constraints that come later in a substep h move the nodes of earlier ones again, which softens each by h^2 w / 2 in
 /// the mean, with w the sum of |grad C|^2 / m. This part of h^2 w is taken off its compliance, as in
 /// examples/engines/jolt.
@@ -162,7 +157,7 @@ EngineParameters jolt(const Body &body, const EngineChoices &choices) {
         {"six_rest_volume", "m^3", "Volume::mSixRestVolume", std::move(six_rest_volume)},
         {"volume_compliance", "m^5/N", "Volume::mCompliance, for 6 V - 6 V0", std::move(volume_compliance)}};
     parameters.notes = {
-        note_on_springs(springs, body, choices),
+        note_on_springs(springs, body, choices.law),
         "Compliances are for this number of substeps: later constraints of a substep soften earlier ones, and what "
         "that makes in the mean is taken off",
         "Set compliances before SoftBodySharedSettings::Optimize(), which changes the order of edges and volumes",
@@ -297,11 +292,12 @@ EngineParameters sofa(const Body &body, const EngineChoices &choices) {
         {"stiffness", "N/m", "ks of each spring; kd is 0", springs.stiffness},
         {"rest_length", "m", "length of each spring", springs.rest_length},
     };
+    std::ranges::move(springs_beside(body), std::back_inserter(parameters.arrays));
     parameters.notes = {
         "TetrahedronFEMForceField with method='large' is co-rotational; 'small' is wrong where the body turns",
         "Springs are rows (i, j, ks, kd, length) of SpringForceField; MeshSpringForceField has one linesStiffness for "
         "all",
-        note_on_springs(springs, body, choices)};
+        note_on_springs(springs, body, choices.law)};
     parameters.cannot = {"springs alone have Poisson's ratio 1/4, whatever the tissue has; SOFA has no volume "
                          "constraint for tetrahedra beside them",
                          "linear tetrahedra lock near Poisson's ratio 1/2"};
@@ -440,12 +436,12 @@ std::size_t EngineArray::rows() const {
 std::span<const Engine> all_engines() {
     static const std::vector<Engine> engines{
         {"bullet", "linear tetrahedra, co-rotational or neo-Hookean, in implicit steps", "Bullet 3.24", bullet},
-        {"godot", "edges of a surface with one coefficient of stiffness", "Godot 4.4 to 4.7, Godot Jolt", godot},
-        {"jolt", "edges and tetrahedra with compliances, in substeps", "Jolt 5, June 2026", jolt},
+        {"godot", "edges of a surface with one coefficient of stiffness", "Godot 4.4 to 4.7, Godot Jolt", godot, true},
+        {"jolt", "edges and tetrahedra with compliances, in substeps", "Jolt 5, June 2026", jolt, true},
         {"mujoco", "linear tetrahedra of the Saint Venant-Kirchhoff law, with lambda twice", "MuJoCo 3.3.7 to 3.14.0",
          mujoco},
         {"newton", "linear tetrahedra, of which each solver has its own law", "Newton, August 2026", newton},
-        {"sofa", "linear tetrahedra, co-rotational, or springs, in implicit steps", "SOFA 25.12", sofa},
+        {"sofa", "linear tetrahedra, co-rotational, or springs, in implicit steps", "SOFA 25.12", sofa, true, true},
     };
     return engines;
 }
@@ -461,6 +457,7 @@ EngineParameters engine_parameters(const core::Body &body, const std::string &en
         throw support::InputError("a frame of {} s; give a positive number of seconds, such as 0.01667", choices.frame);
     auto parameters = found.parameters(body, choices);
     parameters.engine = found.name;
+    std::ranges::move(left_out_beside(body, found), std::back_inserter(parameters.cannot));
     return parameters;
 }
 

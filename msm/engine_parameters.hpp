@@ -63,6 +63,8 @@ struct Engine {
     std::string sources; ///< version of the sources that the formulas are of
     /// @param body  at rest, positive volumes
     EngineParameters (*parameters)(const core::Body &body, const EngineChoices &choices);
+    bool has_capsule = false; ///< as springs on edges; others leave it out, which `cannot` says
+    bool has_vessels = false; ///< as springs between points of tetrahedra
 };
 
 /// Every engine, in alphabetical order.

@@ -108,11 +108,25 @@ REFUSED = {"load_case/foundation": "elastic springs below facets", "load_case/sl
            "vessels": "vessels as lines", "mesh/modulus_factor": "a map of stiffness"}
 
 
+def read_foundation(path):
+    """The elastic springs below facets of a problem: nodes (I, 3) and area (I) [m^2] of each, stiffness (I) [N/m^3], and normal_only
+    (I), whether they resist motion along the normal alone. None where there are none."""
+    with h5py.File(path) as file:
+        group = file["load_case"].get("foundation")
+        if group is None:
+            return None
+        nodes = file["mesh/boundary_triangles"][:].astype(int)[group["facet"][:]]
+        corners = file["mesh/points"][:][nodes]
+        area = 0.5 * numpy.linalg.norm(numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        return SimpleNamespace(nodes=nodes, area=area, stiffness=group["stiffness"][:], normal_only=group["normal_only"][:] != 0)
+
+
 def read_problem(path, knows=()):
     """A problem at rest: points (N, 3), tetrahedra (M, 4), region (M) index into young_modulus, poisson_ratio and density;
     triangles (F, 3) of the surface; force (N, 3) [N]; is_prescribed (N, 3) and prescribed (N, 3) [m]; is_large; press_depth [m],
     which is 0 where force is the whole load, and else what sum force . u has to become under a multiple of force; touch, the ball
-    of read_ball() or None. What is in REFUSED ends the adapter, unless it knows it."""
+    of read_ball() or None; foundation, that of read_foundation() or None; has_capsule and has_vessels. What is in REFUSED ends the
+    adapter, unless it knows it."""
     with h5py.File(path) as file:
         for words in (words for part, words in REFUSED.items() if part in file and part not in knows):
             stop(f"{path} has {words}, which adapters do not read; choose another load case or body")
@@ -121,8 +135,8 @@ def read_problem(path, knows=()):
         problem = SimpleNamespace(**_mesh(file, "mesh/"), triangles=file["mesh/boundary_triangles"][:].astype(int),
                                   press_depth=float(load_case.attrs.get("press_depth", 0.0)),
                                   is_large=(regime.decode() if isinstance(regime, bytes) else regime) == "large",
-                                  follows="follows" in load_case)
-    problem.touch = read_ball(path)
+                                  follows="follows" in load_case, has_capsule="capsule" in file, has_vessels="vessels" in file)
+    problem.touch, problem.foundation = read_ball(path), read_foundation(path)
     vtu = stem_of(path).with_suffix(".vtu")
     problem.force = read_vtu(vtu, "nodal_force")
     problem.prescribed = read_vtu(vtu, "prescribed_displacement")
@@ -181,13 +195,14 @@ def rest_under(problem, displacement_under, steps_of_large_loads=10):
     return displacement, factor * float(numpy.linalg.norm(problem.force.sum(axis=0))) if problem.press_depth > 0.0 else None
 
 
-def solve_rest(source, output, body_of, clock=time.monotonic, knows_balls=False):
+def solve_rest(source, output, body_of, clock=time.monotonic, knows_balls=False, knows=()):
     """Solves a problem at rest and writes its solution; returns the cost by a clock and, under a press to a depth, the force [N].
 
     body_of(problem) has displacement_under() as rest_under() takes it. An engine that knows balls moves them with the prescribed
-    displacements, and its body has contact(), the numbers of the report under a ball; the others refuse a ball.
+    displacements, and its body has contact(), the numbers of the report under a ball; the others refuse a ball. knows: as in
+    read_problem().
     """
-    problem = read_problem(source)
+    problem = read_problem(source, knows)
     if not knows_balls:
         refuse_ball(source, problem.touch)
     if problem.follows:

@@ -3,7 +3,9 @@
 The stand-in for febio4 writes tables as FEBio documents them; those for the modules Sofa and SofaRuntime move the nodes of a
 scene. Both put nodes where the test says, so files have to come out as they went in.
 """
+import contextlib
 import csv
+import io
 import json
 import os
 import pathlib
@@ -38,7 +40,7 @@ if "force.csv" in text:
         for step, time in enumerate(times, 1):
             print(f"*Step  = {step}\\n*Time  = {time:.9g}\\n*Data  = Fx;Fy;Fz\\n2,{0.3 * time},{-0.4 * time},0", file=out)
 '''
-SOFA = '''import contextlib, sys, types
+SOFA = '''import contextlib, json, sys, types
 import numpy
 
 class Data:
@@ -57,7 +59,7 @@ class Object:
 
 class Node:
     def __init__(self, name, root=None):
-        self.root, self.moved, self.seconds = root or self, None, 0.0
+        self.root, self.moved, self.seconds, self.title = root or self, None, 0.0, name
     def __setattr__(self, name, value):
         object.__setattr__(self, name, Data(value) if name == "dt" else value)
     def addChild(self, name):
@@ -66,6 +68,8 @@ class Node:
         return child
     def addObject(self, kind, **data):
         made = Object(data)
+        if "Spring" in kind:
+            print("springs", json.dumps([self.title, kind, data, self.points.position.value.tolist() if hasattr(self, "points") else None]))
         if kind == "SphereForceField":
             self.root.sphere, self.root.sphere_start = made, numpy.array(data["center"])
         if data.get("name") == "nodes":
@@ -241,6 +245,113 @@ if shutil.which("node") and (ENGINES / "node_modules" / "h5wasm").is_dir():
     for words, path in others.items():
         refused = node(path)
         assert refused.returncode != 0 and words in refused.stderr and "adapters know a ball" in refused.stderr, refused
+
+# A capsule, vessels as lines and an elastic foundation are springs of SOFA, whose energy under an even strain is that of plain loops.
+covered = folder / "covered"
+covered.mkdir()
+(covered / "covered.toml").write_text("""title = "A cube with all that goes beside tetrahedra"
+mesh = "box.msh"
+
+[regions.solid]
+density = 1060.0
+young_modulus = 5000.0
+poisson_ratio = 0.45
+source = "of this test"
+
+[capsule]
+thickness = 2e-5
+young_modulus = 8e6
+
+[vessels]
+file = "tubes.swc"
+""")
+# SWC, in metres: number, kind, x, y, z, radius, parent
+(covered / "tubes.swc").write_text("1 0 0.004 0.021 0.018 0.002 -1\n2 0 0.02 0.019 0.02 0.002 1\n3 0 0.036 0.03 0.022 0.001 2\n")
+(covered / "stands.toml").write_text("""title = "A cube on springs"
+regime = "large"
+target_peak_displacement = 0.001
+acceleration = [0.0, 0.0, -9.81]
+
+[[condition]]
+patch = "y_max"
+displacement = [0.0, 0.0, 0.0]
+
+[[foundation]]
+patch = "z_min"
+stiffness = 2e5
+
+[[foundation]]
+patch = "x_max"
+stiffness = 1e5
+""")
+subprocess.run([livermark, "mesh", "box", "--size", "0.04", "0.04", "0.04", "--edge", "0.012", "-o", covered / "box.msh"], check=True)
+export(covered / "covered.toml", covered / "stands.toml")
+standing = folder / "covered" / "stands.problem.h5"
+missing = adapter("sofa", standing, folder / "none.csv")
+assert missing.returncode == 2 and "covered.sofa.json does not exist, and has the springs" in missing.stderr, missing
+subprocess.run([livermark, "springs", covered / "covered.toml", "--for", "sofa", "-o", folder / "covered"], check=True, stdout=subprocess.DEVNULL)
+strained = numpy.eye(3) + numpy.array([[0.1, 0.05, 0.0], [-0.02, -0.08, 0.03], [0.01, 0.0, 0.06]])
+
+
+def energies(law):
+    """Of the springs of each part of SOFA's scene [J]."""
+    done, found = adapter("sofa", standing, folder / "standing.csv", "--law", law), {}
+    assert done.returncode == 0, done
+    for line in re.findall(r"^springs (.*)$", done.stdout, re.MULTILINE):
+        part, kind, data, places = json.loads(line)
+        places = numpy.array(standing_points if places is None else places)
+        moved = places @ strained.T
+        if kind == "RestShapeSpringsForceField":
+            found[part] = 0.5 * (numpy.array(data["stiffness"]) * ((moved - places) ** 2).sum(axis=1)).sum()
+        else:
+            assert kind == "SpringForceField", kind
+            i, j, k, damping, length = numpy.array(data["spring"]).T
+            ends = i.astype(int), j.astype(int)
+            assert not damping.any() and numpy.allclose(numpy.linalg.norm(places[ends[1]] - places[ends[0]], axis=1), length, rtol=1e-9)
+            longer = numpy.linalg.norm(moved[ends[1]] - moved[ends[0]], axis=1) - length
+            found[part] = found.get(part, 0.0) + 0.5 * (k * longer ** 2).sum()
+    return found
+
+
+with h5py.File(standing) as file:
+    standing_points, facets = file["mesh/points"][:], file["mesh/boundary_triangles"][:]
+    names = [name.decode() for name in file["mesh/boundary_patch"].attrs["names"]]
+    patch = [names[p] for p in file["mesh/boundary_patch"][:]]
+capsule, foundation = 0.0, 0.0
+for corners, name in zip(standing_points[facets], patch):
+    area = 0.5 * numpy.linalg.norm(numpy.cross(corners[1] - corners[0], corners[2] - corners[0]))
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        span = corners[b] - corners[a]
+        capsule += 0.5 * numpy.sqrt(3.0) / 4.0 * 160.0 * (numpy.linalg.norm(strained @ span) - numpy.linalg.norm(span)) ** 2
+    values = corners @ (strained - numpy.eye(3)).T  # linear on the facet, so the mean of its square is that of pairs of corners
+    mean = (values.sum(axis=0) ** 2 + (values ** 2).sum(axis=0)).sum() / 12.0
+    foundation += 0.5 * {"z_min": 2e5, "x_max": 1e5}.get(name, 0.0) * area * mean
+tubes, radius, vessels = numpy.array([[0.004, 0.021, 0.018], [0.02, 0.019, 0.02], [0.036, 0.03, 0.022]]), [2e-3, 1.5e-3], 0.0
+for a, r in zip((0, 1), radius):
+    span = tubes[a + 1] - tubes[a]
+    stiffness = numpy.pi * r ** 2 * (0.62e6 * (1.0 - 0.81) - 5000.0)
+    vessels += 0.5 * stiffness * numpy.linalg.norm(span) * (numpy.linalg.norm(strained @ span) / numpy.linalg.norm(span) - 1.0) ** 2
+found = energies("corotational")
+assert set(found) == {"livermark", "vessels", "foundation"}, found
+for part, expected in (("livermark", capsule), ("vessels", vessels), ("foundation", foundation)):
+    assert abs(found[part] / expected - 1.0) < 1e-6, (part, found, expected)
+on_edges = energies("springs")
+assert on_edges["livermark"] > found["livermark"] and on_edges["vessels"] == found["vessels"], (on_edges, found)
+with h5py.File(standing, "r+") as file:
+    file["load_case/foundation/normal_only"][0] = 1
+refused = adapter("sofa", standing, folder / "none.csv")
+assert refused.returncode == 2 and "has elastic springs along normals alone" in refused.stderr, refused
+for part in ("load_case/foundation", "capsule", "vessels"):  # each adapter that does not name them refuses them
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(said):
+            files.read_problem(standing)
+        raise AssertionError(part)
+    except SystemExit as end:
+        assert end.code == 2 and f"has {files.REFUSED[part]}, which adapters do not read" in said.getvalue(), said.getvalue()
+    with h5py.File(standing, "r+") as file:
+        del file[part]
+assert files.read_problem(standing).foundation is None
 
 # Programs that are missing, or stop early.
 for name, sentence in (("febio", "there is no febio4 on the PATH"), ("sofa", "Python finds no module Sofa")):

@@ -7,7 +7,8 @@
 
 In motion it steps through the .sofa.py that `livermark export` writes beside the scene; at rest it builds the scene here, and
 Newton's method finds the equilibrium of each multiple of the load. A ball that touches is a SphereForceField: springs of one
-stiffness between its surface and the points that are inside. Needs the modules of SofaPython3 on the PYTHONPATH.
+stiffness between its surface and the points that are inside. A capsule, vessels as lines and elastic foundations are springs. Needs
+the modules of SofaPython3 on the PYTHONPATH.
 """
 import importlib.util
 import json
@@ -23,7 +24,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import files  # noqa: E402
 
 LAWS = {"linear": "small", "corotational": "polar"}  # method of TetrahedronFEMForceField
-MAPPING = "Mapping.Linear"  # only under a ball, where points of facets touch
+MAPPING = "Mapping.Linear"  # only where points move with the tetrahedra: of facets below a ball or on springs, and of vessels
+KNOWS = ["load_case/foundation", "capsule", "vessels"]
 PLUGINS = ["Constraint.Projective", "LinearSolver.Direct", "LinearSolver.Iterative", "Mass", "MechanicalLoad", "ODESolver.Backward",
            "SolidMechanics.FEM.Elastic", "SolidMechanics.FEM.HyperElastic", "SolidMechanics.Spring", "StateContainer",
            "Topology.Container.Dynamic"]
@@ -44,14 +46,39 @@ def import_sofa(*others):
     return Sofa
 
 
-def add_springs(body, path):
-    """Springs of `livermark springs BODY --for sofa`, a row (i, j, ks, kd, length) each."""
+def read_springs(path):
+    """Arrays of `livermark springs BODY --for sofa`, by name."""
     if not path.is_file():
         files.stop(f"{path} does not exist, and has the springs; write it with livermark springs {path.parent.name} --for sofa "
                    f"-o {path.parent}")
-    arrays = json.loads(path.read_text())["arrays"]
-    edges, stiffness, length = (arrays[name]["values"] for name in ("edges", "stiffness", "rest_length"))
-    body.addObject("SpringForceField", spring=[[*ends, k, 0.0, l] for ends, k, l in zip(edges, stiffness, length)])
+    return {name: array["values"] for name, array in json.loads(path.read_text())["arrays"].items()}
+
+
+def add_springs(body, arrays, *names):
+    """Springs of three of these arrays: ends, stiffness and length. A row (i, j, ks, kd, length) each."""
+    if names[0] not in arrays:
+        files.stop(f"the springs have no {names[0]}, and the body has; write them again with livermark springs --for sofa")
+    rows = [[*ends, k, 0.0, l] for ends, k, l in zip(*(arrays[name] for name in names))]
+    body.addObject("SpringForceField", spring=rows)
+
+
+def add_points(body, name, positions):
+    """A node whose points (P, 3) move with the tetrahedra that have them."""
+    node = body.addChild(name)
+    node.addObject("MechanicalObject", name="points", template="Vec3d", position=positions)
+    node.addObject("BarycentricMapping")
+    return node
+
+
+def add_foundation(body, problem):
+    """Springs to where points are at rest: the middles of the sides of each facet, each of a third of its area, by which the energy of
+    linear elements is exact."""
+    foundation = problem.foundation
+    if foundation.normal_only.any():
+        files.stop("the problem has elastic springs along normals alone, and those of SOFA resist all motion; choose another load case")
+    ends = foundation.nodes[:, [[0, 1], [1, 2], [2, 0]]]
+    node = add_points(body, "foundation", problem.points[ends].mean(axis=2).reshape(-1, 3).tolist())
+    node.addObject("RestShapeSpringsForceField", stiffness=numpy.repeat(foundation.stiffness * foundation.area / 3.0, 3).tolist())
 
 
 def add_tetrahedra(body, problem, law):
@@ -126,10 +153,18 @@ class BodyAtRest:
         if len(self.loaded):
             self.load = body.addObject("ConstantForceField", indices=self.loaded.tolist(),
                                        forces=numpy.zeros((len(self.loaded), 3)).tolist())
-        if law == "springs":
-            add_springs(body, springs)
+        arrays = read_springs(springs) if law == "springs" or problem.has_capsule or problem.has_vessels else {}
+        if law == "springs":  # which have the capsule too
+            add_springs(body, arrays, "edges", "stiffness", "rest_length")
         else:
             add_tetrahedra(body, problem, law)
+            if problem.has_capsule:
+                add_springs(body, arrays, "capsule_edges", "capsule_stiffness", "capsule_length")
+        if problem.has_vessels:
+            add_springs(add_points(body, "vessels", arrays.get("vessel_points", [])), arrays, "vessel_springs", "vessel_stiffness",
+                        "vessel_length")
+        if problem.foundation:
+            add_foundation(body, problem)
         if problem.touch:
             self.add_ball(body, settings["penalty"], settings["split"])
         sofa.Simulation.init(self.root)
@@ -142,10 +177,7 @@ class BodyAtRest:
             self.touching = numpy.hstack([each, each, each]), numpy.tile([1.0, 0.0, 0.0], (len(each), 1))
         else:
             self.touching = points_of_facets(problem, split)
-            body = body.addChild("surface")
-            points = place(problem.points, *self.touching).tolist()
-            body.addObject("MechanicalObject", name="points", template="Vec3d", position=points)
-            body.addObject("BarycentricMapping")
+            body = add_points(body, "surface", place(problem.points, *self.touching).tolist())
         surface = numpy.unique(problem.triangles)
         # A node, with the points around it, has a penalty of so many times its own stiffness: the mean over the surface.
         self.stiffness = penalty * float(node_stiffness(problem)[surface].mean()) / split ** 2
@@ -231,6 +263,11 @@ def move(source, output):
     return {"seconds_per_frame": frame, "setup_seconds": setup}
 
 
+def needs_mapping(source, touches_by_points):
+    problem = files.read_problem(source, KNOWS)
+    return touches_by_points or problem.has_vessels or problem.foundation is not None
+
+
 def main():
     source, output, settings = files.command_line({"law": "corotational", "penalty": 100.0, "split": 4})
     if settings["law"] not in (*LAWS, "neo_hookean", "springs"):
@@ -241,9 +278,10 @@ def main():
         numbers, settings = move(source, output), {"law": "neo_hookean", "substeps": PER_FRAME}
     else:
         touches = files.read_ball(source) is not None
-        mapping = [MAPPING] if touches and settings["split"] > 1 else []
+        mapping = [MAPPING] if needs_mapping(source, touches and settings["split"] > 1) else []
         sofa, springs = import_sofa(*mapping), source.with_name(source.resolve().parent.name + ".sofa.json")
-        numbers = files.solve_rest(source, output, lambda problem: BodyAtRest(sofa, problem, settings, springs), knows_balls=True)
+        numbers = files.solve_rest(source, output, lambda problem: BodyAtRest(sofa, problem, settings, springs), knows_balls=True,
+                                   knows=KNOWS)
         settings = settings if touches else {"law": settings["law"]}
     memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     files.report("sofa", os.environ.get("SOFA_VERSION", "unknown"), settings, memory_bytes=memory, **numbers)

@@ -11,6 +11,8 @@
 #include "msm/elastic_body.hpp"
 #include "msm/engine_parameters.hpp"
 #include "tests/bad_input.hpp"
+#include "tests/samples/bodies_with_vessels.hpp"
+#include "tests/samples/covered_bodies.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -214,6 +216,65 @@ TEST(EngineParameters, EveryEngineHasFiniteNumbersAndNodesThatAreThere) {
                 for (const int node : std::get<std::vector<int>>(array.values))
                     EXPECT_TRUE(node >= 0 && node < body->mesh.num_nodes()) << array.name;
         }
+    }
+}
+
+/// Springs that SOFA has beside its tetrahedra store what the capsule as springs and the fibres of vessels store.
+TEST(EngineParameters, SofaGetsTheCapsuleAndTheVesselsAsSprings) {
+    const auto bare = tests::make_body(tests::box_mesh({0.1, 0.1, 0.1}, {3, 3, 3}), tissue_of_engines);
+    const auto body = tests::vessels::with_vessels(tests::covered::with_capsule(bare));
+    const auto sofa = msm::engine_parameters(*body, "sofa", {});
+    Eigen::Matrix3d f;
+    f << 1.2, 0.1, 0.0, 0.0, 0.9, 0.2, 0.1, 0.0, 1.1;
+    const auto energy = [&](const std::string &kind, const std::string &ends, const auto &point) {
+        double sum = 0.0;
+        for (std::size_t s = 0; s < numbers_of(sofa, kind + "stiffness").size(); ++s) {
+            const Vector3 span = point(nodes_of(sofa, ends)[2 * s + 1]) - point(nodes_of(sofa, ends)[2 * s]);
+            const double longer = (f * span).norm() - numbers_of(sofa, kind + "length")[s];
+            sum += 0.5 * numbers_of(sofa, kind + "stiffness")[s] * longer * longer;
+        }
+        return sum;
+    };
+    double fibres = 0.0;
+    for (const auto &point : core::vessel_points(*body))
+        fibres += point.energy(f * point.direction);
+    const auto &places = numbers_of(sofa, "vessel_points");
+    EXPECT_NEAR(energy("vessel_", "vessel_springs",
+                       [&](int p) { return Vector3(places[3 * p], places[3 * p + 1], places[3 * p + 2]); }),
+                fibres, 1e-9 * fibres);
+    const auto node = [&](int n) { return body->mesh.points[n]; };
+    const auto edges_of = [&](const core::Body &other) {
+        const auto parameters = msm::engine_parameters(other, "sofa", {});
+        double sum = 0.0;
+        for (std::size_t e = 0; e < numbers_of(parameters, "stiffness").size(); ++e) {
+            const Vector3 span =
+                node(nodes_of(parameters, "edges")[2 * e + 1]) - node(nodes_of(parameters, "edges")[2 * e]);
+            const double longer = (f * span).norm() - numbers_of(parameters, "rest_length")[e];
+            sum += 0.5 * numbers_of(parameters, "stiffness")[e] * longer * longer;
+        }
+        return sum;
+    };
+    const double capsule = edges_of(*body) - edges_of(*bare);
+    EXPECT_GT(capsule, 0.0);
+    EXPECT_NEAR(energy("capsule_", "capsule_edges", node), capsule, 1e-9 * capsule);
+}
+
+TEST(EngineParameters, EveryEngineHasACapsuleAndVesselsOrSaysThatItHasNot) {
+    const auto bare = tests::make_body(tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2}), tissue_of_engines);
+    const auto body = tests::vessels::with_vessels(tests::covered::with_capsule(bare));
+    const auto says = [](const EngineParameters &parameters, const std::string &words) {
+        return std::ranges::count_if(parameters.cannot,
+                                     [&](const auto &sentence) { return sentence.starts_with(words); });
+    };
+    for (const auto &engine : msm::all_engines()) {
+        const auto with = msm::engine_parameters(*body, engine.name, {}),
+                   without = msm::engine_parameters(*bare, engine.name, {});
+        EXPECT_EQ(says(with, "the capsule is left out"), engine.has_capsule ? 0 : 1) << engine.name;
+        EXPECT_EQ(says(with, "vessels as lines are left out"), engine.has_vessels ? 0 : 1) << engine.name;
+        EXPECT_EQ(says(without, "the capsule") + says(without, "vessels"), 0) << engine.name;
+        if (engine.has_capsule && engine.name != "jolt") // whose arrays are compliances
+            EXPECT_GT(numbers_of(with, engine.name == "godot" ? "surface_stiffness" : "stiffness")[0],
+                      numbers_of(without, engine.name == "godot" ? "surface_stiffness" : "stiffness")[0]);
     }
 }
 
