@@ -226,24 +226,7 @@ Elements::Elements(std::shared_ptr<const core::Body> body, int degree, Formulati
 }
 
 void Elements::stand_on(const core::Foundation &foundation) {
-    const auto reference = fem_reference::reference_triangle(degree());
-    constexpr double area_of_unit_triangle = 0.5;
-    foundation_.clear();
-    for (std::size_t which = 0; which < foundation.facets.size(); ++which) {
-        const int f = foundation.facets[which];
-        auto nodes = fem_reference::nodes_of_facet(system_, body_->mesh, static_cast<std::size_t>(f));
-        const auto num_nodes = static_cast<Eigen::Index>(nodes.size());
-        Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(num_nodes, num_nodes); // integral of N_a N_b
-        for (std::size_t q = 0; q < reference.weight.size(); ++q)
-            mass += reference.weight[q] / area_of_unit_triangle * reference.shape[q] * reference.shape[q].transpose();
-        mass *= core::area_vector(body_->mesh, f).norm();
-        const Matrix3 per_area = foundation.stiffness_on(body_->mesh, which);
-        Eigen::MatrixXd stiffness(3 * num_nodes, 3 * num_nodes);
-        for (Eigen::Index a = 0; a < num_nodes; ++a)
-            for (Eigen::Index b = 0; b < num_nodes; ++b)
-                stiffness.block<3, 3>(3 * a, 3 * b) = mass(a, b) * per_area;
-        foundation_.push_back({std::move(nodes), std::move(stiffness)});
-    }
+    foundation_.emplace(foundation, body_->mesh, system_);
 }
 
 IsochoricPart Elements::isochoric_part(const Cell &cell, std::size_t point) const {
@@ -320,12 +303,8 @@ InternalForces Elements::internal_forces(const State &state, std::span<const dou
     });
     result.energy += membrane_.add_force(state.displacement, result.force, energy_share);
     result.energy += vessels_.add_force(state.displacement, result.force, energy_share);
-    for (const auto &[nodes, stiffness] : foundation_)
-        for (std::size_t a = 0; a < nodes.size(); ++a)
-            for (std::size_t b = 0; b < nodes.size(); ++b)
-                Vector3::Map(&result.force[3 * nodes[a]]) +=
-                    stiffness.block<3, 3>(static_cast<Eigen::Index>(3 * a), static_cast<Eigen::Index>(3 * b)) *
-                    Vector3::Map(&state.displacement[3 * nodes[b]]);
+    if (foundation_)
+        foundation_->add_force(state.displacement, result.force);
     return result;
 }
 
@@ -406,8 +385,8 @@ void Elements::assemble_tangent(const State &state, TangentMatrices &tangent) co
     });
     membrane_.add_stiffness(state.displacement, tangent.stiffness);
     vessels_.add_stiffness(state.displacement, tangent.stiffness);
-    for (const auto &[nodes, stiffness] : foundation_)
-        fem_reference::add_to(tangent.stiffness, nodes, stiffness);
+    if (foundation_)
+        foundation_->add_stiffness(tangent.stiffness);
 }
 
 } // namespace livermark::hyperelastic

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -146,11 +147,6 @@ class Elements {
 
   private:
     struct Cell;
-    /// Springs below a facet.
-    struct FacetSprings {
-        std::vector<int> nodes;
-        Eigen::MatrixXd stiffness; ///< shape (3 k, 3 k) [N/m], unknown 3 a + i of its k nodes
-    };
     template <class Action> void for_each_cell(const Action &action) const;
     IsochoricPart isochoric_part(const Cell &cell, std::size_t point) const;
 
@@ -163,8 +159,8 @@ class Elements {
     fem_reference::Membrane membrane_;
     fem_reference::VesselLines vessels_;
     const DeviatoricMemory *memory_ = nullptr;
-    std::vector<FacetSprings> foundation_; ///< empty without one
-    std::vector<int> block_;               ///< (M, nodes (nodes - 1) / 2) where the block of two nodes of a cell stands
+    std::optional<fem_reference::FoundationSprings> foundation_;
+    std::vector<int> block_; ///< (M, nodes (nodes - 1) / 2) where the block of two nodes of a cell stands
 };
 
 } // namespace livermark::hyperelastic

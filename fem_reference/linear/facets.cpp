@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <deal.II/base/quadrature_lib.h>
 #include <deal.II/fe/fe_simplex_p.h>
+#include <numeric>
+#include <utility>
 
 #include "fem_reference/solvers/matrices.hpp"
 
@@ -161,6 +163,49 @@ void Membrane::add_stiffness(std::span<const double> displacement, SymmetricBloc
         }
         add_to(stiffness, facet.nodes, local);
     }
+}
+
+FoundationSprings::FoundationSprings(const std::optional<core::Foundation> &foundation, const core::TetraMesh &mesh,
+                                     const ElasticSystem &system) {
+    if (!foundation)
+        return;
+    const auto reference = reference_triangle(system.nodes_per_cell == 4 ? 1 : 2);
+    constexpr double area_of_unit_triangle = 0.5;
+    for (std::size_t which = 0; which < foundation->facets.size(); ++which) {
+        const int f = foundation->facets[which];
+        Facet facet{.nodes = nodes_of_facet(system, mesh, static_cast<std::size_t>(f)), .stiffness = {}};
+        const auto num_nodes = static_cast<Eigen::Index>(facet.nodes.size());
+        Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(num_nodes, num_nodes); // integral of N_a N_b
+        for (std::size_t q = 0; q < reference.weight.size(); ++q)
+            mass += reference.weight[q] / area_of_unit_triangle * reference.shape[q] * reference.shape[q].transpose();
+        mass *= core::area_vector(mesh, f).norm();
+        const Eigen::Matrix3d per_area = foundation->stiffness_on(mesh, which);
+        facet.stiffness.resize(3 * num_nodes, 3 * num_nodes);
+        for (Eigen::Index a = 0; a < num_nodes; ++a)
+            for (Eigen::Index b = 0; b < num_nodes; ++b)
+                facet.stiffness.block<3, 3>(3 * a, 3 * b) = mass(a, b) * per_area;
+        facets_.push_back(std::move(facet));
+    }
+}
+
+void FoundationSprings::add_force(std::span<const double> displacement, std::span<double> force) const {
+    for (const auto &[nodes, stiffness] : facets_)
+        for (std::size_t a = 0; a < nodes.size(); ++a)
+            for (std::size_t b = 0; b < nodes.size(); ++b)
+                Vector3::Map(&force[3 * nodes[a]]) +=
+                    stiffness.block<3, 3>(static_cast<Eigen::Index>(3 * a), static_cast<Eigen::Index>(3 * b)) *
+                    Vector3::Map(&displacement[3 * nodes[b]]);
+}
+
+double FoundationSprings::energy(std::span<const double> displacement) const {
+    std::vector<double> force(displacement.size(), 0.0);
+    add_force(displacement, force);
+    return 0.5 * std::inner_product(force.begin(), force.end(), displacement.begin(), 0.0);
+}
+
+void FoundationSprings::add_stiffness(SymmetricBlocks<double> &stiffness) const {
+    for (const auto &facet : facets_)
+        add_to(stiffness, facet.nodes, facet.stiffness);
 }
 
 } // namespace livermark::fem_reference

@@ -2,13 +2,14 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/problem.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 
-/// Facets of elements: their nodes, their shape functions, and the membrane that covers them.
+/// Facets of elements: their nodes, their shape functions, the membrane that covers them, and the springs below them.
 namespace livermark::fem_reference {
 
 /// Lagrange elements on the unit triangle at the points of a quadrature rule. Nodes are corners, then midpoints of
@@ -63,6 +64,36 @@ class Membrane {
 
     double modulus_ = 0.0; ///< E t / 3, the shear modulus times the thickness [N/m]
     ReferenceTriangle reference_;
+    std::vector<Facet> facets_;
+};
+
+/// The springs of a foundation (core::Foundation) below the facets of elements, whose shape functions they move with:
+/// W = 1/2 u . K u, K_(ai)(bj) = sum over facets of k_ij times the integral of N_a N_b at rest. They are linear, and
+/// their energy is not one of the body.
+class FoundationSprings {
+  public:
+    /// Nothing where there is no foundation.
+    /// @param foundation  on facets of the mesh
+    FoundationSprings(const std::optional<core::Foundation> &foundation, const core::TetraMesh &mesh,
+                      const ElasticSystem &system);
+
+    /// force += K u.
+    /// @param displacement  u of the elements' nodes, shape (3 n) [m]
+    /// @param force         shape (3 n) [N]
+    void add_force(std::span<const double> displacement, std::span<double> force) const;
+
+    /// W [J]
+    double energy(std::span<const double> displacement) const;
+
+    /// stiffness += K.
+    void add_stiffness(SymmetricBlocks<double> &stiffness) const;
+
+  private:
+    struct Facet {
+        std::vector<int> nodes;
+        Eigen::MatrixXd stiffness; ///< shape (3 k, 3 k) [N/m], unknown 3 a + i of its k nodes
+    };
+
     std::vector<Facet> facets_;
 };
 
