@@ -15,6 +15,7 @@
 #include "fem_reference/distributed/distributed_systems.hpp"
 #include "fem_reference/linear/chosen_solver.hpp"
 #include "fem_reference/linear/conditions.hpp"
+#include "fem_reference/linear/facets.hpp"
 
 namespace livermark::fem_reference {
 
@@ -41,7 +42,9 @@ class RankProblem {
     RankProblem(const core::Problem &problem, const DistributedOptions &options)
         : rigid_(problem.body->mesh.points), scale_(pressure_scale(*problem.body)),
           press_resultants_(core::press_resultants(problem.load_case, problem.body->mesh)),
-          part_(refined_part(problem, options)), matrices_(*part_.problem.body, options.degree, options.formulation),
+          part_(refined_part(problem, options)),
+          matrices_(*part_.problem.body, options.degree, options.formulation, part_.problem.load_case.foundation),
+          springs_(part_.problem.load_case.foundation, part_.problem.body->mesh, matrices_.system),
           conditions_(dof_conditions(part_.problem.load_case, matrices_.system)),
           nodes_(nodes_of(part_, matrices_.system), 3) {
         nodes_.share(conditions_.prescribed);
@@ -168,6 +171,9 @@ class RankProblem {
         }
         // u . (K u + D^T p), which is u . K u + p . C p as D u = C p
         solution.strain_energy = 0.5 * (dot(state.u, left.u) + newtons * dot(state.u, conditions_.load));
+        std::vector<double> of_springs(state.u.size(), 0.0); // whose energy is not one of the body
+        springs_.add_force(state.u, of_springs);
+        solution.strain_energy -= 0.5 * dot(state.u, of_springs);
         if (const auto &load_case = part_.problem.load_case;
             load_case.press_depth == 0.0 && load_case.acceleration.isZero(0.0))
             solution.load_work = dot(state.u, conditions_.load);
@@ -186,6 +192,7 @@ class RankProblem {
     std::vector<core::Vector3> press_resultants_;
     Part part_;
     Discretisation matrices_;
+    FoundationSprings springs_; ///< a part of the stiffness
     DofConditions conditions_;
     NodeExchange nodes_;
     std::vector<bool> is_free_;

@@ -115,6 +115,7 @@ Part at_nodes_of(int rank, const Part &whole) {
     std::vector<std::array<int, 3>> outer = core::outer_faces(out.mesh.tetrahedra);
     std::ranges::transform(outer, outer.begin(), [](const auto &face) { return core::face_key(face); });
     std::ranges::sort(outer);
+    std::vector<int> kept_facets;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
         auto corners = mesh.boundary_triangles[f];
         for (int &node : corners)
@@ -124,9 +125,13 @@ Part at_nodes_of(int rank, const Part &whole) {
         out.mesh.boundary_triangles.push_back(corners);
         out.mesh.boundary_patch.push_back(mesh.boundary_patch[f]);
         part.facet.push_back(whole.facet[f]);
+        kept_facets.push_back(f);
         conditions.condition_on.push_back(load_case.condition_on[f]);
         conditions.value.push_back(load_case.value[f]);
     }
+    conditions.foundation = load_case.foundation;
+    if (conditions.foundation)
+        conditions.foundation->move_to_parts(kept_facets);
     if (out.capsule)
         out.capsule->surface = std::make_shared<const core::SmoothSurface>(std::move(surface));
     part.problem.body = std::make_shared<const core::Body>(std::move(out));

@@ -192,7 +192,7 @@ core::Modes lowest_modes(const core::Problem &problem, int degree, int count) {
     const auto start = core::Clock::now();
     const auto &mesh = problem.body->mesh;
     check_facets(problem.load_case, mesh);
-    const auto system = assemble(*problem.body, degree);
+    const auto system = assemble(*problem.body, degree, NodeOrder::of_mesh, problem.load_case.foundation);
     const auto mass = consistent_mass(*problem.body, system);
     const auto conditions = dof_conditions(problem.load_case, system);
     auto pairs = lowest_eigenpairs(compressed_rows(system.stiffness), mass, conditions.prescribed, count);

@@ -124,13 +124,15 @@ std::string ChosenSolver::description(const ConstrainedSolution &solution) const
     return "CG, " + std::to_string(solution.iterations) + " iterations, " + iterative_->preconditioner().name();
 }
 
-Corners::Corners(const core::Body &body, SolverChoice choice, const Discretisation &matrices, int largest_factor) {
+Corners::Corners(const core::Body &body, SolverChoice choice, const Discretisation &matrices, int largest_factor,
+                 const std::optional<core::Foundation> &foundation) {
     const bool is_mixed = matrices.pressure.num_pressures() > 0;
     const bool is_large =
         matrices.system.nodes_per_cell > 4 && matrices.system.stiffness.num_rows() > largest_direct_quadratic_system;
     if (choice != SolverChoice::automatic || !(is_mixed || is_large))
         return;
-    system = std::make_unique<ElasticSystem>(assemble(is_mixed ? without_pressure(body) : body, 1));
+    system = std::make_unique<ElasticSystem>(
+        assemble(is_mixed ? without_pressure(body) : body, 1, NodeOrder::of_mesh, foundation));
     const bool is_factored = system->stiffness.num_rows() <= largest_factor;
     solver = std::make_unique<ChosenSolver>(*system, is_factored ? SolverChoice::direct : SolverChoice::iterative);
 }

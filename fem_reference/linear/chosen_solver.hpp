@@ -67,8 +67,9 @@ class ChosenSolver {
 struct Corners {
     Corners() = default;
     /// @param largest_factor  unknowns of linear elements beyond which there is multigrid
+    /// @param foundation      that the body stands on
     Corners(const core::Body &body, SolverChoice choice, const Discretisation &matrices,
-            int largest_factor = largest_direct_coarse_system);
+            int largest_factor = largest_direct_coarse_system, const std::optional<core::Foundation> &foundation = {});
 
     std::unique_ptr<ElasticSystem> system;
     std::unique_ptr<ChosenSolver> solver;

@@ -15,6 +15,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -259,7 +260,8 @@ void integrate_facets(ElasticSystem &system, const core::TetraMesh &mesh, const 
 }
 
 /// @param mesh  of this body
-ElasticSystem assemble_on(const DealIiMesh &mesh, const core::Body &body, int degree, NodeOrder order) {
+ElasticSystem assemble_on(const DealIiMesh &mesh, const core::Body &body, int degree, NodeOrder order,
+                          const std::optional<core::Foundation> &foundation) {
     if (degree != 1 && degree != 2)
         throw std::invalid_argument("finite elements of degree " + std::to_string(degree) +
                                     " are not there; use 1 or 2");
@@ -301,6 +303,8 @@ ElasticSystem assemble_on(const DealIiMesh &mesh, const core::Body &body, int de
     integrate_facets(system, body.mesh, dof_handler, node, mapping, degree);
     Membrane(body, system).add_stiffness({}, system.stiffness);
     VesselLines(body, system).add_stiffness({}, system.stiffness);
+    FoundationSprings(foundation, body.mesh, system).add_stiffness(system.stiffness);
+    system.is_borne = foundation.has_value();
     return system;
 }
 
@@ -430,17 +434,19 @@ core::Body without_pressure(const core::Body &body) {
     return rest;
 }
 
-ElasticSystem assemble(const core::Body &body, int degree, NodeOrder order) {
-    return assemble_on(DealIiMesh(body.mesh), body, degree, order);
+ElasticSystem assemble(const core::Body &body, int degree, NodeOrder order,
+                       const std::optional<core::Foundation> &foundation) {
+    return assemble_on(DealIiMesh(body.mesh), body, degree, order, foundation);
 }
 
 PressureSystem assemble_pressure(const core::Body &body, const ElasticSystem &system) {
     return assemble_pressure_on(DealIiMesh(body.mesh), body, system);
 }
 
-Discretisation::Discretisation(const core::Body &body, int degree, Formulation formulation) {
+Discretisation::Discretisation(const core::Body &body, int degree, Formulation formulation,
+                               const std::optional<core::Foundation> &foundation) {
     if (formulation == Formulation::displacement) {
-        system = assemble(body, degree);
+        system = assemble(body, degree, NodeOrder::of_mesh, foundation);
         return;
     }
     if (degree != 2)
@@ -448,7 +454,7 @@ Discretisation::Discretisation(const core::Body &body, int degree, Formulation f
                                     std::to_string(degree));
     const auto order = has_pressure(body) ? NodeOrder::by_distance : NodeOrder::of_mesh;
     const DealIiMesh mesh(body.mesh);
-    system = assemble_on(mesh, without_pressure(body), degree, order);
+    system = assemble_on(mesh, without_pressure(body), degree, order, foundation);
     pressure = assemble_pressure_on(mesh, body, system);
 }
 

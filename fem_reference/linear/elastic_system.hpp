@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -60,6 +61,7 @@ struct ElasticSystem {
     /// its volume: the same for all, because their sides are straight
     std::vector<double> reference_mass;
     SymmetricBlocks<double> stiffness; ///< (3 n, 3 n) [N/m]
+    bool is_borne = false;             ///< whether it has springs of a foundation, which rigid motions strain as well
 
     int num_nodes() const { return static_cast<int>(points.size()); }
 
@@ -77,11 +79,12 @@ struct ElasticSystem {
 /// Assembles a body.
 /// K_(ai)(bj) = sum over t of the integral of lambda g_ai g_bj + mu g_aj g_bi + mu delta_ij g_a . g_b, with g_a the
 /// gradient of shape function a (the weak form of isotropic linear elasticity in the Lame parameters), and the Membrane
-/// of a capsule and the VesselLines.
+/// of a capsule, the VesselLines, and the FoundationSprings of what the body stands on.
 /// @param body    tetrahedra of positive volume, every node used
 /// @param degree  1 or 2
 /// @throws std::invalid_argument for another degree, or if a boundary triangle is not an outer face of the tetrahedra
-ElasticSystem assemble(const core::Body &body, int degree, NodeOrder order = NodeOrder::of_mesh);
+ElasticSystem assemble(const core::Body &body, int degree, NodeOrder order = NodeOrder::of_mesh,
+                       const std::optional<core::Foundation> &foundation = {});
 
 /// A region with a larger Poisson's ratio gets a pressure of its own.
 inline constexpr double pressure_above_poisson_ratio = 0.3;
@@ -116,10 +119,11 @@ core::Body without_pressure(const core::Body &body);
 /// @param system  of degree 2, assembled on without_pressure(body) or on the body: only its numbering is used
 PressureSystem assemble_pressure(const core::Body &body, const ElasticSystem &system);
 
-/// The matrices of one body.
+/// The matrices of one body and of what it stands on.
 struct Discretisation {
     /// @throws std::invalid_argument for the mixed formulation of linear elements, or as assemble() does
-    Discretisation(const core::Body &body, int degree, Formulation formulation);
+    Discretisation(const core::Body &body, int degree, Formulation formulation,
+                   const std::optional<core::Foundation> &foundation = {});
 
     ElasticSystem system;
     PressureSystem pressure; ///< empty where nothing is nearly incompressible

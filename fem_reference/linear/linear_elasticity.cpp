@@ -18,6 +18,7 @@
 #include "fem_reference/linear/chosen_solver.hpp"
 #include "fem_reference/linear/conditions.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
+#include "fem_reference/linear/facets.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
 #include "fem_reference/solvers/two_level.hpp"
 
@@ -49,16 +50,19 @@ double press_to_depth(DofConditions &conditions, ConstrainedSolution &found) {
 
 struct StaticSolver::Impl {
     Impl(std::shared_ptr<const core::Body> of, int degree, SolverChoice choice, Formulation form,
-         int largest_coarse_factor)
-        : body(std::move(of)), formulation(form), start(Clock::now()), matrices(*body, degree, form),
-          corners(*body, choice, matrices, largest_coarse_factor), solver(make_solver(choice)) {
+         int largest_coarse_factor, const std::optional<core::Foundation> &stands_on)
+        : body(std::move(of)), formulation(form), foundation(stands_on), start(Clock::now()),
+          matrices(*body, degree, form, foundation), springs(foundation, body->mesh, matrices.system),
+          corners(*body, choice, matrices, largest_coarse_factor, foundation), solver(make_solver(choice)) {
         if (matrices.pressure.num_pressures() > 0)
             mixed.emplace(matrices.system, solver, matrices.pressure);
         assembly_seconds = seconds_since(start);
     }
-    Impl(std::shared_ptr<const core::Body> refined, Impl &coarse, double tolerance, std::span<const int> parent)
-        : body(std::move(refined)), formulation(coarse.formulation), start(Clock::now()),
-          matrices(*body, 2, formulation), solver(matrices.system, coarse.matrices.system, coarse.solver, parent) {
+    Impl(std::shared_ptr<const core::Body> refined, Impl &coarse, double tolerance, std::span<const int> parent,
+         const std::optional<core::Foundation> &stands_on)
+        : body(std::move(refined)), formulation(coarse.formulation), foundation(stands_on), start(Clock::now()),
+          matrices(*body, 2, formulation, foundation), springs(foundation, body->mesh, matrices.system),
+          solver(matrices.system, coarse.matrices.system, coarse.solver, parent) {
         if (matrices.pressure.num_pressures() > 0)
             mixed.emplace(matrices.system, solver, matrices.pressure, tolerance, *coarse.mixed,
                           nested_iteration(coarse.matrices.system, coarse.matrices.pressure, matrices.system,
@@ -69,6 +73,13 @@ struct StaticSolver::Impl {
     ChosenSolver make_solver(SolverChoice choice) {
         return corners.solver ? ChosenSolver(matrices.system, *corners.system, *corners.solver)
                               : ChosenSolver(matrices.system, choice);
+    }
+
+    /// @throws std::invalid_argument if the load case is not for this body on what it stands on
+    void check(const core::LoadCase &load_case) const {
+        check_facets(load_case, body->mesh);
+        if (load_case.foundation != foundation)
+            throw std::invalid_argument("load case " + load_case.name + " has another foundation than this solver");
     }
 
     ConstrainedSolution solve(const DofConditions &conditions) {
@@ -87,8 +98,10 @@ struct StaticSolver::Impl {
 
     std::shared_ptr<const core::Body> body;
     Formulation formulation;
+    std::optional<core::Foundation> foundation;
     Clock::time_point start;
     Discretisation matrices;
+    FoundationSprings springs; ///< a part of the stiffness
     Corners corners;
     ChosenSolver solver;
     std::optional<MixedSolver> mixed;
@@ -97,11 +110,12 @@ struct StaticSolver::Impl {
 };
 
 StaticSolver::StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice,
-                           Formulation formulation, int largest_coarse_factor)
-    : impl_(std::make_unique<Impl>(std::move(body), degree, choice, formulation, largest_coarse_factor)) {}
+                           Formulation formulation, int largest_coarse_factor,
+                           const std::optional<core::Foundation> &foundation)
+    : impl_(std::make_unique<Impl>(std::move(body), degree, choice, formulation, largest_coarse_factor, foundation)) {}
 StaticSolver::StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse, double tolerance,
-                           std::span<const int> parent)
-    : impl_(std::make_unique<Impl>(std::move(refined_body), *coarse.impl_, tolerance, parent)) {}
+                           std::span<const int> parent, const std::optional<core::Foundation> &foundation)
+    : impl_(std::make_unique<Impl>(std::move(refined_body), *coarse.impl_, tolerance, parent, foundation)) {}
 StaticSolver::~StaticSolver() = default;
 StaticSolver::StaticSolver(StaticSolver &&) noexcept = default;
 StaticSolver &StaticSolver::operator=(StaticSolver &&) noexcept = default;
@@ -123,7 +137,7 @@ core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, Dof
         for (std::size_t dof = 0; dof < conditions.constraint.size(); ++dof)
             if (const int owner = conditions.constraint[dof]; owner >= 0)
                 solution.reaction[owner][dof % 3] += found.residual[dof];
-        solution.strain_energy = found.energy;
+        solution.strain_energy = found.energy - springs.energy(found.displacement);
         if (load_case.press_depth == 0.0 && load_case.acceleration.isZero(0.0))
             solution.load_work =
                 std::inner_product(conditions.load.begin(), conditions.load.end(), found.displacement.begin(), 0.0);
@@ -177,7 +191,7 @@ void StaticSolver::prepare(const core::LoadCase &load_case) {
 }
 
 core::Solution StaticSolver::Impl::solve(const core::LoadCase &load_case, bool moves_mixed) {
-    check_facets(load_case, body->mesh);
+    check(load_case);
     const auto conditions_start = Clock::now();
     auto conditions = dof_conditions(load_case, matrices.system);
     const double conditions_seconds = seconds_since(conditions_start);
@@ -208,7 +222,7 @@ std::vector<core::Solution> StaticSolver::Impl::solve_together(std::span<const c
     const auto solve_start = Clock::now();
     std::vector<DofConditions> all;
     for (const auto &load_case : load_cases) {
-        check_facets(load_case, body->mesh);
+        check(load_case);
         all.push_back(dof_conditions(load_case, matrices.system));
     }
     std::vector<Conditions> conditions;
@@ -245,7 +259,7 @@ std::vector<core::Solution> StaticSolver::solve(std::span<const core::LoadCase> 
 
 core::Compliance StaticSolver::Impl::compliance(const core::LoadCase &load_case,
                                                 std::span<const core::InteriorPlace> places) {
-    check_facets(load_case, body->mesh);
+    check(load_case);
     const auto begin = Clock::now();
     auto held = dof_conditions(load_case, matrices.system).prescribed;
     for (double &value : held)
@@ -300,14 +314,16 @@ double StaticSolver::assembly_seconds() const {
 }
 
 core::Solution solve_static(const core::Problem &problem, int degree, SolverChoice choice, Formulation formulation) {
-    return StaticSolver(problem.body, degree, choice, formulation).solve(problem.load_case);
+    return StaticSolver(problem.body, degree, choice, formulation, largest_direct_coarse_system,
+                        problem.load_case.foundation)
+        .solve(problem.load_case);
 }
 
 struct RepeatedLoads::Impl {
     /// Data of iterations on two levels.
     struct Levels {
-        Levels(const core::Body &body, const ElasticSystem &fine)
-            : coarse(assemble(body, 1)), coarse_solver(coarse, SolverChoice::automatic),
+        Levels(const core::Body &body, const ElasticSystem &fine, const std::optional<core::Foundation> &foundation)
+            : coarse(assemble(body, 1, NodeOrder::of_mesh, foundation)), coarse_solver(coarse, SolverChoice::automatic),
               rounded_fine(rounded(fine.stiffness)),
               solver(fine.stiffness, two_level(prolongation(coarse, fine), rounded_fine, coarse_solver.inverse())) {}
 
@@ -346,7 +362,7 @@ RepeatedLoads::RepeatedLoads(const core::Body &body, const core::LoadCase &const
     report(fmt::format("Quadratic elements are being assembled: {} tetrahedra.", body.mesh.num_tetrahedra()));
     auto &[mesh, system, factor, levels, last_places] = *impl_;
     mesh = body.mesh;
-    system = assemble(body, 2, NodeOrder::by_distance);
+    system = assemble(body, 2, NodeOrder::by_distance, constrained.foundation);
     const auto prescribed = dof_conditions(constrained, system).prescribed;
     const auto num_unknowns = prescribed.size();
     if (num_unknowns <= static_cast<std::size_t>(largest)) {
@@ -357,7 +373,7 @@ RepeatedLoads::RepeatedLoads(const core::Body &body, const core::LoadCase &const
     } else {
         report(fmt::format("Two levels of elements are being prepared, once for all solutions: {} unknowns.",
                            num_unknowns));
-        levels.emplace(body, system);
+        levels.emplace(body, system, constrained.foundation);
         levels->solver.set_up(prescribed);
     }
 }

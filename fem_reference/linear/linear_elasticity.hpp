@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,8 +24,8 @@ class ChosenSolver;
 /// acceleration are integrated with the shape functions. Where several constraints meet at a node, each component
 /// takes value and reaction from the constraint of lowest index that prescribes it (and of the first such facet).
 ///
-/// The body is assembled once. The factor is kept and used again for the next load case that prescribes the same
-/// components at the same nodes; the values may differ.
+/// The body is assembled once, with the springs of what it stands on (FoundationSprings). The factor is kept and used
+/// again for the next load case that prescribes the same components at the same nodes; the values may differ.
 class StaticSolver {
   public:
     /// @param body    tetrahedra of positive volume, every node used
@@ -32,10 +33,12 @@ class StaticSolver {
     /// @param choice  how the linear systems are solved
     /// @param formulation  mixed for degree 2 only
     /// @param largest_coarse_factor  see Corners
+    /// @param foundation  that all load cases to come have
     /// @throws std::invalid_argument for another degree, or if a boundary triangle is not an outer face
     StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice = SolverChoice::automatic,
                  Formulation formulation = Formulation::displacement,
-                 int largest_coarse_factor = largest_direct_coarse_system);
+                 int largest_coarse_factor = largest_direct_coarse_system,
+                 const std::optional<core::Foundation> &foundation = {});
 
     /// Quadratic elements on a refined body in the formulation of the coarse solver, by iterations that correct
     /// themselves with the solver of the body before refinement.
@@ -45,9 +48,10 @@ class StaticSolver {
     ///   loads whatever it is
     /// @param parent        (M_refined) the tetrahedron that each is a part of, see core::bisect(); empty for
     ///   core::refine(body)
+    /// @param foundation    of the coarse solver, on the facets of the refined body
     /// @throws std::invalid_argument if the body is not that, or if a boundary triangle is not an outer face
     StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse, double tolerance = 1e-7,
-                 std::span<const int> parent = {});
+                 std::span<const int> parent = {}, const std::optional<core::Foundation> &foundation = {});
     ~StaticSolver();
     StaticSolver(StaticSolver &&) noexcept;
     StaticSolver &operator=(StaticSolver &&) noexcept;
@@ -57,12 +61,14 @@ class StaticSolver {
     void prepare(const core::LoadCase &load_case);
 
     /// @return displacement of the mesh nodes; reaction of each constraint, K u - f summed over its unknowns;
-    ///   strain_energy 1/2 u^T K u (and 1/2 p^T C p); degrees_of_freedom 3 per node, edge midpoints and constrained
-    ///   ones included; setup_seconds for assembly and factorisation, as measured when they were done even if this call
-    ///   reused them; of a time-dependent load case the history too, see release(), but not in the mixed formulation.
-    ///   If the load case leaves the body free to move, the status is not_converged and all fields are NaN. If an
-    ///   iterative solver does not come to its tolerance, the status is not_converged and the fields are where it was.
-    /// @throws std::invalid_argument if the load case does not have the sizes of the body's mesh
+    ///   strain_energy 1/2 u^T K u (and 1/2 p^T C p), that of a foundation left out; degrees_of_freedom 3 per node,
+    ///   edge midpoints and constrained ones included; setup_seconds for assembly and factorisation, as measured when
+    ///   they were done even if this call reused them; of a time-dependent load case the history too, see release(),
+    ///   but not in the mixed formulation. If the load case leaves the body free to move, the status is not_converged
+    ///   and all fields are NaN. If an iterative solver does not come to its tolerance, the status is not_converged and
+    ///   the fields are where it was.
+    /// @throws std::invalid_argument if the load case does not have the sizes of the body's mesh, or has another
+    ///   foundation
     /// @throws std::runtime_error if the memory does not hold the factor
     core::Solution solve(const core::LoadCase &load_case);
 
@@ -77,7 +83,7 @@ class StaticSolver {
 
     /// Compliance of the body at some places inside, with what a load case constrains.
     /// @throws support::InputError if the load case leaves the body free to move
-    /// @throws std::invalid_argument if a place is outside the body
+    /// @throws std::invalid_argument if a place is outside the body, or as solve()
     core::Compliance compliance(const core::LoadCase &load_case, std::span<const core::InteriorPlace> places);
 
     /// Number of load cases that take less time together than one by one.
@@ -115,7 +121,7 @@ class RepeatedLoads {
 
     /// Assembles and factorises.
     /// @param body  as for StaticSolver
-    /// @param constrained  what every load case to come constrains
+    /// @param constrained  what every load case to come constrains, and the foundation that it has
     /// @param report  called with a sentence as each stage begins
     /// @throws std::invalid_argument if a boundary triangle is not an outer face, or the load case is not for the mesh
     /// @throws std::runtime_error if the memory does not hold the factor

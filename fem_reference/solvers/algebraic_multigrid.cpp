@@ -27,31 +27,29 @@ namespace {
 using Six = Eigen::Matrix<double, RigidModes::count, 1>;
 using Gram = Eigen::Matrix<double, RigidModes::count, RigidModes::count>;
 
-/// R_h^T K_hh R_h
-Gram stiffness_of_constrained(const ElasticSystem &system, const RigidModes &modes, const std::vector<bool> &is_free) {
+/// Z^T K Z, or what is the same of a body that nothing bears, R_h^T K_hh R_h: see balance().
+Gram stiffness_of_motion(const ElasticSystem &system, const RigidModes &modes, const std::vector<bool> &is_free) {
     const auto &[rows, below, diagonal] = system.stiffness;
-    /// R_a^T K_ab R_b of what is constrained of two nodes
+    const auto counts = [&](int dof) { return is_free[dof] == system.is_borne; };
+    /// R_a^T K_ab R_b of what counts of two nodes
     const auto gram_of_block = [&](int a, int b, const Block<double> &block) -> Gram {
-        const auto constrained = [&](int node) {
+        const auto counted = [&](int node) {
             auto at_node = modes.at(system.points[node]);
             for (int i = 0; i < 3; ++i)
-                if (is_free[3 * node + i])
+                if (!counts(3 * node + i))
                     at_node.row(i).setZero();
             return at_node;
         };
-        return constrained(a).transpose() * Eigen::Matrix<double, 3, 3, Eigen::RowMajor>::Map(block.data()) *
-               constrained(b);
+        return counted(a).transpose() * Eigen::Matrix<double, 3, 3, Eigen::RowMajor>::Map(block.data()) * counted(b);
     };
-    const auto is_constrained = [&](int node) {
-        return !(is_free[3 * node] && is_free[3 * node + 1] && is_free[3 * node + 2]);
-    };
+    const auto node_counts = [&](int node) { return counts(3 * node) || counts(3 * node + 1) || counts(3 * node + 2); };
     Gram gram = Gram::Zero();
     for (int node = 0; node < system.num_nodes(); ++node) {
-        if (!is_constrained(node))
+        if (!node_counts(node))
             continue;
         gram += gram_of_block(node, node, diagonal[node]);
         for (int k = rows.row_start[node]; k < rows.row_start[node + 1]; ++k)
-            if (is_constrained(rows.column[k])) {
+            if (node_counts(rows.column[k])) {
                 const Gram part = gram_of_block(node, rows.column[k], below[k]);
                 gram += part + part.transpose();
             }
@@ -89,7 +87,7 @@ void balance(const ElasticSystem &system, const FreeUnknowns &free, std::span<co
     }
     std::vector<Eigen::LDLT<Gram>> factors;
     for (const auto &set : free.sets)
-        factors.emplace_back(stiffness_of_constrained(system, modes, set));
+        factors.emplace_back(stiffness_of_motion(system, modes, set));
     for (std::size_t c = 0; c < lanes; ++c)
         motion[c] = factors[free.set[c]].solve(motion[c]);
     for (std::size_t node = 0; node < system.points.size(); ++node) {

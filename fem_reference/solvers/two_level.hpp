@@ -172,7 +172,8 @@ class RigidModes {
 /// has neither a resultant nor a moment, and reactions balance the loads. With Z the rigid modes, zero where
 /// constrained, u_c
 /// += Z (Z^T K Z)^-1 Z^T r_c, which also takes u_c as near to K^-1 f_c as such a motion can, in the norm of the energy
-/// (Galerkin). As K R = 0 for the modes R of all unknowns, Z^T K Z = R_h^T K_hh R_h, with what is constrained alone.
+/// (Galerkin). Unless the body is borne by springs, K R = 0 for the modes R of all unknowns, and Z^T K Z = R_h^T K_hh
+/// R_h, with what is constrained alone.
 /// @param free      in all of its sets what is constrained stops every rigid motion
 /// @param residual  shape (n, lanes), see matrices.hpp, r = f - K u where free, zero where constrained
 /// @param u         shape (n, lanes)

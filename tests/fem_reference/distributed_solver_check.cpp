@@ -177,6 +177,29 @@ void check_presses(Report &report) {
     report.agree(hyperelastic::solve_distributed(large, law, path).solution, expected.solution, "neo-Hookean, pressed");
 }
 
+/// Standing on two sides, on one of them along the normal alone.
+void check_foundations(Report &report) {
+    auto problem = rod(0.45, {4, 3, 2});
+    auto &foundation = problem.load_case.foundation.emplace();
+    const auto &mesh = problem.body->mesh;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        for (const auto *patch : {"y_max", "z_min"})
+            if (mesh.patch_names[mesh.boundary_patch[f]] == patch) {
+                foundation.facets.push_back(f);
+                foundation.stiffness.push_back(3e5);
+                foundation.normal_only.push_back(std::string(patch) == "y_max" ? 1 : 0);
+            }
+    for (const auto formulation : {fem_reference::Formulation::displacement, fem_reference::Formulation::mixed})
+        for (const int num_refinements : {0, 1}) {
+            auto expected = fem_reference::solve_static(num_refinements == 0 ? problem : core::refine(problem), 2,
+                                                        fem_reference::SolverChoice::direct, formulation);
+            expected.displacement.resize(mesh.points.size());
+            report.agree(fem_reference::solve_distributed(
+                             problem, {.formulation = formulation, .num_refinements = num_refinements}),
+                         expected, "on a foundation");
+        }
+}
+
 int check(const std::filesystem::path &file) {
     Report report;
     std::vector<core::Solution> solutions;
@@ -205,6 +228,7 @@ int check(const std::filesystem::path &file) {
         solutions.push_back(compressed(poisson_ratio, report));
     }
     check_presses(report);
+    check_foundations(report);
     if (support::mpi_rank() == 0)
         compare_with_one_rank(solutions, file, report);
     expect_refusals(report);

@@ -26,9 +26,9 @@ inline std::vector<int> bottom(const core::TetraMesh &mesh) {
 
 /// @param top       by which the top is moved up [m]
 /// @param traction  on the bottom, upwards [Pa]
-inline core::Problem block(double top, double traction) {
+inline core::Problem block(double top, double traction, double poisson_ratio = 0.3) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    const auto body = make_body(box_mesh(size, {2, 2, 3}), {1060.0, young_modulus, 0.3});
+    const auto body = make_body(box_mesh(size, {2, 2, 3}), {1060.0, young_modulus, poisson_ratio});
     auto load_case = empty_load_case(body->mesh);
     load_case.regime = core::Regime::large;
     load_case.path = {0.5, 1.0};
