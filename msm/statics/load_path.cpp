@@ -283,16 +283,44 @@ ElasticBody on_foundation(ElasticBody body, const core::Problem &problem) {
     return body;
 }
 
+namespace {
+
+/// A body with what bears it, and the stiffness of both at rest; without a foundation those that are given.
+class BorneBody {
+  public:
+    BorneBody(const ElasticBody &tissue, const core::Problem &problem, const std::vector<double> &node_mass,
+              const RestStiffness &rest_of_tissue)
+        : tissue_(tissue), rest_of_tissue_(rest_of_tissue) {
+        if (!problem.load_case.foundation)
+            return;
+        body_ = on_foundation(tissue, problem);
+        rest_.emplace(*body_, problem.body->mesh.points, nodal_conditions(problem, node_mass).displacement);
+    }
+
+    const ElasticBody &body() const { return body_ ? *body_ : tissue_; }
+    const RestStiffness &rest() const { return rest_ ? *rest_ : rest_of_tissue_; }
+
+  private:
+    const ElasticBody &tissue_;
+    const RestStiffness &rest_of_tissue_;
+    std::optional<ElasticBody> body_;
+    std::optional<RestStiffness> rest_;
+};
+
+} // namespace
+
+Equilibrium find_equilibrium(const ElasticBody &body, const core::Problem &problem,
+                             const std::vector<double> &node_mass, const RestStiffness &rest,
+                             const EquilibriumOptions &options) {
+    const BorneBody borne(body, problem, node_mass, rest);
+    return find_equilibrium(borne.body(), problem.body->mesh.points, nodal_conditions(problem, node_mass), borne.rest(),
+                            options);
+}
+
 FollowedPath follow_path(const ElasticBody &body, const core::Problem &problem, const std::vector<double> &node_mass,
                          const RestStiffness &rest) {
-    std::optional<ElasticBody> supported;
-    std::optional<RestStiffness> supported_rest;
-    if (problem.load_case.foundation) {
-        supported = on_foundation(body, problem);
-        supported_rest.emplace(*supported, problem.body->mesh.points,
-                               nodal_conditions(problem, node_mass).displacement);
-    }
-    Follower follower(body, supported ? *supported : body, problem, node_mass, supported_rest ? *supported_rest : rest);
+    const BorneBody borne(body, problem, node_mass, rest);
+    Follower follower(body, borne.body(), problem, node_mass, borne.rest());
     FollowedPath result;
     for (const double fraction : problem.load_case.path) {
         if (!follower.go_to(fraction))

@@ -65,6 +65,14 @@ class EquilibriumSearch {
 /// @param body  at rest on the mesh of the problem
 ElasticBody on_foundation(ElasticBody body, const core::Problem &problem);
 
+/// Place where a body comes to rest under the whole load of a problem, on its foundation.
+/// @param body       at rest on the mesh of the problem, without the foundation
+/// @param node_mass  shape (N) [kg]
+/// @param rest       as for find_equilibrium(); not looked at where the body stands on a foundation
+Equilibrium find_equilibrium(const ElasticBody &body, const core::Problem &problem,
+                             const std::vector<double> &node_mass, const RestStiffness &rest,
+                             const EquilibriumOptions &options = {});
+
 /// Places of a body on the way to the whole load, and there.
 struct FollowedPath {
     Equilibrium end; ///< at the whole load, or where it ended; iterations and factors are those of the whole way

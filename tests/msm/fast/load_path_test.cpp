@@ -165,6 +165,26 @@ TEST(Foundation, BearsCoupledSpringsAsFarAsTheClosedForm) {
     }
 }
 
+/// At loads so small that springs are linear.
+TEST(Foundation, BearsCoupledSpringsUnderSmallLoadsAsFarAsTheClosedForm) {
+    for (const auto &[top, traction] : {standing::Drive{1e-6, 0.0}, standing::Drive{0.0, 0.1}}) {
+        const auto problem = standing::block(top, traction);
+        const auto &mesh = problem.body->mesh;
+        const auto body =
+            msm::coupled_springs_with_volume(*problem.body, msm::find_coupled_springs("nodal_neo_hookean"));
+        const auto conditions = msm::nodal_conditions(problem, body.node_mass);
+        const msm::RestStiffness rest(body, mesh.points, conditions.displacement);
+        const auto found = msm::find_equilibrium(body, problem, body.node_mass, rest, {.bears_rounding = true});
+        ASSERT_EQ(found.status, core::SolutionStatus::ok) << found.message;
+        const double expected = standing::expected(top, traction);
+        EXPECT_NEAR(standing::moved_up(mesh, found.displacement), expected, 1e-4 * std::abs(expected));
+        EXPECT_NEAR(standing::moved_up(mesh, found.linear_displacement), expected, 1e-6 * std::abs(expected));
+        const auto reaction =
+            msm::constraint_forces(problem, conditions, found.constraint_force, found.press, found.touch);
+        EXPECT_LT(standing::out_of_balance(problem, found.displacement, reaction), 1e-7);
+    }
+}
+
 TEST(Foundation, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
     auto problem = standing::block(0.0, 0.0);
     const auto &points = problem.body->mesh.points;
