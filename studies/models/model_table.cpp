@@ -211,7 +211,7 @@ class PreparedMassSprings : public core::PreparedModel {
             start = Clock::now();
             std::string along;
             if (problem.load_case.path.empty()) {
-                found = msm::find_equilibrium(body, points, conditions, rest, {.bears_rounding = true});
+                found = msm::find_equilibrium(body, problem, body.node_mass, rest, {.bears_rounding = true});
             } else {
                 auto followed = msm::follow_path(body, problem, body.node_mass, rest);
                 found = std::move(followed.end);
@@ -284,11 +284,11 @@ class PreparedMassSprings : public core::PreparedModel {
     double stiffness_seconds_ = 0.0;
 };
 
-/// Modes or compliance of a body, with the seconds that the body takes as well.
+/// Modes or compliance of a body on its foundation, with the seconds that the body takes as well.
 /// @param find  (body)
 template <class Find> auto found_in(const core::Problem &problem, const MakeMassSprings &make, const Find &find) {
     const auto start = Clock::now();
-    auto found = find(make(*problem.body).body);
+    auto found = find(msm::on_foundation(make(*problem.body).body, problem));
     found.seconds = seconds_since(start);
     return found;
 }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <span>
@@ -67,20 +68,46 @@ constexpr double refined_tolerance = 1e-5;
 constexpr double near_places = 1.5;
 constexpr int times_near_places = 2;
 
+using MaybeFoundation = std::optional<core::Foundation>;
+
+/// A body on a foundation, or on none.
+StaticSolver solver_on(const std::shared_ptr<const core::Body> &body, const MaybeFoundation &foundation, int degree,
+                       SolverChoice choice, Formulation formulation) {
+    return {body, degree, choice, formulation, fem_reference::largest_direct_coarse_system, foundation};
+}
+
+/// Solutions of load cases, of those together that follow one another on one foundation or on none.
+/// @param solve  some load cases on the foundation of the first
+template <class Solve>
+std::vector<core::Solution> solve_by_foundation(std::span<const core::LoadCase> load_cases, const Solve &solve) {
+    std::vector<core::Solution> solutions;
+    while (!load_cases.empty()) {
+        const auto end = std::ranges::find_if(load_cases, [&](const core::LoadCase &load_case) {
+            return load_case.foundation != load_cases.front().foundation;
+        });
+        const auto some = load_cases.first(static_cast<std::size_t>(end - load_cases.begin()));
+        std::ranges::move(solve(some), std::back_inserter(solutions));
+        load_cases = load_cases.subspan(some.size());
+    }
+    return solutions;
+}
+
 /// Mixed elements on a finer mesh, with those on the mesh before as a preconditioner where nobody chose a solver.
 std::unique_ptr<StaticSolver> finer_solver(const core::BisectedProblem &refined, StaticSolver &coarse,
                                            SolverChoice choice) {
+    const auto &[body, load_case] = refined.problem;
     return choice == SolverChoice::automatic
-               ? std::make_unique<StaticSolver>(refined.problem.body, coarse, refined_tolerance,
-                                                refined.parent_tetrahedron)
-               : std::make_unique<StaticSolver>(refined.problem.body, 2, choice, Formulation::mixed);
+               ? std::make_unique<StaticSolver>(body, coarse, refined_tolerance, refined.parent_tetrahedron,
+                                                load_case.foundation)
+               : std::make_unique<StaticSolver>(solver_on(body, load_case.foundation, 2, choice, Formulation::mixed));
 }
 
 /// The compliance of the mixed elements on the mesh and on two that are finer near the places.
 core::Compliance refined_compliance(const core::Problem &problem, std::span<const core::InteriorPlace> places,
                                     SolverChoice choice) {
     std::vector<std::unique_ptr<StaticSolver>> solvers;
-    solvers.push_back(std::make_unique<StaticSolver>(problem.body, 2, choice, Formulation::mixed));
+    solvers.push_back(std::make_unique<StaticSolver>(
+        solver_on(problem.body, problem.load_case.foundation, 2, choice, Formulation::mixed)));
     auto found = solvers.back()->compliance(problem.load_case, places);
     auto finest = problem;
     for (int level = 0; level < times_near_places; ++level) {
@@ -100,12 +127,13 @@ bool has_slow_history(const core::LoadCase &load_case) {
     return load_case.slow_history.has_value();
 }
 
-/// The mixed solver of a body, and the load cases that it solved last: fem_p2p1_refined begins with the solutions that
-/// fem_p2p1 has just found.
+/// The mixed solver of a body on what it stands on, and the load cases that it solved last: fem_p2p1_refined begins
+/// with the solutions that fem_p2p1 has just found.
 class MixedSolverWithLast {
   public:
-    MixedSolverWithLast(const std::shared_ptr<const core::Body> &body, SolverChoice choice)
-        : solver(body, 2, choice, Formulation::mixed) {}
+    MixedSolverWithLast(const std::shared_ptr<const core::Body> &body, const MaybeFoundation &stands_on,
+                        SolverChoice choice)
+        : foundation(stands_on), solver(solver_on(body, stands_on, 2, choice, Formulation::mixed)) {}
 
     std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) {
         if (!std::ranges::equal(load_cases, last_, core::are_statically_equal)) {
@@ -116,6 +144,7 @@ class MixedSolverWithLast {
         return solutions_;
     }
 
+    MaybeFoundation foundation;
     StaticSolver solver;
 
   private:
@@ -123,36 +152,57 @@ class MixedSolverWithLast {
     std::vector<core::Solution> solutions_; ///< of last_; the same whatever a load case releases, since none moves
 };
 
-using SolveAll = std::function<std::vector<core::Solution>(std::span<const core::LoadCase>)>;
+/// A solver that others may use as well.
+struct SharedSolver {
+    std::shared_ptr<StaticSolver> in_turn; ///< for what takes one load case after the other
+    /// By the same solver.
+    std::function<std::vector<core::Solution>(std::span<const core::LoadCase>)> solve_all;
+};
 
-/// Solves with a solver that others may use as well.
+/// Solves with the solver of the foundation that came last.
 class PreparedElements : public core::PreparedModel {
   public:
-    /// @param solver     for what takes one load case after the other
-    /// @param solve_all  by the same solver
-    PreparedElements(std::shared_ptr<const core::Body> body, std::shared_ptr<StaticSolver> solver, SolverChoice choice,
-                     SolveAll solve_all)
-        : body_(std::move(body)), choice_(choice), solver_(std::move(solver)), solve_all_(std::move(solve_all)) {}
+    using MakeSolver = std::function<SharedSolver(const MaybeFoundation &)>;
+
+    PreparedElements(std::shared_ptr<const core::Body> body, SolverChoice choice, MakeSolver make)
+        : body_(std::move(body)), choice_(choice), make_(std::move(make)) {}
 
     std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
-        if (std::ranges::any_of(load_cases, has_slow_history))
-            return solve_in_turn(load_cases);
-        auto solutions = solve_all_(load_cases);
-        for (std::size_t i = 0; i < solutions.size(); ++i)
-            add_path(solutions[i], load_cases[i]);
-        return solutions;
+        return solve_by_foundation(load_cases, [this](std::span<const core::LoadCase> some) {
+            stand_on(some.front().foundation);
+            if (std::ranges::any_of(some, has_slow_history))
+                return solve_in_turn(some);
+            auto solutions = here_->solver.solve_all(some);
+            for (std::size_t i = 0; i < solutions.size(); ++i)
+                add_path(solutions[i], some[i]);
+            return solutions;
+        });
     }
 
   private:
+    struct Place {
+        MaybeFoundation foundation;
+        SharedSolver solver;
+        std::optional<RelaxingSolver> relaxing; ///< when the first history comes
+    };
+
+    void stand_on(const MaybeFoundation &foundation) {
+        if (here_ && here_->foundation == foundation)
+            return;
+        here_.reset();
+        here_.emplace(foundation, make_(foundation));
+    }
+
     std::vector<core::Solution> solve_in_turn(std::span<const core::LoadCase> load_cases) {
-        if (!relaxing_)
-            relaxing_.emplace(body_, *solver_, choice_);
+        auto &solver = *here_->solver.in_turn;
+        if (!here_->relaxing)
+            here_->relaxing.emplace(body_, solver, choice_);
         std::vector<core::Solution> solutions;
         for (const auto &load_case : load_cases)
             if (has_slow_history(load_case)) {
-                solutions.push_back(relaxing_->solve(load_case));
+                solutions.push_back(here_->relaxing->solve(load_case));
             } else {
-                solutions.push_back(solver_->solve(load_case));
+                solutions.push_back(solver.solve(load_case));
                 add_path(solutions.back(), load_case);
             }
         return solutions;
@@ -160,23 +210,23 @@ class PreparedElements : public core::PreparedModel {
 
     std::shared_ptr<const core::Body> body_;
     SolverChoice choice_;
-    std::shared_ptr<StaticSolver> solver_;
-    SolveAll solve_all_;
-    std::optional<RelaxingSolver> relaxing_; ///< when the first history comes
+    MakeSolver make_;
+    std::optional<Place> here_; ///< when the first load case comes
 };
 
-/// The mixed solver of a body, while somebody uses it: fem_p2p1 solves with it, and fem_p2p1_refined takes it for its
-/// coarsest level.
+/// The mixed solver of the body and foundation that came last, while somebody uses it: fem_p2p1 solves with it, and
+/// fem_p2p1_refined takes it for its coarsest level.
 class MixedSolvers {
   public:
     explicit MixedSolvers(SolverChoice choice) : choice_(choice) {}
 
     SolverChoice choice() const { return choice_; }
 
-    std::shared_ptr<MixedSolverWithLast> on(const std::shared_ptr<const core::Body> &body) {
-        if (auto solver = solver_.lock(); solver && body_.lock() == body)
+    std::shared_ptr<MixedSolverWithLast> on(const std::shared_ptr<const core::Body> &body,
+                                            const MaybeFoundation &foundation) {
+        if (auto solver = solver_.lock(); solver && body_.lock() == body && solver->foundation == foundation)
             return solver;
-        auto solver = std::make_shared<MixedSolverWithLast>(body, choice_);
+        auto solver = std::make_shared<MixedSolverWithLast>(body, foundation, choice_);
         body_ = body;
         solver_ = solver;
         return solver;
@@ -189,11 +239,12 @@ class MixedSolvers {
 };
 
 std::unique_ptr<core::PreparedModel> mixed_elements(const std::shared_ptr<const core::Body> &body,
-                                                    MixedSolvers &solvers) {
-    const auto shared = solvers.on(body);
-    const std::shared_ptr<StaticSolver> solver(shared, &shared->solver);
-    return std::make_unique<PreparedElements>(body, solver, solvers.choice(),
-                                              [shared](auto load_cases) { return shared->solve(load_cases); });
+                                                    const std::shared_ptr<MixedSolvers> &solvers) {
+    return std::make_unique<PreparedElements>(
+        body, solvers->choice(), [body, solvers](const MaybeFoundation &foundation) -> SharedSolver {
+            const auto shared = solvers->on(body, foundation);
+            return {{shared, &shared->solver}, [shared](auto load_cases) { return shared->solve(load_cases); }};
+        });
 }
 
 /// Half a percent, where four meshes give it.
@@ -204,15 +255,23 @@ constexpr Refinement refinement{.goal = 0.005, .finest_level = 3};
 /// preconditioner.
 class PreparedRefinedElements : public core::PreparedModel {
   public:
-    PreparedRefinedElements(std::shared_ptr<const core::Body> body, MixedSolvers &solvers)
-        : body_(std::move(body)), choice_(solvers.choice()), shared_(solvers.on(body_)), solver_(&shared_->solver) {}
+    PreparedRefinedElements(std::shared_ptr<const core::Body> body, std::shared_ptr<MixedSolvers> solvers)
+        : body_(std::move(body)), choice_(solvers->choice()), solvers_(std::move(solvers)) {}
 
     std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
         std::vector<core::LoadCase> at_rest(load_cases.begin(), load_cases.end());
         for (auto &load_case : at_rest)
             load_case.release.reset(); // motion on the refined mesh would take hours
+        return solve_by_foundation(
+            at_rest, [this](std::span<const core::LoadCase> some) { return solve_on_one_foundation(some); });
+    }
+
+  private:
+    std::vector<core::Solution> solve_on_one_foundation(std::span<const core::LoadCase> at_rest) {
+        shared_ = solvers_->on(body_, at_rest.front().foundation);
+        solver_ = &shared_->solver;
         std::vector<core::Solution> solutions;
-        if (std::ranges::any_of(load_cases, has_slow_history)) {
+        if (std::ranges::any_of(at_rest, has_slow_history)) {
             for (const auto &load_case : at_rest)
                 solutions.push_back(has_slow_history(load_case) ? solve_history(load_case)
                                                                 : solve_one(load_case, solver_->solve(load_case)));
@@ -224,7 +283,6 @@ class PreparedRefinedElements : public core::PreparedModel {
         return solutions;
     }
 
-  private:
     /// Solution of a body that relaxes: on each mesh with what is needed of elastic solutions there.
     core::Solution solve_history(const core::LoadCase &load_case) {
         core::Problem problem{body_, load_case};
@@ -261,8 +319,9 @@ class PreparedRefinedElements : public core::PreparedModel {
 
     std::shared_ptr<const core::Body> body_;
     SolverChoice choice_;
-    std::shared_ptr<MixedSolverWithLast> shared_;
-    StaticSolver *solver_; ///< on the mesh
+    std::shared_ptr<MixedSolvers> solvers_;
+    std::shared_ptr<MixedSolverWithLast> shared_; ///< on the mesh, of the load cases that came last
+    StaticSolver *solver_ = nullptr;              ///< the same
 };
 
 core::Model model(const FemModel &elements, core::PrepareModel prepare) {
@@ -273,6 +332,7 @@ core::Model model(const FemModel &elements, core::PrepareModel prepare) {
             .at_rest = elements.at_rest,
             .in_motion = elements.in_motion,
             .only = elements.only,
+            .follows = core::EventSet::of<core::Release, core::ToolMotion, core::Foundation>(),
             .is_collective = support::mpi_num_ranks() > 1};
 }
 
@@ -305,17 +365,21 @@ std::vector<core::Model> distributed_models() {
 /// Elements of displacement alone, which know their modes.
 core::Model displacement_elements(const FemModel &elements, int degree, SolverChoice choice) {
     auto result = model(elements, [=](const std::shared_ptr<const core::Body> &body, const core::LoadCase *common) {
-        auto solver = std::make_shared<StaticSolver>(body, degree, choice, Formulation::displacement);
-        if (common)
-            solver->prepare(*common);
-        return std::make_unique<PreparedElements>(body, solver, choice,
-                                                  [solver](auto load_cases) { return solver->solve(load_cases); });
+        const auto make = [=, constrained = common ? std::optional(*common)
+                                                   : std::nullopt](const MaybeFoundation &foundation) -> SharedSolver {
+            auto solver =
+                std::make_shared<StaticSolver>(solver_on(body, foundation, degree, choice, Formulation::displacement));
+            if (constrained)
+                solver->prepare(*constrained);
+            return {solver, [solver](auto load_cases) { return solver->solve(load_cases); }};
+        };
+        return std::make_unique<PreparedElements>(body, choice, make);
     });
     result.modes = [degree](const core::Problem &problem, int count) {
         return fem_reference::lowest_modes(problem, degree, count);
     };
     result.compliance = [=](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
-        return StaticSolver(problem.body, degree, choice, Formulation::displacement)
+        return solver_on(problem.body, problem.load_case.foundation, degree, choice, Formulation::displacement)
             .compliance(problem.load_case, places);
     };
     return result;
@@ -328,14 +392,14 @@ std::vector<core::Model> models(const ModelOptions &options) {
     const auto solvers = std::make_shared<MixedSolvers>(choice);
     auto on_mesh =
         model(fem_p2p1, [solvers](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
-            return mixed_elements(body, *solvers);
+            return mixed_elements(body, solvers);
         });
     on_mesh.compliance = [solvers](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
-        return solvers->on(problem.body)->solver.compliance(problem.load_case, places);
+        return solvers->on(problem.body, problem.load_case.foundation)->solver.compliance(problem.load_case, places);
     };
     auto finer = model(fem_p2p1_refined,
                        [solvers](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
-                           return std::make_unique<PreparedRefinedElements>(body, *solvers);
+                           return std::make_unique<PreparedRefinedElements>(body, solvers);
                        });
     finer.compliance = [choice](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
         return refined_compliance(problem, places, choice);

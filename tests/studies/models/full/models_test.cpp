@@ -16,6 +16,7 @@
 #include "msm/spring_law.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/refined_solution.hpp"
+#include "tests/samples/even_foundation.hpp"
 #include "tests/samples/test_meshes.hpp"
 #include "tests/samples/touched_block.hpp"
 
@@ -78,6 +79,53 @@ TEST(EveryModel, SolvesInTheShapesOfTheProblem) {
         const double weight = 1060.0 * 0.1 * 0.05 * 0.05 * 0.01;
         EXPECT_NEAR(solution.reaction[0].z(), weight, 1e-9 * weight) << model.name;
     }
+}
+
+/// One after the other, as if each were alone; and where springs bear a block, all models move a third as far or less.
+TEST(EveryModel, ThatFollowsFoundationsStandsOnThatOfEachLoadCase) {
+    const auto body = tests::make_body(tests::box_mesh({0.1, 0.05, 0.05}, {4, 2, 2}), tissue_of_all_laws);
+    auto alone = tests::empty_load_case(body->mesh);
+    tests::prescribe(alone, body->mesh, "x_min", core::Vector3::Zero());
+    alone.acceleration = {0.0, 0.0, -0.01};
+    std::vector<int> below;
+    for (int f = 0; f < body->mesh.num_boundary_triangles(); ++f)
+        if (body->mesh.patch_names[body->mesh.boundary_patch[f]] == "z_min")
+            below.push_back(f);
+    auto soft = alone, stiff = alone;
+    soft.foundation = tests::even_foundation(below, 2e4, true);
+    stiff.foundation = tests::even_foundation(below, 1e6, false);
+    const std::vector<core::LoadCase> load_cases{alone, soft, stiff, alone};
+    const auto peak = [](const core::Solution &solution) {
+        double largest = 0.0;
+        for (const auto &u : solution.displacement)
+            largest = std::max(largest, u.norm());
+        return largest;
+    };
+    std::set<std::string> names;
+    for (const auto &model : models::all_models()) {
+        if (!model.takes_part_in({body, soft}))
+            continue;
+        names.insert(model.name);
+        const auto solutions = model.prepare(body, nullptr)->solve(load_cases);
+        ASSERT_EQ(solutions.size(), load_cases.size()) << model.name;
+        for (std::size_t c = 0; c < load_cases.size(); ++c) {
+            ASSERT_EQ(solutions[c].status, core::SolutionStatus::ok) << model.name << ": " << solutions[c].message;
+            const auto expected = c + 1 == load_cases.size() ? solutions[0] : model.solve({body, load_cases[c]});
+            ASSERT_EQ(expected.status, core::SolutionStatus::ok) << model.name << ": " << expected.message;
+            for (std::size_t i = 0; i < expected.displacement.size(); ++i)
+                EXPECT_LT((solutions[c].displacement[i] - expected.displacement[i]).norm(), 1e-4 * peak(expected))
+                    << model.name << ", load case " << c;
+        }
+        EXPECT_LT(peak(solutions[1]), 0.33 * peak(solutions[0])) << model.name;
+        EXPECT_LT(peak(solutions[2]), 0.33 * peak(solutions[1])) << model.name;
+        if (model.modes) {
+            EXPECT_GT(model.modes({body, stiff}, 1).angular_frequency.front(),
+                      1.5 * model.modes({body, alone}, 1).angular_frequency.front())
+                << model.name;
+        }
+    }
+    for (const auto *name : {"fem_p1", "fem_p2", "fem_p2p1", "fem_p2p1_refined", "nodal_springs", "lloyd"})
+        EXPECT_TRUE(names.contains(name)) << name;
 }
 
 /// The whole field of every second record: it begins with the static solution, and its probes are the probes.
