@@ -35,8 +35,6 @@ void refuse_company_of_foundation(const Reading &reading) {
     for (const auto *table : tables)
         support::refuse_unknown_keys(*table, keys_with_place({"name", "stiffness", "normal_only"}));
     const auto &foundation = *tables.front();
-    if (reading.load_case.regime != core::Regime::large)
-        support::refuse(foundation, "models of small deformations know no foundation; write regime = \"large\"");
     const auto has_key = [&reading](const char *key) { return reading.table.contains(key); };
     if (reading.load_case.scale_to_target ||
         std::ranges::any_of(std::array{"history", "release", "tool", "needle"}, has_key))

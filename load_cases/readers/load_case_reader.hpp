@@ -131,8 +131,8 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///
 /// What it exerts is the reaction "touch", and what the other jaw exerts "other jaw".
 ///
-/// A place may stand on elastic springs beside what else acts, in the large regime, as ligaments and the diaphragm bear
-/// a liver. Something else still constrains the body:
+/// A place may stand on elastic springs beside what else acts, as ligaments and the diaphragm bear a liver. Something
+/// else still constrains the body:
 ///
 ///     [foundation]      # or several, each a [[foundation]]; a facet in two of them has the springs of the first
 ///     patch = "posterior"                     # or another place, less what conditions constrain

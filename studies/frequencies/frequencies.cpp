@@ -247,6 +247,18 @@ ScaledSteps examine_scaled(const core::Problem &problem, const models::MovingSpr
     return steps;
 }
 
+/// Bodies with constraints alone: what bears them is none of the springs whose steps are looked at.
+/// @throws support::InputError for a load case with a foundation
+ProblemSet read_unborne_problems(const StabilityOptions &options) {
+    auto set = read_constrained_problems(options.bodies, options.load_case, options.material);
+    for (const auto &problem : set.problems)
+        if (problem.load_case.foundation)
+            throw support::InputError(fmt::format("load case {} has an elastic foundation, which explicit steps of "
+                                                  "springs do not know; name another one, such as traction",
+                                                  problem.load_case.name));
+    return set;
+}
+
 } // namespace
 
 Found<results::Result> find_modes(const ModesOptions &options, const std::string &command_line,
@@ -283,8 +295,7 @@ Found<results::Stability> find_stability(const StabilityOptions &options, const 
                                          const ProgressReport &report) {
     const auto all_springs = springs_to_examine(options);
     const auto integrators = find_integrators(options.integrators);
-    const auto [problems, notes, left_out] =
-        read_constrained_problems(options.bodies, options.load_case, options.material);
+    const auto [problems, notes, left_out] = read_unborne_problems(options);
     Found<results::Stability> found{{}, notes};
     Steps steps(static_cast<int>(problems.size() * all_springs.size() * (1 + integrators.size())), report);
     for (const auto &problem : problems)
@@ -309,7 +320,7 @@ double ScaledSteps::scaled_cost() const {
 }
 
 std::vector<ScaledSteps> find_scaled_steps(const StabilityOptions &options, const ProgressReport &report) {
-    const auto set = read_constrained_problems(options.bodies, options.load_case, options.material);
+    const auto set = read_unborne_problems(options);
     std::vector<models::MovingSpringModel> models;
     std::ranges::copy_if(models::moving_spring_models(), std::back_inserter(models),
                          [](const auto &model) { return !model.only_when_named; });

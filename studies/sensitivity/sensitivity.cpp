@@ -92,6 +92,10 @@ SampledCase sampled_case(const core::Problem &nominal, const SensitivityOptions 
             "load case {} {}; patients are sampled at rest in the small regime, so name another one such as "
             "palpation",
             nominal.load_case.name, nominal.load_case.release ? "moves in time" : "is of the large regime"));
+    if (nominal.load_case.foundation)
+        throw support::InputError(fmt::format("load case {} has an elastic foundation, and what bears sampled patients "
+                                              "is itself sampled; name another one such as palpation",
+                                              nominal.load_case.name));
     return {.nominal = nominal,
             .outputs = outputs_of(nominal),
             .output = {options.output, nominal, fmt::format("sensitivity.{}.h5", nominal.load_case.name)}};

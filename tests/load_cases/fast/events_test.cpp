@@ -194,6 +194,12 @@ TEST(Foundation, BearsThePlaceThatItNames) {
     EXPECT_FALSE(load_case.in_time());
 }
 
+TEST(Foundation, IsThatOfBothRegimes) {
+    const auto small = parse_standing(tests::replaced(standing, "regime = \"large\"", ""));
+    EXPECT_EQ(small.regime, core::Regime::small);
+    EXPECT_EQ(small.foundation, parse_standing(standing).foundation);
+}
+
 TEST(Foundation, IsNoLoad) {
     const auto load_case = parse_standing(standing);
     EXPECT_EQ(core::scaled(load_case, 0.5).foundation, load_case.foundation);
@@ -236,11 +242,12 @@ TEST(Foundation, IsRefusedWhereItIsNone) {
     tests::expect_golden(
         "refusals_of_foundations",
         tests::refusals_after(
-            {"regime = \"large\" -> regime = \"small\"", "stiffness = 1e5 -> stiffness = -1e5", "stiffness -> stifness",
-             "patch = \"z_min\" -> patch = \"x_min\"",
+            {"stiffness = 1e5 -> stiffness = -1e5", "stiffness -> stifness", "patch = \"z_min\" -> patch = \"x_min\"",
              "patch = \"z_min\" -> disc = { patch = \"z_min\", radius = 0.03, profile = \"round\" }",
              "regime -> scale_to_target = true\ntarget_peak_displacement = 0.001\nregime",
-             "[foundation] -> [history]\nrelaxation = { moduli = [0.2], times = [1.0] }\npress = 1.0\n[foundation]"},
+             "[foundation] -> [history]\nrelaxation = { moduli = [0.2], times = [1.0] }\npress = 1.0\n[foundation]",
+             "regime = \"large\" -> [release]\nduration = 1.0\noutput_interval = 0.1\nalpha = 1.0\nbeta = 0.0\n"
+             "[[probe]]\nname = \"end\"\npatch = \"x_max\""},
             standing, parse_standing));
 }
 
