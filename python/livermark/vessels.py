@@ -9,6 +9,8 @@ from typing import Any, Optional, Union
 import numpy
 from numpy.typing import NDArray
 
+from livermark.volumes import corner_weights
+
 
 @dataclass(frozen=True)
 class Vessels:
@@ -30,23 +32,9 @@ class Vessels:
 
     def moved(self, points: NDArray[numpy.float64], corners: NDArray[numpy.integer],
               displacement: NDArray[numpy.float64]) -> Vessels:
-        """Where they are when the nodes (N, 3) of tetrahedra (M, 4) have moved by a displacement (N, 3): each point by that of
-        the tetrahedron that holds it, and outside the mesh by that of the nearest node."""
-        low, high = (end(points[corners], axis=1) for end in (numpy.min, numpy.max))
-        margin = 1e-9 * numpy.ptp(points, axis=0).max()
-        used = numpy.unique(corners)
-        places = numpy.empty_like(self.points)
-        for p, place in enumerate(self.points):
-            near = corners[((place >= low - margin) & (place <= high + margin)).all(axis=1)]
-            first, edges = points[near[:, 0]], points[near[:, 1:]] - points[near[:, :1]]
-            weights = numpy.linalg.solve(edges.transpose(0, 2, 1), (place - first)[..., None])[..., 0]
-            weights = numpy.concatenate([1.0 - weights.sum(axis=1, keepdims=True), weights], axis=1)
-            best = int(weights.min(axis=1).argmax()) if len(near) else -1
-            if best >= 0 and weights[best].min() > -1e-9:
-                places[p] = place + weights[best] @ displacement[near[best]]
-            else:
-                places[p] = place + displacement[used[((points[used] - place) ** 2).sum(axis=1).argmin()]]
-        return replace(self, points=places)
+        """Where they are when the nodes (N, 3) of tetrahedra (M, 4) have moved by a displacement (N, 3): corner_weights()."""
+        tetrahedron, weights = corner_weights(self.points, points, corners)
+        return replace(self, points=self.points + numpy.einsum("vc,vcd->vd", weights, displacement[corners[tetrahedron]]))
 
 
 def vessels_of(lines: Optional[dict[str, Any]]) -> Optional[Vessels]:
@@ -61,3 +49,12 @@ def read_swc(path: Union[str, os.PathLike[str]]) -> Vessels:
     place = {int(number): row for row, number in enumerate(rows[:, 0])}
     segments = [(place[int(before)], row) for row, before in enumerate(rows[:, 6]) if before >= 0]
     return Vessels(rows[:, 2:5], rows[:, 5], numpy.array(segments, dtype=numpy.int64).reshape(-1, 2))
+
+
+def swc_text(vessels: Vessels) -> str:
+    """Such a file; each point ends one segment at most."""
+    parent = numpy.full(len(vessels.points), -1)
+    parent[vessels.segments[:, 1]] = vessels.segments[:, 0] + 1
+    rows = zip(vessels.points.tolist(), vessels.radius.tolist(), parent.tolist())
+    return "".join(f"{number} 0 {x:.9g} {y:.9g} {z:.9g} {radius:.9g} {before}\n"
+                   for number, ((x, y, z), radius, before) in enumerate(rows, start=1))

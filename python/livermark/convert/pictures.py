@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Union
 import numpy
 
 from livermark.errors import InputError
+from livermark.vessels import Vessels
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -121,19 +122,6 @@ def _chains(segments: NDArray, num_points: int) -> list[list[int]]:
     return chains
 
 
-def _moved_with(points: NDArray, tetrahedra: NDArray, displacement: NDArray, places: NDArray) -> NDArray:
-    """Displacement (V, 3) of places (V, 3): of the tetrahedron that has each, or of the one that it is the least outside of."""
-    corners = points[tetrahedra]
-    to_coordinates = numpy.linalg.inv(numpy.moveaxis(corners[:, 1:] - corners[:, :1], 1, 2))
-    moved = numpy.empty_like(places)
-    for v, place in enumerate(places):
-        others = numpy.einsum("tij,tj->ti", to_coordinates, place - corners[:, 0])
-        coordinates = numpy.column_stack([1.0 - others.sum(axis=1), others])
-        best = int(coordinates.min(axis=1).argmax())
-        moved[v] = coordinates[best] @ displacement[tetrahedra[best]]
-    return moved
-
-
 def vessels_to_vtk(result: ResultFile, moved_by: Union[None, str, ArrayLike] = None):
     """A vtkPolyData of the vessels of a result file: lines, with radius [m] and displacement [m] of their points.
 
@@ -148,7 +136,8 @@ def vessels_to_vtk(result: ResultFile, moved_by: Union[None, str, ArrayLike] = N
         of_nodes = result[moved_by].displacement if isinstance(moved_by, str) else numpy.asarray(moved_by, dtype=float)
         if of_nodes.shape != result.points.shape:
             raise InputError(f"moved_by: the shape is {of_nodes.shape}; give one of shape {result.points.shape}")
-        displacement = _moved_with(result.points, result.tetrahedra, of_nodes, places)
+        tree = Vessels(places, radius, result.vessels["segments"])
+        displacement = tree.moved(result.points, result.tetrahedra, of_nodes).points - places
     try:
         from vtkmodules.util.numpy_support import numpy_to_vtk
         from vtkmodules.vtkCommonCore import vtkPoints

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from livermark import suite
 from livermark.errors import InputError
 from livermark.studies import to_toml
-from livermark.volumes import corner_weights, tetrahedron_volumes
+from livermark.vessels import Vessels, swc_text
+from livermark.volumes import tetrahedron_volumes
 
 Array = NDArray[numpy.float64]
 GRAVITY = 9.81  #: [m/s^2]
@@ -78,24 +79,6 @@ def read_supports(load_case: os.PathLike[str] | str) -> dict[str, Any]:
     return {"condition": held, **({"foundation": foundations} if foundations else {})}
 
 
-class Vessels:
-    """The vessels of a body as lines, whose points move with the tetrahedra that hold them."""
-
-    def __init__(self, tree: tuple[Array, Array, NDArray[numpy.int32]], points: Array, tetrahedra: NDArray[numpy.int32]) -> None:
-        places, self.radius, segments = tree
-        tetrahedron, self.weights = corner_weights(places, points, tetrahedra)
-        self.corners = tetrahedra[tetrahedron]
-        self.parent = numpy.full(len(places), -1)  #: (V) number in the file of the point before, from 1 on
-        self.parent[segments[:, 1]] = segments[:, 0] + 1
-
-    def write(self, path: pathlib.Path, points: Array) -> None:
-        """Writes them as SWC [m], moved with nodes that are elsewhere."""
-        moved = numpy.einsum("vc,vcd->vd", self.weights, points[self.corners])
-        rows = zip(moved.tolist(), self.radius.tolist(), self.parent.tolist())
-        path.write_text("".join(f"{number} 0 {x:.9g} {y:.9g} {z:.9g} {radius:.9g} {parent}\n"
-                                for number, ((x, y, z), radius, parent) in enumerate(rows, start=1)))
-
-
 class Scan:
     """A scanned body, the places where it is held, and files of bodies of other shapes that are made of it."""
 
@@ -130,7 +113,7 @@ class Scan:
         if "stiffness_map" in table:  # whose file lies beside the body
             table["stiffness_map"]["file"] = str((path.parent / table["stiffness_map"]["file"]).resolve())
         tree = self.problem.vessels
-        self.vessels = Vessels(tree, self.points, self.tetrahedra) if tree else None
+        self.vessels = Vessels(*tree) if tree else None
         self.table = {"regions": regions, **{key: value for key, value in table.items() if key not in (
             "mesh", "unit", "find_patches", "generator", "axes", "image")}}
 
@@ -193,7 +176,7 @@ class Scan:
         described = {key: value for key, value in self.table.items() if key != "patches" or not tool}
         if self.vessels:
             lines = path.with_suffix(".swc")
-            self.vessels.write(lines, points)
+            lines.write_text(swc_text(self.vessels.moved(self.points, self.tetrahedra, points - self.points)))
             described["vessels"] = {**described["vessels"], "file": lines.name, "unit": "m"}
         path.write_text(to_toml({**described, **top}, ""))
 
