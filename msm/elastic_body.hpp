@@ -24,6 +24,13 @@ enum class Tangent {
     material       ///< only what is left at rest: sum of c w w^T, where c w (w . u) are the forces of small strains
 };
 
+/// Tetrahedra of a body after cuts, by the numbers that they and nodes keep, see cutting/cut_parts.hpp.
+struct CutTetrahedra {
+    const Eigen::VectorXd &rest;                  ///< (3N) nodes at rest [m]
+    const std::vector<std::array<int, 4>> &nodes; ///< (M)
+    const std::vector<char> &is_removed;          ///< (M)
+};
+
 /// One part of the elastic energy of a body, say its springs, or what its volume resists. One file each. Vectors are of
 /// 3N components, 3 i + component for node i: positions x [m] and velocities v [m/s].
 class ElasticTerm {
@@ -63,6 +70,9 @@ class ElasticTerm {
 
     /// Whether it acts on few nodes, so that fast kernels may leave it to add_force() in each step.
     virtual bool is_beside_kernels() const { return false; }
+
+    /// The same term of what cuts have left; null where it is not beside the kernels, which then follow themselves.
+    virtual std::shared_ptr<const ElasticTerm> after_cut(const CutTetrahedra & /*left*/) const { return nullptr; }
 };
 
 /// Point masses with an elastic energy between them. Copies share the terms, which never change.
@@ -239,9 +249,13 @@ struct StepParts {
     std::vector<double> edge_modulus;
     std::vector<std::array<int, 6>> edge_part; ///< (M) which of them, in the order of core::tetrahedron_edges
     std::vector<double> inner_modulus;         ///< (M) of those that stay inside each tetrahedron [Pa]
-    std::vector<double> least_volume;          ///< (M) [m^3] below which a tetrahedron is pushed back
-    std::vector<double> guard_stiffness;       ///< (M) pressure for each m^3 that it then lacks [Pa/m^3]
-    std::vector<double> watched_volume;        ///< (M) see FastStepOptions [m^3]
+    /// (M) shear modulus of each tetrahedron [Pa]: coupled_modulus and edge_modulus are its means by volume times
+    /// part_of_means. Empty where those of a region are one.
+    std::vector<double> tetrahedron_modulus;
+    double part_of_means = 0.0;          ///< of the stiffness of coupled springs
+    std::vector<double> least_volume;    ///< (M) [m^3] below which a tetrahedron is pushed back
+    std::vector<double> guard_stiffness; ///< (M) pressure for each m^3 that it then lacks [Pa/m^3]
+    std::vector<double> watched_volume;  ///< (M) see FastStepOptions [m^3]
     /// (M) tetrahedra that a cut has taken away and that are still in their places here, empty if none are: see
     /// cutting/cut_parts.hpp. They have no volume and no stiffness.
     std::vector<char> is_removed;

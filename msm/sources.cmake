@@ -8,4 +8,4 @@ set(livermark_portable_msm_sources springs/tetrahedron.cpp springs/coupled_sprin
   kernels/layout/sliced_fans.cpp kernels/layout/sliced_nodal_springs.cpp
   kernels/layout/sliced_body.cpp kernels/layout/sliced_springs.cpp kernels/layout/sliced_edges.cpp
   kernels/layout/new_volumes.cpp kernels/layout/new_chunk.cpp kernels/relaxation.cpp
-  cutting/cut_parts.cpp dynamics/spring_stepper.cpp kernels/thread_pool.cpp ${livermark_vector_msm_sources})
+  cutting/cut_parts.cpp cutting/around_cut.cpp dynamics/spring_stepper.cpp kernels/thread_pool.cpp ${livermark_vector_msm_sources})

@@ -12,7 +12,6 @@
 #include "core/support/input_error.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "meshes/cutting/parting.hpp"
-#include "msm/dynamics/spring_stepper.hpp"
 
 namespace livermark::live {
 
@@ -83,8 +82,12 @@ std::vector<bool> constrained_remains(const Remains &remains, const std::vector<
     return constrained;
 }
 
-std::string unknown_to_cuts(const core::Body &body) {
-    return msm::unknown_to_cuts(body);
+std::vector<double> remaining_factors(const Remains &remains, const core::Body &whole) {
+    std::vector<double> factors;
+    if (!whole.modulus_factor.empty())
+        for (const int t : remains.tetrahedron)
+            factors.push_back(whole.modulus_factor[t]);
+    return factors;
 }
 
 double wound_area(const Remains &remains) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
@@ -26,8 +25,9 @@ Remains remains_of(const core::TetraMesh &whole, const std::vector<char> &is_gon
 /// @param is_constrained  shape (T) of the whole mesh
 std::vector<bool> constrained_remains(const Remains &remains, const std::vector<bool> &is_constrained);
 
-/// Parts of a body that cuts in motion do not know, and the remedy: msm::unknown_to_cuts().
-std::string unknown_to_cuts(const core::Body &body);
+/// Map of stiffness of what is left, see core::Body::modulus_factor.
+/// @param whole  before all cuts
+std::vector<double> remaining_factors(const Remains &remains, const core::Body &whole);
 
 /// Area of the wound [m^2].
 double wound_area(const Remains &remains);

@@ -106,7 +106,7 @@ void Scene::prepare_steps(bool may_be_scaled) {
                                        .watched_volume = rest ? watched_of_whole(*rest, stepping, num_tetrahedra)
                                                               : watched_volumes(prepared_->body, prepared_->parts,
                                                                                 conditions, stepping),
-                                       .may_be_cut = msm::unknown_to_cuts(body_).empty()},
+                                       .may_be_cut = true},
                            .critical_time_step = chosen.critical_time_step,
                            .bears_ball_as_loads = true},
         conditions);

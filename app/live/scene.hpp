@@ -294,11 +294,11 @@ class Scene {
 
     /// Takes tetrahedra away from the body as it moves, and the tool with them: what is left goes on from where it is,
     /// as fast as it was. Nodes keep their numbers; those that are gone stay where they are, and in frames they do not
-    /// move. Springs, means and masses are found again around the cut alone, as msm::CutParts does, and steps are
-    /// divided where they would be too long now.
-    /// @throws support::InputError with nothing changed if nothing has been chosen, for what find_cut() refuses, for a
-    ///   cut that has been made already, and for a body with parts that cuts in motion do not know: see
-    ///   msm::unknown_to_cuts()
+    /// move. Springs, means and masses are found again around the cut alone, as msm::CutParts does, capsule and vessels
+    /// lose what goes, and steps are divided where they would be too long now.
+    /// @throws support::InputError with nothing changed if nothing has been chosen, for what find_cut() refuses, and
+    /// for
+    ///   a cut that has been made already
     CutReading cut(const CutRequest &request);
 
     /// Remains that cuts have left.

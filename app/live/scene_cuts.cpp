@@ -121,12 +121,12 @@ std::vector<int> Scene::gone() const {
     return numbers;
 }
 
-/// Remains of the body, as a ball may touch them. Only a body without cuts has a map of stiffness.
+/// Remains of the body, as a ball may touch them.
 TouchableBody Scene::touchable_remains() const {
     return touchable_body({.name = {},
                            .mesh = remains_.mesh,
                            .materials = prepared_->body.materials,
-                           .modulus_factor = prepared_->body.modulus_factor},
+                           .modulus_factor = remaining_factors(remains_, prepared_->body)},
                           constrained_remains(), prepared_->parts.body.softness);
 }
 
@@ -203,8 +203,6 @@ void Scene::undo_cuts(std::size_t num_left) {
 CutReading Scene::cut(const CutRequest &request) {
     if (!steps_)
         throw support::InputError("nothing has been chosen yet that could be cut; choose springs first");
-    if (const auto unknown = msm::unknown_to_cuts(body_); !unknown.empty())
-        throw support::InputError("the body {}", unknown);
     if (std::ranges::find(cuts_, request.tool, &MadeCut::tool) != cuts_.end())
         throw support::InputError("this cut has been made already; choose another one");
     CutReading reading;

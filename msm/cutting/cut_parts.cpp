@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "msm/dynamics/time_step.hpp"
+#include "core/capsule.hpp"
 #include "msm/springs/springs.hpp"
 #include "msm/springs/tetrahedron.hpp"
 
@@ -34,9 +34,22 @@ std::vector<int> CutParts::once(const std::vector<std::array<int, n>> &numbers, 
 template std::vector<int> CutParts::once(const std::vector<std::array<int, 4>> &, std::span<const int>);
 template std::vector<int> CutParts::once(const std::vector<std::array<int, 6>> &, std::span<const int>);
 
+namespace {
+
+/// Stiffness that a covered facet adds to each of its edges [N/m].
+double stiffness_of_facet(const core::Capsule &capsule) {
+    core::Body facet{.name = {}, .mesh = {}, .materials = {}, .capsule = capsule};
+    facet.mesh.boundary_triangles = {{0, 1, 2}};
+    facet.mesh.boundary_patch = {0};
+    facet.mesh.patch_names = {"surface"};
+    return core::capsule_springs(facet, {.edges = {{0, 1}, {0, 2}, {1, 2}}, .tetrahedron_edge = {}}).front();
+}
+
+} // namespace
+
 std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticBody &elastic,
                                           std::optional<SpringSource> springs) {
-    auto known = step_parts(elastic);
+    auto known = step_parts(part_terms(elastic).in_kernels);
     if (!known)
         return std::nullopt;
     const auto &mesh = body.mesh;
@@ -48,6 +61,10 @@ std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticB
     result.tetrahedra_ = mesh.tetrahedra;
     result.node_lists_ = NumberLists(mesh.tetrahedra, mesh.points.size());
     const auto volumes = core::tetrahedron_volumes(mesh);
+    if (!body.modulus_factor.empty()) {
+        result.modulus_factor_ = body.modulus_factor;
+        result.volume_in_means_ = volumes;
+    }
     for (std::size_t t = 0; t < volumes.size(); ++t)
         result.mass_share_.push_back(body.materials[mesh.region[t]].density * volumes[t] / 4.0);
     if (!result.parts_.edges.empty()) {
@@ -58,6 +75,12 @@ std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticB
         if (result.source_ && result.source_->law.edge_stiffness)
             for (std::size_t t = 0; t < volumes.size(); ++t)
                 result.edge_stiffness_.push_back(result.source_->law.edge_stiffness(result.source_->body, t));
+        if (body.capsule) {
+            result.stiffness_of_facet_ = stiffness_of_facet(*body.capsule);
+            result.is_covered_.assign(mesh.tetrahedra.size(), {});
+            for (const auto &[tetrahedron, corners, facet] : covered_faces(body))
+                result.is_covered_[tetrahedron][6 - corners[0] - corners[1] - corners[2]] = true;
+        }
     }
     const auto &parts = result.parts_;
     const auto x = to_unknowns(mesh.points);
@@ -70,7 +93,9 @@ std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticB
             result.volume_modulus_.push_back(
                 modulus_beside_springs(body.materials[mesh.region[result.volume_lists_.of(c).front()]]));
     }
-    for (auto *lists : {&result.node_lists_, &result.spring_lists_, &result.volume_lists_})
+    if (!parts.edge_modulus.empty() && !parts.tetrahedron_modulus.empty())
+        result.edge_part_lists_ = NumberLists(parts.edge_part, parts.edge_modulus.size());
+    for (auto *lists : {&result.node_lists_, &result.spring_lists_, &result.volume_lists_, &result.edge_part_lists_})
         lists->leave_room();
     for (auto *edges : {&result.edges_.edges, &result.parts_.edges})
         edges->reserve(with_room(edges->size()));
@@ -88,7 +113,23 @@ void CutParts::set_spring(int spring) {
             const auto &edges = edges_.tetrahedron_edge[t];
             stiffness += edge_stiffness_[t][std::ranges::find(edges, spring) - edges.begin()];
         }
-    parts_.stiffness[spring] = source_->factor * stiffness;
+    parts_.stiffness[spring] = source_->factor * stiffness + capsule_spring(spring);
+}
+
+/// Stiffness that the capsule adds to a spring [N/m].
+double CutParts::capsule_spring(int spring) const {
+    double stiffness = 0.0;
+    if (is_covered_.empty())
+        return stiffness;
+    for (const int t : spring_lists_.of(spring))
+        if (parts_.is_there(t)) {
+            const auto &edges = edges_.tetrahedron_edge[t];
+            const auto &ends = core::tetrahedron_edges[std::ranges::find(edges, spring) - edges.begin()];
+            for (int opposite = 0; opposite < 4; ++opposite)
+                if (is_covered_[t][opposite] && opposite != ends[0] && opposite != ends[1])
+                    stiffness += stiffness_of_facet_;
+        }
+    return stiffness;
 }
 
 /// Stiffness of the body without what is gone; nodes keep their numbers.
@@ -99,8 +140,11 @@ std::vector<int> CutParts::ask_law_again() {
     std::vector<int> number(edges_.edges.size(), -1);
     mesh.tetrahedra.clear();
     mesh.region.clear();
+    body.modulus_factor.clear();
     for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
         if (parts_.is_there(t)) {
+            if (!modulus_factor_.empty())
+                body.modulus_factor.push_back(modulus_factor_[t]);
             mesh.tetrahedra.push_back(tetrahedra_[t]);
             mesh.region.push_back(source_->body.mesh.region[t]);
             for (const int edge : table.tetrahedron_edge.emplace_back(edges_.tetrahedron_edge[t]))
@@ -116,7 +160,8 @@ std::vector<int> CutParts::ask_law_again() {
             edge = number[edge];
     const auto stiffness = source_->law.stiffness(body, table);
     for (std::size_t s = 0; s < number.size(); ++s)
-        parts_.stiffness[s] = number[s] < 0 ? 0.0 : source_->factor * stiffness[number[s]];
+        parts_.stiffness[s] =
+            number[s] < 0 ? 0.0 : source_->factor * stiffness[number[s]] + capsule_spring(static_cast<int>(s));
     std::vector<int> all(number.size());
     std::iota(all.begin(), all.end(), 0);
     return all;
@@ -127,6 +172,31 @@ void CutParts::set_mass(int node) {
     for (const int t : node_lists_.of(node))
         if (parts_.is_there(t))
             node_mass_[node] += mass_share_[t];
+}
+
+/// Mean of values of tetrahedra, of those that are left, by the volume that they have in a part of the body.
+/// @param num_places  parts of a tetrahedron, of equal volume, one of which is in this part of the body
+double CutParts::mean_over(std::span<const int> tetrahedra, std::span<const double> values, int num_places) const {
+    double volume = 0.0, sum = 0.0;
+    for (const int t : tetrahedra)
+        if (parts_.is_there(t)) {
+            const double share = volume_in_means_[t] / static_cast<double>(num_places);
+            volume += share;
+            sum += share * values[t];
+        }
+    return volume > 0.0 ? sum / volume : 0.0;
+}
+
+/// Moduli of springs around nodes and edges, where each tetrahedron has its own.
+void CutParts::set_moduli(std::span<const int> volumes, std::span<const int> edge_parts) {
+    const auto &modulus = parts_.tetrahedron_modulus;
+    if (modulus.empty())
+        return;
+    if (!parts_.coupled_modulus.empty())
+        for (const int c : volumes)
+            parts_.coupled_modulus[c] = parts_.part_of_means * mean_over(volume_lists_.of(c), modulus, 4);
+    for (const int e : edge_parts)
+        parts_.edge_modulus[e] = parts_.part_of_means * mean_over(edge_part_lists_.of(e), modulus, 6);
 }
 
 /// As VolumePenalty does, a product with few rows.
@@ -144,7 +214,10 @@ void CutParts::set_volumes(std::span<const int> volumes) {
     const Eigen::VectorXd rest = share * volume_;
     for (std::size_t row = 0; row < volumes.size(); ++row) {
         const double volume = rest[static_cast<Eigen::Index>(row)];
-        parts_.volume_stiffness[volumes[row]] = volume > 0.0 ? volume_modulus_[volumes[row]] / volume : 0.0;
+        double modulus = volume_modulus_[volumes[row]];
+        if (!modulus_factor_.empty())
+            modulus *= mean_over(volume_lists_.of(volumes[row]), modulus_factor_, 4);
+        parts_.volume_stiffness[volumes[row]] = volume > 0.0 ? modulus / volume : 0.0;
     }
 }
 
@@ -168,6 +241,7 @@ const CutChanges &CutParts::remove(std::span<const int> tetrahedra) {
         changes_.springs = ask_law_again();
     if (!parts_.volume_stiffness.empty())
         set_volumes(changes_.volumes);
+    set_moduli(changes_.volumes, changes_.edge_parts);
     return changes_;
 }
 
@@ -326,6 +400,7 @@ void CutParts::part_volumes(const Parting &parting) {
             leave_owners(c, parts_.corner_volume, volume_lists_);
     if (!parts_.volume_stiffness.empty())
         set_volumes(lost);
+    set_moduli(lost, {});
 }
 
 void CutParts::part_edges(const Parting &parting) {
@@ -335,6 +410,8 @@ void CutParts::part_edges(const Parting &parting) {
     changed = once(parts_.edge_part, parting.tetrahedra);
     Successors<std::array<int, 2>> successors(parts_.edge_modulus.size());
     const auto first_new_node = static_cast<int>(node_mass_.size() - parting.parent_node.size());
+    const auto num_before = static_cast<int>(parts_.edge_modulus.size());
+    NewLists added;
     for (const int t : parting.tetrahedra) {
         for (std::size_t e = 0; e < 6; ++e) {
             const auto &[a, b] = core::tetrahedron_edges[e];
@@ -348,8 +425,18 @@ void CutParts::part_edges(const Parting &parting) {
                 changed.push_back(number);
             }
             part = number;
+            if (number >= num_before)
+                added.add(number, t);
         }
     }
+    if (edge_part_lists_.size() == 0)
+        return;
+    edge_part_lists_.resize(parts_.edge_modulus.size());
+    added.put_into(edge_part_lists_);
+    for (const int edge : changed)
+        if (edge < num_before)
+            leave_owners(edge, parts_.edge_part, edge_part_lists_);
+    set_moduli({}, changed);
 }
 
 const PartingChanges &CutParts::part(const Parting &parting) {
@@ -361,80 +448,6 @@ const PartingChanges &CutParts::part(const Parting &parting) {
     is_seen_.resize(
         std::max({node_mass_.size(), parts_.edges.size(), parts_.centre.size(), parts_.edge_modulus.size()}), 0);
     return parted_;
-}
-
-PartOfBody part_of_body(const core::Body &body, const std::vector<char> &is_in, const NodalConditions &conditions) {
-    const auto &mesh = body.mesh;
-    PartOfBody part{.body = {.name = body.name, .mesh = {}, .materials = body.materials}, .node = {}, .conditions = {}};
-    auto &mesh_of_part = part.body.mesh;
-    mesh_of_part.region_names = mesh.region_names;
-    std::vector<int> number(mesh.points.size(), -1);
-    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-        if (is_in[t] == 0)
-            continue;
-        for (const int node : mesh_of_part.tetrahedra.emplace_back(mesh.tetrahedra[t]))
-            number[node] = 0;
-        mesh_of_part.region.push_back(mesh.region[t]);
-        if (!body.modulus_factor.empty())
-            part.body.modulus_factor.push_back(body.modulus_factor[t]);
-    }
-    for (std::size_t i = 0; i < number.size(); ++i)
-        if (number[i] == 0) {
-            number[i] = mesh_of_part.num_nodes();
-            part.node.push_back(static_cast<int>(i));
-            mesh_of_part.points.push_back(mesh.points[i]);
-            part.conditions.displacement.push_back(conditions.displacement[i]);
-            part.conditions.force.emplace_back(core::Vector3::Zero());
-            part.conditions.constraint.push_back({-1, -1, -1});
-        }
-    for (auto &tetrahedron : mesh_of_part.tetrahedra)
-        for (int &node : tetrahedron)
-            node = number[node];
-    return part;
-}
-
-namespace {
-
-/// Rings of tetrahedra with nodes that move, and rings around these that their springs and means have to know.
-constexpr int moving_rings = 2, known_rings = 3;
-
-/// Marks the nodes of the tetrahedra that are left at marked nodes as well.
-void add_ring(const core::TetraMesh &mesh, const std::vector<char> &is_removed, std::vector<char> &marked) {
-    const auto before = marked;
-    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-        const auto &[a, b, c, d] = mesh.tetrahedra[t];
-        if (is_removed[t] == 0 && (before[a] != 0 || before[b] != 0 || before[c] != 0 || before[d] != 0))
-            for (const int node : mesh.tetrahedra[t])
-                marked[node] = 1;
-    }
-}
-
-} // namespace
-
-double frequency_around(const core::Body &body, const std::vector<char> &is_removed, std::span<const int> nodes,
-                        const std::function<ElasticBody(const core::Body &)> &make, const NodalConditions &conditions,
-                        double tolerance) {
-    const auto &mesh = body.mesh;
-    std::vector<char> moves(mesh.points.size(), 0);
-    for (const int node : nodes)
-        moves[node] = 1;
-    for (int ring = 0; ring < moving_rings; ++ring)
-        add_ring(mesh, is_removed, moves);
-    auto is_known = moves;
-    for (int ring = 1; ring < known_rings; ++ring)
-        add_ring(mesh, is_removed, is_known);
-    std::vector<char> is_in(mesh.tetrahedra.size(), 0);
-    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-        const auto &[a, b, c, d] = mesh.tetrahedra[t];
-        is_in[t] = is_removed[t] == 0 && (is_known[a] != 0 || is_known[b] != 0 || is_known[c] != 0 || is_known[d] != 0);
-    }
-    auto part = part_of_body(body, is_in, conditions);
-    if (part.node.empty())
-        return 0.0;
-    for (std::size_t i = 0; i < part.node.size(); ++i)
-        if (moves[part.node[i]] == 0)
-            part.conditions.displacement[i].setZero();
-    return largest_angular_frequency(make(part.body), part.body.mesh.points, part.conditions, {}, tolerance);
 }
 
 KeptNumbers::KeptNumbers(const core::TetraMesh &mesh)

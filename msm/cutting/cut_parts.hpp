@@ -140,11 +140,14 @@ struct SpringSource {
 /// other. Nodes, springs and tetrahedra keep their numbers; new ones are numbered behind them. What a cut changes is
 /// found around it alone: the stiffness of springs as sums over the tetrahedra that are left around an edge, masses and
 /// volumes of nodes likewise, in the order in which a set-up from nothing sums, so the numbers are those of the cut
-/// body set up anew, to the bit. Laws that look at the whole body (uniform, patch) are asked again.
+/// body set up anew, to the bit. Laws that look at the whole body (uniform, patch) are asked again. Tetrahedra keep
+/// their factors of a map of stiffness, springs along the surface lose what the capsule adds with its facets, and terms
+/// beside the kernels are the caller's: ElasticTerm::after_cut().
 class CutParts {
   public:
     /// @param body     at rest, with the materials that its terms have; the tetrahedra of the elastic body are its own
-    /// @param elastic  springs, coupled springs, volumes around nodes or of tetrahedra, and the guard
+    /// @param elastic  springs, coupled springs, volumes around nodes or of tetrahedra, and the guard; terms beside the
+    ///                 kernels do not matter here
     /// @param springs  where the stiffness of springs comes from; nothing if there are none
     /// @return nothing if fast kernels do not know a part of the body
     static std::optional<CutParts> prepare(const core::Body &body, const ElasticBody &elastic,
@@ -163,11 +166,16 @@ class CutParts {
     const PartingChanges &part(const Parting &parting);
 
     const StepParts &parts() const { return parts_; }
+    /// (M) by the numbers that nodes keep, those that are gone included.
+    const std::vector<std::array<int, 4>> &tetrahedra() const { return tetrahedra_; }
     const std::vector<double> &node_mass() const { return node_mass_; } ///< (N) [kg]; 0 of nodes that are gone
 
   private:
     CutParts() = default;
     void set_spring(int spring);
+    double capsule_spring(int spring) const;
+    double mean_over(std::span<const int> tetrahedra, std::span<const double> values, int num_places) const;
+    void set_moduli(std::span<const int> volumes, std::span<const int> edge_parts);
     /// @return springs whose stiffness may have changed: all
     std::vector<int> ask_law_again();
     void set_volumes(std::span<const int> volumes);
@@ -188,6 +196,10 @@ class CutParts {
     std::vector<std::array<int, 4>> tetrahedra_;
     std::vector<int> spring_order_; // (S) in lexicographic order of edges; kept for laws that look at the whole body
     NumberLists node_lists_, spring_lists_, volume_lists_; // tetrahedra of each, ascending
+    NumberLists edge_part_lists_;                          // the same; kept where each tetrahedron has its own modulus
+    std::vector<double> modulus_factor_, volume_in_means_; // (M) of a map of stiffness, and [m^3]; empty without one
+    std::vector<std::array<bool, 4>> is_covered_;          // (M) faces opposite of corners; kept for springs on edges
+    double stiffness_of_facet_ = 0.0;                      // that the capsule adds to springs along it [N/m]
     std::vector<double> mass_share_;                       // (M) of each corner [kg]
     std::vector<std::array<double, 6>> edge_stiffness_;    // (M) what each adds to its springs [N/m]
     Eigen::VectorXd volume_;                               // (M) as VolumePenalty has it [m^3]
@@ -197,7 +209,8 @@ class CutParts {
     PartingChanges parted_;
 };
 
-/// Some tetrahedra of a body as a body of their own. It has no boundary triangles.
+/// Some tetrahedra of a body as a body of their own, with its capsule, vessels and map of stiffness. It has no boundary
+/// triangles but those that the capsule covers.
 struct PartOfBody {
     core::Body body;
     std::vector<int> node;      ///< of each node of the part: its number in the whole body, ascending

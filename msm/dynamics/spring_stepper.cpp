@@ -1,39 +1,15 @@
 #include "msm/dynamics/spring_stepper.hpp"
 
 #include <algorithm>
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <stdexcept>
 #include <utility>
 
-#include "core/support/input_error.hpp"
 #include "msm/dynamics/time_step.hpp"
 
 namespace livermark::msm {
 
-std::string unknown_to_cuts(const core::Body &body) {
-    std::vector<std::string> nouns, tables;
-    const auto add = [&](bool is_there, const char *noun, const char *table) {
-        if (!is_there)
-            return;
-        nouns.emplace_back(noun);
-        tables.emplace_back(table);
-    };
-    add(body.capsule.has_value(), "a capsule", "[capsule]");
-    add(body.vessels.has_value(), "vessels as lines", "[vessels]");
-    add(std::ranges::any_of(body.modulus_factor, [](double factor) { return factor != 1.0; }), "a map of stiffness",
-        "[stiffness_map]");
-    if (nouns.empty())
-        return {};
-    return fmt::format("has {}, which cuts in motion do not know; cut it at rest with [[cut]], or leave {} out of the "
-                       "body",
-                       fmt::join(nouns, " and "), fmt::join(tables, " and "));
-}
-
 SpringStepper::SpringStepper(std::shared_ptr<const core::Body> body, MovingSprings moving, NodalConditions held)
     : body_(std::move(body)), moving_(std::move(moving)), held_(std::move(held)), numbers_(body_->mesh) {
-    if (const auto unknown = unknown_to_cuts(*body_); moving_.options.may_be_cut && !unknown.empty())
-        throw support::InputError("{} {}", body_->name, unknown);
     if (moving_.options.may_be_cut)
         parts_ = CutParts::prepare(*body_, moving_.springs, moving_.source);
     if (!moving_.bears_ball_as_loads)
@@ -99,20 +75,40 @@ void SpringStepper::hold(const NodalConditions &conditions) {
 
 bool SpringStepper::remove(std::span<const int> tetrahedra) {
     const auto &changes = parts_->remove(tetrahedra);
-    return steps_->cut(parts_->parts(), parts_->node_mass(), changes);
+    const bool are_scaled = steps_->cut(parts_->parts(), parts_->node_mass(), changes);
+    cut_terms_beside();
+    return are_scaled;
+}
+
+void SpringStepper::part(const Parting &parting) {
+    const auto &changes = parts_->part(parting);
+    steps_->part(parts_->parts(), parts_->node_mass(), changes);
+    if (beside_.empty())
+        return;
+    const Eigen::Index num_before = rest_.size();
+    rest_.conservativeResize(num_before + 3 * std::ssize(parting.parent_node));
+    for (std::size_t k = 0; k < parting.parent_node.size(); ++k)
+        rest_.segment<3>(num_before + 3 * static_cast<Eigen::Index>(k)) =
+            core::Vector3(node_part(rest_, parting.parent_node[k]));
+    given_load_.resize(given_load_.size() + parting.parent_node.size(), core::Vector3::Zero());
+    bears_more_.resize(given_load_.size(), 0);
+    cut_terms_beside();
+}
+
+void SpringStepper::cut_terms_beside() {
+    for (auto &term : beside_)
+        term = term->after_cut({rest_, parts_->tetrahedra(), parts_->parts().is_removed});
 }
 
 void SpringStepper::cut(const core::NodalProblem &after, const std::vector<int> &parent_tetrahedron) {
     const auto cut = numbers_.follow(after.body->mesh, parent_tetrahedron);
     if (!cut.removed.empty())
         remove(cut.removed);
-    if (!cut.parting.tetrahedra.empty()) {
-        const auto &changes = parts_->part(cut.parting);
-        steps_->part(parts_->parts(), parts_->node_mass(), changes);
-    }
+    if (!cut.parting.tetrahedra.empty())
+        part(cut.parting);
     body_ = after.body;
     for (std::size_t i = 0; i < numbers_.nodes().size(); ++i)
-        steps_->set_load(numbers_.nodes()[i], after.conditions.force[i]);
+        give_load(numbers_.nodes()[i], after.conditions.force[i]);
 }
 
 std::vector<core::Vector3> SpringStepper::displacement() const {

@@ -3,7 +3,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "core/relaxation.hpp"
@@ -27,10 +26,6 @@ struct MovingSprings {
     /// scaled masses leave equilibria under it as they are then.
     bool bears_ball_as_loads = false;
 };
-
-/// Parts of a body that cuts in motion do not know, and the remedy: a predicate, such as "has a capsule, which ...".
-/// @return empty where they know all of it
-std::string unknown_to_cuts(const core::Body &body);
 
 /// Springs in steps of symplectic Euler on vector units, forces in single precision. Nodes and tetrahedra keep their
 /// numbers when it is cut, and what a cut changes is made again around it.
@@ -86,6 +81,8 @@ class SpringStepper : public core::Stepper {
 
   private:
     void make_steps();
+    void part(const Parting &parting);
+    void cut_terms_beside();
     void set_factors(const MassScaling &scaling);
     void give_load(int node, const core::Vector3 &force);
     void load_with_ball();

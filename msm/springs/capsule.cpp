@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/support/input_error.hpp"
 #include "msm/springs/springs.hpp"
 #include "msm/springs/tetrahedron.hpp"
 
@@ -42,6 +43,7 @@ constexpr std::array<std::array<std::size_t, 2>, 3> edges_of_facet{{{0, 1}, {1, 
 
 /// Facet that the capsule covers.
 struct CoveredFacet {
+    CoveredFace face; // of a tetrahedron
     std::array<int, 3> nodes;
     Eigen::Vector3d rest_square;      ///< l0^2 of its edges [m^2]
     Eigen::Matrix3d strain_of_square; ///< D: E = D (l^2 - l0^2), a column for each edge [1/m^2]
@@ -60,8 +62,10 @@ Spans facet_spans(const CoveredFacet &facet, const Eigen::VectorXd &field) {
 
 /// E = -1/4 sum over edges ij of (l^2 - l0^2)_ij (g_i g_j^T + g_j g_i^T), with g the gradients of the barycentric
 /// coordinates in the plane (Delingette 2008, IEEE TVCG 14(2)).
-CoveredFacet covered_facet(const core::TetraMesh &mesh, int f) {
-    CoveredFacet facet{.nodes = mesh.boundary_triangles[f],
+CoveredFacet covered_facet(const core::TetraMesh &mesh, const CoveredFace &face) {
+    const int f = face.facet;
+    CoveredFacet facet{.face = face,
+                       .nodes = mesh.boundary_triangles[f],
                        .rest_square = {},
                        .strain_of_square = {},
                        .area = core::area_vector(mesh, f).norm()};
@@ -87,9 +91,8 @@ class CoupledCapsule : public ElasticTerm {
   public:
     explicit CoupledCapsule(const core::Body &body)
         : modulus_(body.capsule->stiffness() / 3.0), rest_(to_unknowns(body.mesh.points)) {
-        for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
-            if (core::Capsule::covers(body.mesh, f))
-                facets_.push_back(covered_facet(body.mesh, f));
+        for (const auto &face : covered_faces(body))
+            facets_.push_back(covered_facet(body.mesh, face));
     }
 
     double energy(const Eigen::VectorXd &x) const override {
@@ -152,6 +155,20 @@ class CoupledCapsule : public ElasticTerm {
     }
 
     bool is_beside_kernels() const override { return true; }
+
+    /// A facet goes with its tetrahedron, or gets the nodes of it; what a cut opens is not covered.
+    std::shared_ptr<const ElasticTerm> after_cut(const CutTetrahedra &left) const override {
+        auto term = std::make_shared<CoupledCapsule>(*this);
+        term->rest_ = left.rest;
+        std::erase_if(term->facets_, [&](const CoveredFacet &facet) {
+            return left.is_removed[static_cast<std::size_t>(facet.face.tetrahedron)] != 0;
+        });
+        for (auto &facet : term->facets_)
+            for (std::size_t k = 0; k < 3; ++k)
+                facet.nodes[k] = left.nodes[static_cast<std::size_t>(facet.face.tetrahedron)]
+                                           [static_cast<std::size_t>(facet.face.corners[k])];
+        return term;
+    }
 
   private:
     using Matrix9 = Eigen::Matrix<double, 9, 9>;
@@ -231,6 +248,29 @@ class CoupledCapsule : public ElasticTerm {
 };
 
 } // namespace
+
+std::vector<CoveredFace> covered_faces(const core::Body &body) {
+    std::vector<CoveredFace> covered;
+    if (!body.capsule)
+        return covered;
+    const auto &mesh = body.mesh;
+    const auto faces = core::sorted_faces(mesh.tetrahedra);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        if (!core::Capsule::covers(mesh, f))
+            continue;
+        const auto &triangle = mesh.boundary_triangles[f];
+        const auto key = core::face_key(triangle);
+        const auto found = std::ranges::lower_bound(faces, key, {}, &core::TetrahedronFace::nodes);
+        if (found == faces.end() || found->nodes != key)
+            throw support::InputError("triangle {} of the surface is no face of a tetrahedron; make the mesh again", f);
+        auto &face = covered.emplace_back(CoveredFace{.tetrahedron = found->tetrahedron, .corners = {}, .facet = f});
+        const auto &nodes = mesh.tetrahedra[static_cast<std::size_t>(found->tetrahedron)];
+        std::ranges::transform(triangle, face.corners.begin(), [&](int node) {
+            return static_cast<int>(std::ranges::find(nodes, node) - nodes.begin());
+        });
+    }
+    return covered;
+}
 
 std::shared_ptr<const ElasticTerm> coupled_capsule(const core::Body &body) {
     return body.capsule ? std::make_shared<const CoupledCapsule>(body) : nullptr;

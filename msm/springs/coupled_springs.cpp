@@ -102,6 +102,8 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         const auto rest = to_unknowns(body.mesh.points);
         for (const auto &nodes : nodes_)
             tetrahedra_.emplace_back(nodes, rest);
+        for (std::size_t t = 0; t < body.modulus_factor.size(); ++t)
+            tetrahedron_modulus_.push_back(body.shear_modulus_of(t));
     }
 
     double energy(const Eigen::VectorXd &x) const override {
@@ -233,6 +235,8 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
         parts.kernels = springs_.energy.kernels;
         parts.beside = springs_.energy.volume;
         parts.tetrahedra = nodes_;
+        parts.tetrahedron_modulus = tetrahedron_modulus_;
+        parts.part_of_means = springs_.domains.edges > 0.0 ? springs_.domains.edges : springs_.domains.nodes;
         return springs_.domains.edges > 0.0 ? describe_edges(parts) : describe_nodes(parts);
     }
 
@@ -267,7 +271,7 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
                 const int part = part_at_corner[t][corner] = around[corner].part; // those around nodes come first
                 if (part == static_cast<int>(part_node.size())) {
                     part_node.push_back(nodes_[t][corner]);
-                    parts.coupled_modulus.push_back(domains.nodes * parts_.modulus[part]);
+                    parts.coupled_modulus.push_back(parts.part_of_means * parts_.modulus[part]);
                 }
             }
             parts.inner_modulus.push_back(domains.tetrahedra * parts_.modulus[around.back().part]); // of itself
@@ -284,7 +288,7 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
             for (std::size_t e = 0; e < 6; ++e) {
                 edge_part[e] = around[e].part;
                 if (around[e].part == static_cast<int>(parts.edge_modulus.size()))
-                    parts.edge_modulus.push_back(domains.edges * parts_.modulus[around[e].part]);
+                    parts.edge_modulus.push_back(parts.part_of_means * parts_.modulus[around[e].part]);
             }
             parts.inner_modulus.push_back(domains.tetrahedra * parts_.modulus[around.back().part]); // of itself
         }
@@ -382,9 +386,10 @@ template <class Measure> class CoupledTerm : public RelaxingTerm, public Fixable
     std::vector<std::array<int, 4>> nodes_; // (M)
     std::vector<double> volume_;            // (M) at rest [m^3]
     std::vector<Measure> tetrahedra_;
-    double part_ = 1.0;     // see RelaxingTerm::relaxed()
-    Eigen::VectorXd added_; // (6 C), or empty
-    Values fixed_stress_;   // (C) where the body stays, see FixableTerm; or empty
+    std::vector<double> tetrahedron_modulus_; // (M) [Pa]; empty where those of a region are one
+    double part_ = 1.0;                       // see RelaxingTerm::relaxed()
+    Eigen::VectorXd added_;                   // (6 C), or empty
+    Values fixed_stress_;                     // (C) where the body stays, see FixableTerm; or empty
     std::vector<typename Measure::Stiffness> fixed_stiffness_;
 };
 

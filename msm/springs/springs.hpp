@@ -58,6 +58,17 @@ MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork spri
 /// @throws support::InputError if there is no volume term of that name
 const VolumeTerm &find_volume_term(std::string_view name);
 
+/// Face of a tetrahedron that the capsule of a body covers.
+struct CoveredFace {
+    int tetrahedron;
+    std::array<int, 3> corners; ///< of the tetrahedron, in the order of the nodes of the facet
+    int facet;                  ///< boundary triangle
+};
+
+/// The covered faces of a body, in the order of its boundary triangles.
+/// @return empty where the body has no capsule
+std::vector<CoveredFace> covered_faces(const core::Body &body);
+
 /// The capsule of a body as springs on the three edges of each covered facet that are coupled to each other: the energy
 /// of core::Capsule with C from the squared lengths of the edges, at which strains are the same all over a facet. Where
 /// dashpots act along it, they have its stiffness at rest.

@@ -70,6 +70,25 @@ class VesselLines : public ElasticTerm {
 
     bool is_beside_kernels() const override { return true; }
 
+    /// What a fibre has in a tetrahedron goes with it. Where a cut parts two tetrahedra a fibre ends in each of them:
+    /// none of its points moves with the nodes of more than one.
+    std::shared_ptr<const ElasticTerm> after_cut(const CutTetrahedra &left) const override {
+        auto term = std::make_shared<VesselLines>(*this);
+        term->rest_ = left.rest;
+        term->points_.clear();
+        term->nodes_.clear();
+        term->slope_.clear();
+        for (std::size_t p = 0; p < points_.size(); ++p) {
+            const auto t = static_cast<std::size_t>(points_[p].tetrahedron);
+            if (left.is_removed[t] != 0)
+                continue;
+            term->points_.push_back(points_[p]);
+            term->nodes_.push_back(left.nodes[t]);
+            term->slope_.push_back(slope_[p]);
+        }
+        return term;
+    }
+
   private:
     /// F d, or its rate.
     core::Vector3 along(const Eigen::VectorXd &x, std::size_t p) const {

@@ -42,7 +42,17 @@ inline std::vector<int> tetrahedra_near(const core::Body &body, const core::Vect
     return near;
 }
 
-/// A body without some of its tetrahedra, and without nodes that are in none.
+/// Tetrahedron of each boundary triangle.
+inline std::vector<int> tetrahedra_of_facets(const core::TetraMesh &mesh) {
+    const auto faces = core::sorted_faces(mesh.tetrahedra);
+    std::vector<int> owners;
+    for (const auto &triangle : mesh.boundary_triangles)
+        owners.push_back(
+            std::ranges::lower_bound(faces, core::face_key(triangle), {}, &core::TetrahedronFace::nodes)->tetrahedron);
+    return owners;
+}
+
+/// A body without some of its tetrahedra, and without nodes that are in none. What a cut opens is no boundary triangle.
 struct Rest {
     core::Body body;
     std::vector<int> number; ///< of each node before, -1 where it is gone
@@ -56,8 +66,11 @@ inline Rest without(const core::Body &body, const std::set<int> &removed) {
     mesh.points.clear();
     mesh.boundary_triangles.clear();
     mesh.boundary_patch.clear();
+    rest.body.modulus_factor.clear();
     for (int t = 0; t < body.mesh.num_tetrahedra(); ++t)
         if (!removed.contains(t)) {
+            if (!body.modulus_factor.empty())
+                rest.body.modulus_factor.push_back(body.modulus_factor[t]);
             mesh.tetrahedra.push_back(body.mesh.tetrahedra[t]);
             mesh.region.push_back(body.mesh.region[t]);
             for (const int node : body.mesh.tetrahedra[t])
@@ -68,9 +81,19 @@ inline Rest without(const core::Body &body, const std::set<int> &removed) {
             rest.number[i] = mesh.num_nodes();
             mesh.points.push_back(body.mesh.points[i]);
         }
-    for (auto &nodes : mesh.tetrahedra)
-        for (int &node : nodes)
-            node = rest.number[node];
+    const auto owners = tetrahedra_of_facets(body.mesh);
+    for (std::size_t f = 0; f < owners.size(); ++f)
+        if (!removed.contains(owners[f])) {
+            mesh.boundary_triangles.push_back(body.mesh.boundary_triangles[f]);
+            mesh.boundary_patch.push_back(body.mesh.boundary_patch[f]);
+        }
+    const auto renumber = [&](auto &lists) {
+        for (auto &nodes : lists)
+            for (int &node : nodes)
+                node = rest.number[node];
+    };
+    renumber(mesh.tetrahedra);
+    renumber(mesh.boundary_triangles);
     return rest;
 }
 
@@ -101,6 +124,7 @@ msm::Parting part_where(core::Body &body, const std::set<int> &removed, const Is
             joined[both[1]].emplace_back(both[0], face);
         }
     const auto before = mesh.tetrahedra;
+    const auto owners = tetrahedra_of_facets(mesh);
     msm::Parting parting;
     for (int node = 0; node < static_cast<int>(at_node.size()); ++node) {
         std::set<int> left(at_node[node].begin(), at_node[node].end());
@@ -126,6 +150,11 @@ msm::Parting part_where(core::Body &body, const std::set<int> &removed, const Is
         if (mesh.tetrahedra[t] != before[t]) {
             parting.tetrahedra.push_back(t);
             parting.nodes.push_back(mesh.tetrahedra[t]);
+        }
+    for (std::size_t f = 0; f < owners.size(); ++f)
+        for (int &node : mesh.boundary_triangles[f]) {
+            const auto &was = before[owners[f]];
+            node = mesh.tetrahedra[owners[f]][std::ranges::find(was, node) - was.begin()];
         }
     return parting;
 }

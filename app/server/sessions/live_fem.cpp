@@ -72,15 +72,13 @@ core::LoadCase constraints_of(const core::LoadCase &whole, const std::vector<int
 } // namespace
 
 /// @param gone  numbers of tetrahedra of the whole body, with commas between them; each once, ascending
-/// @throws support::InputError if they are not that, or nothing is left, or for a body that the springs do not cut
+/// @throws support::InputError if they are not that, or nothing is left
 CutLiveBody cut_live_body(const LiveBody &whole, const std::string &gone) {
-    if (const auto unknown = live::unknown_to_cuts(*whole.body); !unknown.empty())
-        throw support::InputError("{}: the body {}", whole.file, unknown);
     const auto remains = live::remains_of(whole.body->mesh, marks_of(gone, whole.body->mesh.tetrahedra.size()));
     if (remains.tetrahedron.empty())
         throw support::InputError("nothing is left of the body; take a smaller part away");
     auto body = *whole.body;
-    body.modulus_factor.clear(); // an even map is none
+    body.modulus_factor = live::remaining_factors(remains, *whole.body);
     auto &mesh = body.mesh;
     mesh = remains.mesh;
     mesh.points.clear();

@@ -252,6 +252,28 @@ TEST(GrowingCuts, MoveAndAreRefinedInBothRegimes) {
     }
 }
 
+/// Springs that move come to rest where the same springs do that are cut at rest, and a capsule holds the wound
+/// together beside the cut.
+TEST(GrowingCuts, OpenACapsuleInMotion) {
+    auto options = options_of_cut_bar("covered_cut_study");
+    put_blade_across(options);
+    options.num_steps = 2;
+    options.num_refined = 0;
+    options.models = {"nodal_springs", "lloyd"};
+    options.motion.methods = {"nodal_springs", "lloyd"};
+    const auto plain = let_blade_in(options, "test", {}).file;
+    std::ofstream(options.body, std::ios::app) << "[capsule]\nthickness = 1e-4\nyoung_modulus = 1e6\n";
+    const auto file = let_blade_in(options, "test", {}).file;
+    ASSERT_EQ(file.motions.size(), 2U);
+    for (const auto &motion : file.motions) {
+        const auto &run = *std::ranges::find(file.runs, motion.method, &results::CutRun::model);
+        const auto &without = *std::ranges::find(plain.runs, motion.method, &results::CutRun::model);
+        EXPECT_NEAR(motion.opening.back(), run.opening.back(), 0.01 * run.opening.back()) << motion.method;
+        EXPECT_GT(run.opening.back(), 0.0) << motion.method;
+        EXPECT_LT(run.opening.back(), 0.9 * without.opening.back()) << motion.method;
+    }
+}
+
 TEST(GrowingCuts, RefuseWhatIsNoBladeAndLoadsThatChange) {
     auto options = options_of_cut_bar("bad_cut_study");
     const auto fails = [&](const std::string &what) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "app/live/parameters.hpp"
 #include "app/live/scene.hpp"
 #include "core/support/input_error.hpp"
+#include "meshes/cutting/cut.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/springs.hpp"
 #include "msm/statics/equilibrium.hpp"
@@ -53,26 +55,24 @@ Frame moved(Scene &scene, const Tool &tool, double seconds, double time_step) {
 }
 
 msm::ElasticBody compared_model(const core::Body &body, const std::string &springs) {
-    if (springs == "nodal_neo_hookean")
-        return msm::with_vessel_lines(msm::coupled_springs_with_volume(body, msm::find_coupled_springs(springs)), body);
     const auto laws = msm::all_spring_laws();
-    const auto &law = *std::ranges::find(laws, springs, &msm::SpringLaw::name);
+    const auto law = std::ranges::find(laws, springs, &msm::SpringLaw::name);
+    if (law == laws.end())
+        return msm::with_vessel_lines(msm::coupled_springs_with_volume(body, msm::find_coupled_springs(springs)), body);
     const auto model =
-        msm::springs_with_volume(body, msm::springs_beside_volume(body, law), msm::find_volume_term("nodal_volume"));
+        msm::springs_with_volume(body, msm::springs_beside_volume(body, *law), msm::find_volume_term("nodal_volume"));
     return msm::with_vessel_lines(model.body, body);
-}
-
-std::string fault_of(Scene &scene, const CutRequest &request) {
-    try {
-        scene.cut(request);
-    } catch (const support::InputError &error) {
-        return error.what();
-    }
-    return "no fault";
 }
 
 CutRequest half() {
     return {.tool = meshes::HalfSpaceCut{{0.04, 0.0, 0.0}, {1.0, 0.0, 0.0}}};
+}
+
+/// In the upper side, across the vessel.
+CutRequest notch() {
+    return {
+        .tool = meshes::BladeCut{
+            {Vector3(0.024, -0.01, 0.04), {0.024, 0.04, 0.04}, {0.026, 0.04, 0.014}, {0.026, -0.01, 0.014}}, 0.001}};
 }
 
 TEST(LiveParts, ComeToRestWhereTheComparedModelDoes) {
@@ -125,26 +125,46 @@ TEST(LiveParts, AMapOfOnesIsNone) {
     EXPECT_EQ(even.cut(half()).volume, mapped.cut(half()).volume);
 }
 
-TEST(LiveParts, AreNotCutInMotionAndMoveOn) {
-    const char *faults[] = {
-        "the body has a capsule, which cuts in motion do not know; cut it at rest with [[cut]], or leave [capsule] out "
-        "of the body",
-        "the body has vessels as lines, which cuts in motion do not know; cut it at rest with [[cut]], or leave "
-        "[vessels] out of the body",
-        "the body has a map of stiffness, which cuts in motion do not know; cut it at rest with [[cut]], or leave "
-        "[stiffness_map] out of the body",
-        "the body has a capsule and vessels as lines and a map of stiffness, which cuts in motion do not know; cut it "
-        "at rest with [[cut]], or leave [capsule] and [vessels] and [stiffness_map] out of the body"};
-    int k = 0;
-    for (const auto &box : boxes_with_parts()) {
-        Scene refused(box.body, box.is_constrained), whole(box.body, box.is_constrained);
-        for (auto *scene : {&refused, &whole}) {
-            scene->choose(settings("nodal_neo_hookean"));
-            scene->move(box.poke(0.004), 200);
-        }
-        EXPECT_EQ(fault_of(refused, half()), faults[k++]);
-        EXPECT_TRUE(refused.gone().empty());
-        EXPECT_EQ(refused.move(box.poke(0.006), 200).displacement, whole.move(box.poke(0.006), 200).displacement);
+/// Also with springs that are chosen after the cut; and whole again it moves as before.
+TEST(LiveParts, ComeToRestAfterACutWhereTheComparedModelOfTheCutBodyDoes) {
+    const PartedBox box;
+    const auto &body = box.body;
+    const auto cut = meshes::cut(body, {.tool = notch().tool});
+    std::set<int> left; // nodes
+    for (const int t : cut.parents.front())
+        left.insert(body.mesh.tetrahedra[t].begin(), body.mesh.tetrahedra[t].end());
+    const auto tool = box.pull({0.0, 0.001, 0.002});
+    for (const std::string springs : {"lloyd", "patch", "nodal_neo_hookean", "edge_neo_hookean"}) {
+        SCOPED_TRACE(springs);
+        Scene scene(body, box.is_constrained), fresh(body, box.is_constrained);
+        auto chosen = scene.choose(settings(springs));
+        scene.cut(notch());
+        ASSERT_EQ(scene.gone().size() + cut.parents.front().size(), body.mesh.tetrahedra.size());
+        const auto expect_the_rest = [&] {
+            const auto frame = moved(scene, tool, 2.0, chosen.time_step);
+            EXPECT_EQ(frame.restarts, 0);
+            auto conditions = constrained_conditions(constrained_nodes(body.mesh, box.is_constrained));
+            for (std::size_t k = 0; k < frame.load.nodes.size(); ++k)
+                conditions.force[frame.load.nodes[k]] = frame.load.nodal[k];
+            msm::NodalConditions of_rest;
+            std::vector<Vector3> found;
+            for (const int node : left) {
+                of_rest.displacement.push_back(conditions.displacement[node]);
+                of_rest.constraint.push_back(conditions.constraint[node]);
+                of_rest.force.push_back(conditions.force[node]);
+                found.push_back(frame.displacement[node]);
+            }
+            const auto rest = msm::find_equilibrium(compared_model(cut.body, springs), cut.body.mesh.points, of_rest);
+            ASSERT_EQ(rest.status, core::SolutionStatus::ok) << rest.message;
+            EXPECT_LT(distance(found, rest.displacement), 1e-4);
+        };
+        expect_the_rest();
+        chosen = scene.choose(settings(springs));
+        expect_the_rest();
+        scene.reset();
+        EXPECT_TRUE(scene.gone().empty());
+        fresh.choose(settings(springs));
+        EXPECT_EQ(scene.move(tool, 50).displacement, fresh.move(tool, 50).displacement);
     }
 }
 
