@@ -240,7 +240,6 @@ struct Method {
     int iterations = 10;           ///< in a step, where nothing else is asked for
     bool is_explicit = false;      ///< whether its steps can be corrected, and have a critical time step
     bool knows_contact = false;    ///< whether a ball can touch(), see Simulation
-    bool knows_capsule = false;    ///< whether it has that of a body: as springs, see core::capsule_springs()
     /// Puts the method on a scene, at rest.
     std::function<std::unique_ptr<Simulation>(const Scene &)> prepare;
 };

@@ -331,8 +331,7 @@ double SpringEnergy::value(const Field &x) const {
     double value = 0.0;
     for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
         const auto &[a, b] = springs_.edges[s];
-        const double stretch = (x.col(a) - x.col(b)).norm() - springs_.rest_length[s];
-        value += 0.5 * springs_.stiffness[s] * stretch * stretch;
+        value += springs_.law(s).value(x.col(a) - x.col(b));
     }
     return value;
 }
@@ -340,8 +339,7 @@ double SpringEnergy::value(const Field &x) const {
 void SpringEnergy::add_forces(const Field &x, Field &f) const {
     for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
         const auto &[a, b] = springs_.edges[s];
-        const core::Vector3 d = x.col(a) - x.col(b);
-        const core::Vector3 force = springs_.stiffness[s] * (1.0 - springs_.rest_length[s] / d.norm()) * d;
+        const core::Vector3 force = springs_.law(s).pull(x.col(a) - x.col(b));
         f.col(a) -= force;
         f.col(b) += force;
     }
@@ -350,13 +348,7 @@ void SpringEnergy::add_forces(const Field &x, Field &f) const {
 void SpringEnergy::add_hessian(const Field &x, bool is_projected, Triplets &triplets) const {
     for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
         const auto &edge = springs_.edges[s];
-        const core::Vector3 d = x.col(edge[0]) - x.col(edge[1]);
-        const core::Vector3 along = d.normalized();
-        double across = 1.0 - springs_.rest_length[s] / d.norm();
-        if (is_projected)
-            across = std::max(across, 0.0);
-        const Matrix3 block =
-            springs_.stiffness[s] * (across * Matrix3::Identity() + (1.0 - across) * along * along.transpose());
+        const Matrix3 block = springs_.law(s).tangent(x.col(edge[0]) - x.col(edge[1]), is_projected);
         for (int a = 0; a < 2; ++a)
             for (int b = 0; b < 2; ++b)
                 for (int i = 0; i < 3; ++i)

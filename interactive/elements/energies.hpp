@@ -247,11 +247,35 @@ struct Projective {
 
 namespace livermark::interactive {
 
+/// W = k / 2 (|d| - l)^2 of a spring whose ends are d apart.
+struct StretchLaw {
+    double stiffness;   ///< k [N/m]
+    double rest_length; ///< l [m]
+
+    double value(const core::Vector3 &d) const {
+        const double stretch = d.norm() - rest_length;
+        return 0.5 * stiffness * stretch * stretch;
+    }
+    /// dW/dd [N]
+    core::Vector3 pull(const core::Vector3 &d) const { return stiffness * (1.0 - rest_length / d.norm()) * d; }
+    /// d2W/dd2 [N/m]
+    /// @param is_projected  whether it is made positive semidefinite, across a spring that is pressed
+    Matrix3 tangent(const core::Vector3 &d, bool is_projected) const {
+        const core::Vector3 along = d.normalized();
+        double across = 1.0 - rest_length / d.norm();
+        if (is_projected && across < 0.0)
+            across = 0.0;
+        return stiffness * (across * Matrix3::Identity() + (1.0 - across) * along * along.transpose());
+    }
+};
+
 /// Springs on the edges of a mesh.
 struct Springs {
     std::vector<std::array<int, 2>> edges; ///< (S) node numbers
     std::vector<double> stiffness;         ///< (S) [N/m]
     std::vector<double> rest_length;       ///< (S) [m]
+
+    StretchLaw law(std::size_t s) const { return {stiffness[s], rest_length[s]}; }
 };
 
 /// Lloyd's formula, k = sum over the tetrahedra t at an edge of (2 sqrt 2 / 25) l_t E_t with l_t the edge of the

@@ -125,9 +125,10 @@ class NodesInRows : public core::MovingNodes {
 
 } // namespace
 
-ExplicitTetrahedra::ExplicitTetrahedra(Scene given, kernels::Pressure pressure, std::unique_ptr<Energy> energy)
+ExplicitTetrahedra::ExplicitTetrahedra(Scene given, kernels::Pressure pressure, std::unique_ptr<Energy> energy,
+                                       std::span<const PointSpring> springs)
     : SimulationInRows(std::move(given)), pressure_(pressure), energy_(std::move(energy)),
-      rows_(kernels::explicit_rows(scene(), pressure_)) {}
+      rows_(kernels::explicit_rows(scene(), pressure_, springs)) {}
 
 void ExplicitTetrahedra::step(double time_step, int iterations) {
     rows_.aim_constrained(scene(), rest_, positions(), targets(), time_step);

@@ -3,9 +3,12 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "interactive/elements/energies.hpp"
+#include "interactive/elements/point_springs.hpp"
 #include "interactive/kernels/method_steps.hpp"
 #include "interactive/method.hpp"
 
@@ -34,8 +37,10 @@ double critical_time_step_bound(const std::vector<Tetrahedron> &tetrahedra, cons
 /// (Belytschko, Liu, Moran 2000, Nonlinear Finite Elements for Continua and Structures, box 6.1 and section 10.7)
 class ExplicitTetrahedra : public SimulationInRows {
   public:
-    /// @param energy  of the tetrahedra with that pressure
-    ExplicitTetrahedra(Scene given, kernels::Pressure pressure, std::unique_ptr<Energy> energy);
+    /// @param energy   of the tetrahedra with that pressure, and of the springs
+    /// @param springs  beside the tetrahedra
+    ExplicitTetrahedra(Scene given, kernels::Pressure pressure, std::unique_ptr<Energy> energy,
+                       std::span<const PointSpring> springs);
 
     void step(double time_step, int iterations) override;
     /// Found when it is asked for.
@@ -58,6 +63,18 @@ class ExplicitTetrahedra : public SimulationInRows {
     AfterStep after_step_;
     mutable std::optional<double> critical_time_step_;
 };
+
+/// The same with the capsule and the vessels of the body as springs beside the tetrahedra.
+/// @tparam Elements     energy of the tetrahedra with that pressure
+/// @param of_elements  what it is made of
+template <class Elements, class... Arguments>
+std::unique_ptr<Simulation> explicit_with_springs(const Scene &scene, kernels::Pressure pressure,
+                                                  Arguments &&...of_elements) {
+    auto energy =
+        std::make_unique<WithSprings<Elements>>(capsule_and_vessels(scene), std::forward<Arguments>(of_elements)...);
+    const auto &springs = energy->point_springs();
+    return std::make_unique<ExplicitTetrahedra>(scene, pressure, std::move(energy), springs);
+}
 
 /// A tetrahedron with ten nodes: the corners of a linear one, and the middles of its edges in the order of
 /// core::tetrahedron_edges. It has straight edges at rest, so its deformation gradient is linear in it: that at a

@@ -36,8 +36,8 @@ core::Vector3 ImplicitContact::linearise_at(Point &point, const core::Vector3 &x
 }
 
 CorotationalTetrahedra::CorotationalTetrahedra(Scene given)
-    : SimulationInRows(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)),
-      rows_(kernels::corotational_rows(scene())) {}
+    : SimulationInRows(std::move(given)), energy_(capsule_and_vessels(scene()), tetrahedra_at_rest(*scene().body)),
+      rows_(kernels::corotational_rows(scene(), energy_.point_springs())) {}
 
 bool CorotationalTetrahedra::touch(const std::shared_ptr<core::BallContact> &ball) {
     rows_.touched.clear();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "interactive/elements/energies.hpp"
+#include "interactive/elements/point_springs.hpp"
 #include "interactive/kernels/method_steps.hpp"
 #include "interactive/kernels/orders.hpp"
 #include "interactive/method.hpp"
@@ -71,6 +72,36 @@ struct Distance {
     std::array<double, 5> numbers(const Field &rest) const {
         const core::Vector3 d = rest.col(nodes[0]) - rest.col(nodes[1]);
         return {d.x(), d.y(), d.z(), rest_length, compliance[0]};
+    }
+};
+
+/// C = |d| - l of a PointSpring of four nodes, alpha = 1 / k.
+struct Fibre {
+    static constexpr int num_nodes = 4, num_constraints = 1;
+    static constexpr auto constraint = kernels::Constraint::fibre;
+    std::array<int, 4> nodes;
+    Eigen::Matrix<double, 1, 1> compliance; ///< [m/N]
+    Eigen::Vector4d weights;
+    double rest_length;
+
+    core::Vector3 span(const Field &x) const {
+        core::Vector3 sum = core::Vector3::Zero();
+        for (int a = 0; a < num_nodes; ++a)
+            sum += weights[a] * x.col(nodes[a]);
+        return sum;
+    }
+
+    void evaluate(const Field &x, Eigen::Matrix<double, 1, 1> &c, Eigen::Matrix<double, 12, 1> &g) const {
+        const core::Vector3 d = span(x);
+        const double length = d.norm();
+        c[0] = length - rest_length;
+        for (int a = 0; a < num_nodes; ++a)
+            g.segment<3>(3 * a) = weights[a] / length * d;
+    }
+
+    std::array<double, 9> numbers(const Field &rest) const {
+        const core::Vector3 d = span(rest);
+        return {weights[0], weights[1], weights[2], weights[3], d.x(), d.y(), d.z(), rest_length, compliance[0]};
     }
 };
 
@@ -143,6 +174,29 @@ inline std::vector<Distance> distances(const Springs &springs) {
         result.push_back({.nodes = springs.edges[s],
                           .compliance = Eigen::Matrix<double, 1, 1>(1.0 / springs.stiffness[s]),
                           .rest_length = springs.rest_length[s]});
+    return result;
+}
+
+/// Those of two nodes.
+inline std::vector<Distance> distances(std::span<const PointSpring> springs) {
+    std::vector<Distance> result;
+    for (const auto &spring : springs)
+        if (spring.nodes.size() == 2)
+            result.push_back({.nodes = {spring.nodes[0], spring.nodes[1]},
+                              .compliance = Eigen::Matrix<double, 1, 1>(1.0 / spring.stiffness),
+                              .rest_length = spring.rest_length});
+    return result;
+}
+
+/// Those of four nodes.
+inline std::vector<Fibre> fibres(std::span<const PointSpring> springs) {
+    std::vector<Fibre> result;
+    for (const auto &spring : springs)
+        if (spring.nodes.size() == 4)
+            result.push_back({.nodes = {spring.nodes[0], spring.nodes[1], spring.nodes[2], spring.nodes[3]},
+                              .compliance = Eigen::Matrix<double, 1, 1>(1.0 / spring.stiffness),
+                              .weights = Eigen::Vector4d::Map(spring.weights.data()),
+                              .rest_length = spring.rest_length});
     return result;
 }
 

@@ -9,6 +9,7 @@
 #include "core/support/vector_dispatch.hpp"
 #include "interactive/elements/energies.hpp"
 #include "interactive/kernels/method_steps.hpp"
+#include "interactive/kernels/point_springs-inl.hpp"
 #include "interactive/kernels/tetrahedra-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -198,11 +199,61 @@ HWY_NOINLINE void linearise(CorotationalRows &rows, float step) {
         }
 }
 
-HWY_NOINLINE void sum_at_nodes(const ExplicitRows &body, const Aligned<float> &slots, Aligned<float> &nodes) {
+/// Tangent of a spring: K v = across v + more (n . v) n.
+struct SpringTangent {
+    Vec3 n;
+    V across, more;
+
+    HWY_INLINE SpringTangent(const StretchedSpring &spring, V stiffness)
+        : n(scaled(hn::Div(number(1.0F), spring.length), spring.now)),
+          across(hn::Mul(stiffness, hn::Max(hn::Div(spring.change, spring.length), hn::Zero(d)))),
+          more(hn::Sub(stiffness, across)) {}
+    explicit HWY_INLINE SpringTangent(const float *at)
+        : n(load3(at)), across(hn::Load(d, at + 3 * slice_size)), more(hn::Load(d, at + 4 * slice_size)) {}
+
+    HWY_INLINE void store_at(float *at) const {
+        store3(n, at);
+        hn::Store(across, d, at + 3 * slice_size);
+        hn::Store(more, d, at + 4 * slice_size);
+    }
+    HWY_INLINE Vec3 times(const Vec3 &v) const { return plus_scaled(scaled(across, v), hn::Mul(more, dot(n, v)), n); }
+};
+
+/// Tangents of springs; into their slots forces f - h K v, and blocks.
+HWY_NOINLINE void linearise_springs(CorotationalRows &rows, float step) {
+    auto &springs = rows.body.springs;
+    for (std::size_t s = 0; s < springs.sets.size(); ++s)
+        for (std::size_t batch = 0; batch < springs.sets[s].num_batches(); ++batch)
+            for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+                const PointSpringLanes lanes(springs.sets[s], batch, lane);
+                const auto spring = lanes.stretched(rows.body.displacement);
+                const SpringTangent tangent(spring, lanes.stiffness());
+                tangent.store_at(rows.spring_tangent[s].data() + batch * numbers_of_tangent * slice_size + lane);
+                const auto later = scaled(number(step), tangent.times(lanes.span(rows.body.velocity)));
+                const auto pull = plus_scaled(later, hn::Mul(lanes.stiffness(), spring.change), tangent.n);
+                const auto &n = tangent.n;
+                const auto more = scaled(tangent.more, n);
+                const Vec3 first{hn::MulAdd(more.x, n.x, tangent.across), hn::Mul(more.x, n.y), hn::Mul(more.x, n.z)},
+                    second{hn::MulAdd(more.y, n.y, tangent.across), hn::Mul(more.y, n.z),
+                           hn::MulAdd(more.z, n.z, tangent.across)};
+                lanes.put(springs.force, [&](V weight) HWY_ATTR { return scaled(hn::Neg(weight), pull); });
+                lanes.put(rows.spring_block_slots[0],
+                          [&](V weight) HWY_ATTR { return scaled(hn::Mul(weight, weight), first); });
+                lanes.put(rows.spring_block_slots[1],
+                          [&](V weight) HWY_ATTR { return scaled(hn::Mul(weight, weight), second); });
+            }
+}
+
+/// Sums of the slots of tetrahedra and springs.
+HWY_NOINLINE void sum_at_nodes(const ExplicitRows &body, const Aligned<float> &slots,
+                               const Aligned<float> &spring_slots, Aligned<float> &nodes) {
     constexpr std::size_t width = 4 * nodes_at_once;
     for (std::size_t four = 0; four + 1 < body.slot_start.size(); ++four)
-        for (std::size_t lane = 0; lane < width; lane += hn::Lanes(d))
-            hn::Store(summed_slots(body, slots, four, lane, hn::Zero(d)), d, nodes.data() + four * width + lane);
+        for (std::size_t lane = 0; lane < width; lane += hn::Lanes(d)) {
+            const auto elements = summed_slots(body, slots, four, lane, hn::Zero(d));
+            hn::Store(summed_slots(body.springs, spring_slots, four, lane, elements), d,
+                      nodes.data() + four * width + lane);
+        }
 }
 
 HWY_INLINE Symmetric inverse_block(const CorotationalRows &rows, std::size_t row) {
@@ -276,6 +327,20 @@ HWY_NOINLINE void multiply_tetrahedra(CorotationalRows &rows) {
         }
 }
 
+/// K times the direction, into slots of springs.
+HWY_NOINLINE void multiply_springs(CorotationalRows &rows) {
+    auto &springs = rows.body.springs;
+    for (std::size_t s = 0; s < springs.sets.size(); ++s)
+        for (std::size_t batch = 0; batch < springs.sets[s].num_batches(); ++batch)
+            for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+                const PointSpringLanes lanes(springs.sets[s], batch, lane);
+                const SpringTangent tangent(rows.spring_tangent[s].data() + batch * numbers_of_tangent * slice_size +
+                                            lane);
+                const auto pull = tangent.times(lanes.span(rows.direction));
+                lanes.put(springs.force, [&](V weight) HWY_ATTR { return scaled(weight, pull); });
+            }
+}
+
 /// A p = m (1 + alpha h) p + h^2 K p at nodes.
 /// @return p . A p
 HWY_NOINLINE double finish_product(CorotationalRows &rows, float step, float damping) {
@@ -289,7 +354,8 @@ HWY_NOINLINE double finish_product(CorotationalRows &rows, float step, float dam
             const std::size_t at = four * width + lane;
             const auto direction = hn::Load(d, rows.direction.data() + at);
             const auto inert = hn::Mul(hn::Mul(factor, hn::Load(d, rows.mass.data() + at)), direction);
-            const auto elastic = summed_slots(body, body.force, four, lane, hn::Zero(d));
+            const auto elements = summed_slots(body, body.force, four, lane, hn::Zero(d));
+            const auto elastic = summed_slots(body.springs, body.springs.force, four, lane, elements);
             const auto product = hn::MulAdd(h_squared, elastic, inert);
             hn::Store(product, d, rows.product.data() + at);
             sum = hn::MulAdd(direction, product, sum);
@@ -384,15 +450,17 @@ void take_corotational(CorotationalRows &rows, double time_step, double mass_dam
     constexpr double rounding = 1e-14; // of squares: what is left then is not known
     const auto h = static_cast<float>(time_step), damping = static_cast<float>(1.0 + mass_damping * time_step);
     linearise(rows, h);
+    linearise_springs(rows, h);
     for (std::size_t k = 0; k < 2; ++k)
-        sum_at_nodes(rows.body, rows.block_slots[k], rows.block[k]);
-    sum_at_nodes(rows.body, rows.body.force, rows.product);
+        sum_at_nodes(rows.body, rows.block_slots[k], rows.spring_block_slots[k], rows.block[k]);
+    sum_at_nodes(rows.body, rows.body.force, rows.body.springs.force, rows.product);
     linearise_touched(rows, h);
     invert_blocks(rows, h, damping);
     double squared = begin_solve(rows, h, static_cast<float>(mass_damping));
     const double enough = rounding * squared;
     for (int i = 0; i < iterations && squared > enough; ++i) {
         multiply_tetrahedra(rows);
+        multiply_springs(rows);
         double curvature = finish_product(rows, h, damping);
         curvature += multiply_touched(rows, h);
         const double next = go_along(rows, static_cast<float>(squared / curvature));
@@ -408,9 +476,9 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace livermark::interactive::kernels {
 
-CorotationalRows corotational_rows(const Scene &scene) {
+CorotationalRows corotational_rows(const Scene &scene, std::span<const PointSpring> springs) {
     CorotationalRows rows;
-    rows.body = explicit_rows(scene, Pressure::of_tetrahedra);
+    rows.body = explicit_rows(scene, Pressure::of_tetrahedra, springs);
     rows.turned = rows.body.tetrahedra;
     const std::size_t num_lines = rows.body.line_start.back();
     rows.rotation.assign(num_lines * numbers_of_rotation * slice_size, 0.0F);
@@ -419,6 +487,10 @@ CorotationalRows corotational_rows(const Scene &scene) {
                     slice_size, 1.0F);
     for (auto &slots : rows.block_slots)
         slots.assign(rows.body.force.size(), 0.0F);
+    for (auto &slots : rows.spring_block_slots)
+        slots.assign(rows.body.springs.force.size(), 0.0F);
+    for (const auto &set : rows.body.springs.sets)
+        rows.spring_tangent.emplace_back(set.num_batches() * numbers_of_tangent * slice_size, 0.0F);
     for (auto *field : {&rows.block[0], &rows.block[1], &rows.mass, &rows.residual, &rows.direction, &rows.product,
                         &rows.preconditioned})
         field->assign(4 * rows.body.num_rows, 0.0F);
@@ -441,8 +513,12 @@ CorotationalRows corotational_rows(const Scene &scene) {
 }
 
 std::size_t CorotationalRows::bytes() const {
-    return body.bytes() + bytes_of(turned, rotation, block_slots[0], block_slots[1], block[0], block[1], mass, residual,
-                                   direction, product, preconditioned, inverse_block);
+    std::size_t bytes = body.bytes() + bytes_of(turned, rotation, block_slots[0], block_slots[1], block[0], block[1],
+                                                mass, residual, direction, product, preconditioned, inverse_block,
+                                                spring_block_slots[0], spring_block_slots[1]);
+    for (const auto &tangent : spring_tangent)
+        bytes += bytes_of(tangent);
+    return bytes;
 }
 
 void find_nearest_rotation(const std::array<float, 9> &h, std::array<float, 4> &q) {

@@ -23,6 +23,33 @@ HWY_INLINE Neighbour chosen(hn::Mask<D> is_first, const Neighbour &first, const 
     return {chosen(is_first, first.rest, second.rest), chosen(is_first, first.moved, second.moved)};
 }
 
+/// Adds the gradient and the second derivatives of springs beside the tetrahedra by the nodes of a batch. What is
+/// across a spring that is pressed is left out.
+HWY_INLINE void add_springs(const DescentRows &rows, std::size_t batch, std::size_t lane, const Vec3 &here,
+                            Vec3 &gradient, Symmetric &hessian) {
+    const std::size_t first = rows.spring_start[batch], last = rows.spring_start[batch + 1];
+    const std::int32_t *other = rows.spring_other.data() + first * others_in_line * slice_size + lane;
+    const float *numbers = rows.spring_numbers.data() + first * numbers_of_spring_line * slice_size + lane;
+    for (std::size_t k = first; k < last;
+         ++k, other += others_in_line * slice_size, numbers += numbers_of_spring_line * slice_size) {
+        const auto entry = [&](std::size_t n) HWY_ATTR { return hn::Load(d, numbers + n * slice_size); };
+        Vec3 moved{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+        for (std::size_t b = 0; b < others_in_line; ++b)
+            moved = plus_scaled(moved, entry(b), fetch(rows.displacement.data(), other + b * slice_size).v - here);
+        const auto weight = entry(3), stiffness = entry(8);
+        const StretchedSpring spring(load3(numbers + 4 * slice_size), moved, entry(7));
+        const auto tension = hn::Div(hn::Mul(stiffness, spring.change), spring.length);
+        gradient = plus_scaled(gradient, hn::Mul(weight, tension), spring.now);
+        const auto square = hn::Mul(weight, weight), pulled = hn::Max(tension, hn::Zero(d));
+        const auto across = hn::Mul(square, pulled);
+        hessian.xx = hn::Add(hessian.xx, across);
+        hessian.yy = hn::Add(hessian.yy, across);
+        hessian.zz = hn::Add(hessian.zz, across);
+        const auto along = hn::Div(hn::Sub(stiffness, pulled), hn::Mul(spring.length, spring.length));
+        add_outer(hessian, hn::Mul(square, along), spring.now);
+    }
+}
+
 /// A step of Newton's method for the nodes of a batch. With p, q, r the corners of a facet opposite the node, from
 /// there on, 6 V J is n . p with n = (q - p) x (r - p), and minus its gradient is n. What n and n . p are at rest is
 /// taken away before it is lost in the rounding; the rest of the energy is a Laplacian, whose entries are constant.
@@ -55,6 +82,7 @@ HWY_INLINE void descend(DescentRows &rows, std::size_t batch, std::size_t lane, 
         gradient = plus_scaled(gradient, hn::Neg(hn::Mul(modulus, growth)), normal);
         add_outer(hessian, modulus, normal);
     }
+    add_springs(rows, batch, lane, here, gradient, hessian);
     // By the diagonal, so that nothing overflows.
     const auto scale = hn::Div(number(1.0F), diagonal);
     const auto [adjugate, determinant] = adjugate_of(scaled(scale, hessian));
@@ -135,8 +163,9 @@ constexpr std::size_t window_of_colour = 256;
 
 class DescentBuilder {
   public:
-    explicit DescentBuilder(const Scene &scene)
-        : scene_(&scene), tetrahedra_(tetrahedra_at_rest(*scene.body)), is_free_(free_nodes(scene)),
+    DescentBuilder(const Scene &scene, std::span<const PointSpring> springs)
+        : scene_(&scene), springs_(springs), springs_at_(springs_at_nodes(springs, scene.node_mass.size())),
+          rest_(rest_positions(scene)), tetrahedra_(tetrahedra_at_rest(*scene.body)), is_free_(free_nodes(scene)),
           around_(scene.node_mass.size()), strips_(scene.node_mass.size()) {
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
             for (const int node : tetrahedra_[t].nodes)
@@ -154,6 +183,9 @@ class DescentBuilder {
         rows_.line_start.assign(1, 0);
         for (std::size_t first = 0; first < node_in_row_.size(); first += slice_size)
             place_batch(first);
+        rows_.spring_start.assign(1, 0);
+        for (std::size_t first = 0; first < node_in_row_.size(); first += slice_size)
+            place_springs(first);
         for (auto *field : {&rows_.displacement, &rows_.before, &rows_.predicted, &rows_.velocity, &rows_.last_velocity,
                             &rows_.external, &rows_.older, &rows_.oldest})
             field->assign(4 * rows_.num_rows, 0.0F);
@@ -252,6 +284,47 @@ class DescentBuilder {
         }
     }
 
+    void place_springs(std::size_t first) {
+        std::size_t length = 0;
+        for (std::size_t row = first; row < first + slice_size; ++row)
+            if (node_in_row_[row] != nobody)
+                length = std::max(length, springs_at_[node_in_row_[row]].size());
+        const std::size_t line = rows_.spring_start.back();
+        rows_.spring_start.push_back(line + length);
+        for (std::size_t k = 0; k < length; ++k) {
+            for (std::size_t b = 0; b < others_in_line; ++b)
+                for (std::size_t lane = 0; lane < slice_size; ++lane)
+                    rows_.spring_other.push_back(static_cast<std::int32_t>(4 * (first + lane)));
+            for (std::size_t n = 0; n < numbers_of_spring_line; ++n) // those that fill up are of some length
+                rows_.spring_numbers.insert(rows_.spring_numbers.end(), slice_size, n == 4 || n == 7 ? 1.0F : 0.0F);
+        }
+        for (std::size_t row = first; row < first + slice_size; ++row)
+            if (node_in_row_[row] != nobody)
+                for (std::size_t k = 0; k < springs_at_[node_in_row_[row]].size(); ++k)
+                    place_spring(springs_at_[node_in_row_[row]][k], line + k, row % slice_size);
+    }
+
+    void place_spring(const SpringEnd &end, std::size_t line, std::size_t lane) {
+        const auto &spring = springs_[end.spring];
+        const auto put = [&](std::size_t n, double value) {
+            rows_.spring_numbers[(line * numbers_of_spring_line + n) * slice_size + lane] = static_cast<float>(value);
+        };
+        std::size_t b = 0;
+        for (std::size_t a = 0; a < spring.nodes.size(); ++a) {
+            if (a == end.place)
+                continue;
+            rows_.spring_other[(line * others_in_line + b) * slice_size + lane] =
+                4 * rows_.row_of_node[spring.nodes[a]];
+            put(b++, spring.weights[a]);
+        }
+        put(3, spring.weights[end.place]);
+        const core::Vector3 at_rest = spring.span(rest_);
+        for (std::size_t c = 0; c < 3; ++c)
+            put(4 + c, at_rest[static_cast<Eigen::Index>(c)]);
+        put(7, spring.rest_length);
+        put(8, spring.stiffness);
+    }
+
     double sign_of(int node, const std::array<int, 3> &triangle) const {
         const auto &points = scene_->body->mesh.points;
         Matrix3 edges;
@@ -272,6 +345,9 @@ class DescentBuilder {
     }
 
     const Scene *scene_;
+    std::span<const PointSpring> springs_;
+    std::vector<std::vector<SpringEnd>> springs_at_; ///< (N)
+    Field rest_;
     std::vector<Tetrahedron> tetrahedra_;
     std::vector<bool> is_free_;
     std::vector<std::vector<int>> around_;       ///< (N) tetrahedra
@@ -284,12 +360,12 @@ class DescentBuilder {
 } // namespace
 
 std::size_t DescentRows::bytes() const {
-    return bytes_of(line_start, neighbour, numbers, mass, laplacian, displacement, before, predicted, velocity,
-                    last_velocity, external, older, oldest);
+    return bytes_of(line_start, neighbour, numbers, mass, laplacian, spring_start, spring_other, spring_numbers,
+                    displacement, before, predicted, velocity, last_velocity, external, older, oldest);
 }
 
-DescentRows descent_rows(const Scene &scene, const Colouring &colours) {
-    return DescentBuilder(scene).build(colours);
+DescentRows descent_rows(const Scene &scene, const Colouring &colours, std::span<const PointSpring> springs) {
+    return DescentBuilder(scene, springs).build(colours);
 }
 
 LIVERMARK_DISPATCH(void take_descent_step, take_descent,

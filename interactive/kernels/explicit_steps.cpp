@@ -15,6 +15,7 @@
 #include "interactive/elements/explicit_tetrahedra.hpp"
 #include "interactive/kernels/method_steps.hpp"
 #include "interactive/kernels/orders.hpp"
+#include "interactive/kernels/point_springs-inl.hpp"
 #include "interactive/kernels/tetrahedra-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -253,7 +254,8 @@ HWY_NOINLINE void move_nodes(ExplicitRows &rows, const StepFactors &factors) {
     for (std::size_t four = 0; four + 1 < rows.slot_start.size(); ++four)
         for (std::size_t lane = 0; lane < width; lane += hn::Lanes(d)) {
             const std::size_t at = four * width + lane;
-            const auto force = summed_slots(rows, rows.force, four, lane, hn::Load(d, rows.external.data() + at));
+            const auto elements = summed_slots(rows, rows.force, four, lane, hn::Load(d, rows.external.data() + at));
+            const auto force = summed_slots(rows.springs, rows.springs.force, four, lane, elements);
             const auto inverse_mass = hn::Load(d, rows.inverse_mass.data() + at);
             const auto was = hn::Load(d, rows.velocity.data() + at);
             const auto moved = hn::MulAdd(hn::Mul(inverse_mass, gain), force, hn::Mul(keep, was));
@@ -278,6 +280,7 @@ void take(ExplicitRows &rows, double step, double mass_damping, int num_steps) {
         } else {
             find_forces<Pressure::of_tetrahedra>(rows);
         }
+        find_forces_of_springs(rows.springs, rows.displacement);
         move_nodes(rows, factors);
     }
 }
@@ -315,8 +318,8 @@ class CornersOfRows {
 
 class Builder {
   public:
-    Builder(const Scene &scene, Pressure pressure)
-        : scene_(&scene), tetrahedra_(tetrahedra_at_rest(*scene.body)),
+    Builder(const Scene &scene, Pressure pressure, std::span<const PointSpring> springs)
+        : scene_(&scene), springs_(springs), tetrahedra_(tetrahedra_at_rest(*scene.body)),
           has_orders_(scene.orders && scene.orders->fans.size() > 0) {
         if (has_orders_)
             rows_.fans = scene.orders->fans;
@@ -340,6 +343,7 @@ class Builder {
         place_slots();
         if (rows_.pressure == Pressure::around_nodes)
             place_pressures();
+        rows_.springs = point_spring_rows(*scene_, springs_, rows_);
         return std::move(rows_);
     }
 
@@ -504,6 +508,7 @@ class Builder {
     }
 
     const Scene *scene_;
+    std::span<const PointSpring> springs_;
     std::vector<std::array<int, 2>> edges_; ///< with a node in the middle
     std::vector<int> first_edge_;           ///< (N + 1) whose lower node each is
     std::vector<Tetrahedron> tetrahedra_;
@@ -517,8 +522,10 @@ class Builder {
 } // namespace
 
 std::size_t ExplicitRows::bytes() const {
-    return NodeRows::bytes() + bytes_of(line_start, corner, slot, tetrahedra, slot_start, force, growth, growth_start,
-                                        growth_at, inverse_volume, lambda);
+    return NodeRows::bytes() +
+           bytes_of(line_start, corner, slot, tetrahedra, slot_start, force, growth, growth_start, growth_at,
+                    inverse_volume, lambda) +
+           springs.bytes();
 }
 
 Orders ExplicitRows::orders() const {
@@ -530,8 +537,8 @@ Orders ExplicitRows::orders() const {
     return orders;
 }
 
-ExplicitRows explicit_rows(const Scene &scene, Pressure pressure) {
-    return Builder(scene, pressure).build();
+ExplicitRows explicit_rows(const Scene &scene, Pressure pressure, std::span<const PointSpring> springs) {
+    return Builder(scene, pressure, springs).build();
 }
 
 LIVERMARK_DISPATCH(void take_explicit_steps, take,

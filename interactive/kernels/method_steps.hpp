@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <variant>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "interactive/elements/energies.hpp"
 #include "interactive/kernels/node_rows.hpp"
 #include "interactive/kernels/orders.hpp"
+#include "interactive/kernels/point_spring_rows.hpp"
 #include "interactive/method.hpp"
 
 /// Steps of methods on the vectors of the machine, each with the layout of the body that it takes.
@@ -60,6 +62,7 @@ struct ExplicitRows : NodeRows {
     Aligned<std::int32_t> growth_at;       ///< whose sum is the growth around a node; the last of growth is zero
     Aligned<float> inverse_volume, lambda; ///< (rows) a quarter of the volumes [1/m^3]; mean [Pa]
     FanList fans;                          ///< as they stand side by side; no step reads them
+    PointSpringRows springs;               ///< beside the tetrahedra
 
     FanLines lines() const { return is_quadratic ? quadratic_lines : linear_lines; }
     std::size_t first_corner(std::size_t slice) const {
@@ -73,18 +76,23 @@ struct ExplicitRows : NodeRows {
 
 /// @param scene     linear, without nodes of a method's own, or of quadratic_scene()
 /// @param pressure  of tetrahedra, where they are quadratic
-ExplicitRows explicit_rows(const Scene &scene, Pressure pressure);
+/// @param springs   beside them
+ExplicitRows explicit_rows(const Scene &scene, Pressure pressure, std::span<const PointSpring> springs);
 
 /// Steps of central differences as ExplicitTetrahedra takes them, in single precision on the vectors of the machine: a
 /// pass over tetrahedra and one over nodes, and before these one for J of tetrahedra and one for pressures of nodes
-/// where they are around nodes. Quadratic tetrahedra are neo-Hookean at their four points. Constrained nodes keep their
-/// velocities. A tetrahedron that is inside out makes NaN, as the logarithm of its J does.
+/// where they are around nodes, and one over springs. Quadratic tetrahedra are neo-Hookean at their four points.
+/// Constrained nodes keep their velocities. A tetrahedron that is inside out makes NaN, as the logarithm of its J does.
 /// @param step          h of one [s]
 /// @param mass_damping  alpha [1/s]
 void take_explicit_steps(ExplicitRows &rows, double step, double mass_damping, int num_steps);
 
 /// Numbers of the rotation of a tetrahedron: a unit quaternion w, x, y, z.
 inline constexpr std::size_t numbers_of_rotation = 4;
+
+/// Numbers of the tangent of a spring beside the tetrahedra: its direction, and its stiffness across and along it, less
+/// that across. Across a spring that is pressed it is zero, so that the tangent is positive semi-definite.
+inline constexpr std::size_t numbers_of_tangent = 5;
 
 /// A spring between three nodes and a ball that touches them (ImplicitContact::Point).
 struct TouchedRows {
@@ -104,18 +112,23 @@ struct CorotationalRows {
     /// As body.force: xx, xy, xz and yy, yz, zz of V (lambda + mu) g g^T with turned gradients [N/m].
     std::array<Aligned<float>, 2> block_slots;
     // Rows of four, the last one zero but where it says so.
-    std::array<Aligned<float>, 2> block; ///< sums of slots at nodes
+    std::array<Aligned<float>, 2> block; ///< sums of slots at nodes, also of springs
     Aligned<float> mass;                 ///< [kg], three times the same, and the sum of V mu |g|^2 [N/m]
     Aligned<float> residual, direction, product, preconditioned;
     Aligned<float> inverse_block; ///< slices of nodes, xx, xy, xz, yy, yz, zz of each [1/kg]; zero where constrained
+
+    /// Of each set of body.springs, where the step begins: numbers_of_tangent vectors of 16 for each batch.
+    std::vector<Aligned<float>> spring_tangent;
+    std::array<Aligned<float>, 2> spring_block_slots; ///< as body.springs.force, of K
 
     std::vector<TouchedRows> touched; ///< of the step to come
 
     std::size_t bytes() const; ///< of the body and its state
 };
 
-/// @param scene  without nodes of a method's own
-CorotationalRows corotational_rows(const Scene &scene);
+/// @param scene    without nodes of a method's own
+/// @param springs  beside the tetrahedra
+CorotationalRows corotational_rows(const Scene &scene, std::span<const PointSpring> springs);
 
 /// The rotation next to a deformation gradient, whatever it is, in double precision.
 /// @param h  F - 1 by columns
@@ -134,6 +147,7 @@ void take_corotational_step(CorotationalRows &rows, double time_step, double mas
 /// third and fourth node of a tetrahedron.
 enum class Constraint : std::uint8_t {
     distance, ///< |x_a - x_b| - l: x_a - x_b at rest, l, compliance [m/N]
+    fibre,    ///< |d| - l of a PointSpring of four nodes: 4 weights, d at rest, l, compliance [m/N]
     volume,   ///< J - 1: 9 of gradients, compliance [1/J]
     pair      ///< |F| and J - 1 - mu / k: 9 of gradients, mu / k, both compliances [1/J]
 };
@@ -142,7 +156,16 @@ constexpr std::size_t num_nodes_of(Constraint kind) {
     return kind == Constraint::distance ? 2 : 4;
 }
 constexpr std::size_t num_numbers_of(Constraint kind) {
-    return kind == Constraint::distance ? 5 : kind == Constraint::volume ? 10 : 12;
+    switch (kind) {
+    case Constraint::distance:
+        return 5;
+    case Constraint::fibre:
+        return 9;
+    case Constraint::volume:
+        return 10;
+    default:
+        return 12;
+    }
 }
 constexpr std::size_t num_multipliers_of(Constraint kind) {
     return kind == Constraint::pair ? 2 : 1;
@@ -191,6 +214,10 @@ void take_position_step(PositionRows &rows, double time_step, double mass_dampin
 /// order of its nodes is that of a mirror.
 inline constexpr std::size_t numbers_of_line = 6;
 
+/// Numbers of a line of springs, a spring at one of its nodes: weights of the other three nodes and its own, d at rest,
+/// l, k. A spring of two nodes has itself in place of two others, with the weight 0.
+inline constexpr std::size_t others_in_line = 3, numbers_of_spring_line = 9;
+
 /// A body of stable neo-Hookean tetrahedra for descent on one node at a time, in single precision. Nodes that can move
 /// stand colour after colour, 16 of one colour in a batch: no two of a batch are in one tetrahedron, so it moves them
 /// at once. The facets opposite a node make strips of triangles around it (orders.hpp), so that one neighbour is
@@ -202,6 +229,10 @@ struct DescentRows : NodeRows {
     Aligned<float> numbers;              ///< lines, numbers_of_line vectors of 16 for each
     Aligned<float> mass;                 ///< (rows) [kg]
     Aligned<float> laplacian;            ///< (rows) sum of V mu |g|^2 [N/m]
+    // Springs beside the tetrahedra.
+    std::vector<std::size_t> spring_start; ///< (batches + 1) in lines
+    Aligned<std::int32_t> spring_other;    ///< others_in_line vectors of 16 for each line: four times the row
+    Aligned<float> spring_numbers;         ///< numbers_of_spring_line vectors of 16 for each line
     // Rows of four, the last one zero.
     Aligned<float> before;                 ///< displacement when the step began
     Aligned<float> predicted;              ///< where inertia and external forces lead; the target where constrained
@@ -215,7 +246,8 @@ struct DescentRows : NodeRows {
 };
 
 /// @param colours  of all nodes, as colour_nodes() of the tetrahedra finds them
-DescentRows descent_rows(const Scene &scene, const Colouring &colours);
+/// @param springs  beside the tetrahedra, of four nodes at most
+DescentRows descent_rows(const Scene &scene, const Colouring &colours, std::span<const PointSpring> springs);
 
 /// A step of vertex block descent in single precision on the vectors of the machine: displacements go on to where the
 /// velocity and the external acceleration that the last step followed lead, and each iteration visits the batches in
@@ -272,11 +304,15 @@ struct SpringRows : NodeRows {
     Aligned<float> numbers;              ///< numbers_of_spring vectors of 16 for each
     Aligned<std::int32_t> self;          ///< (rows) four times the row
     Aligned<float> force;                ///< rows of four [N]
+    PointSpringRows beside;
 
-    std::size_t bytes() const { return NodeRows::bytes() + bytes_of(item_start, other, numbers, self, force); }
+    std::size_t bytes() const {
+        return NodeRows::bytes() + bytes_of(item_start, other, numbers, self, force) + beside.bytes();
+    }
 };
 
-SpringRows spring_rows(const Scene &scene, const Springs &springs);
+/// @param beside  more springs
+SpringRows spring_rows(const Scene &scene, const Springs &springs, std::span<const PointSpring> beside);
 
 /// Tetrahedra of densities::Projective, or springs.
 using PrefactoredElements = std::variant<ExplicitRows, SpringRows>;

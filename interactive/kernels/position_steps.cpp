@@ -60,6 +60,31 @@ HWY_INLINE void move_ends(float *rows, const std::int32_t *corner, const float *
     store(Row{plus_scaled(b.v, hn::Neg(hn::Mul(by_length, b.w)), now), b.w}, rows, corner + slice_size);
 }
 
+/// Four nodes between which the points of springs are.
+HWY_INLINE void move_fibres(float *rows, const std::int32_t *corner, const float *numbers, float *multiplier,
+                            V per_step) {
+    constexpr std::size_t n = 4;
+    const Row nodes[n] = {fetch(rows, corner), fetch(rows, corner + slice_size), fetch(rows, corner + 2 * slice_size),
+                          fetch(rows, corner + 3 * slice_size)};
+    const auto weight = [&](std::size_t a) HWY_ATTR { return hn::Load(d, numbers + a * slice_size); };
+    auto moved = scaled(weight(1), nodes[1].v - nodes[0].v);
+    for (std::size_t a = 2; a < n; ++a)
+        moved = plus_scaled(moved, weight(a), nodes[a].v - nodes[0].v);
+    const StretchedSpring spring(load3(numbers + n * slice_size), moved, hn::Load(d, numbers + (n + 3) * slice_size));
+    const auto compliance = hn::Mul(per_step, hn::Load(d, numbers + (n + 4) * slice_size));
+    const auto was = hn::Load(d, multiplier);
+    auto stiffness = compliance;
+    for (std::size_t a = 0; a < n; ++a)
+        stiffness = hn::MulAdd(hn::Mul(weight(a), weight(a)), nodes[a].w, stiffness);
+    const auto residual = hn::Neg(hn::MulAdd(compliance, was, spring.change));
+    const auto by_length = hn::Div(residual, hn::Mul(stiffness, spring.length));
+    hn::Store(hn::MulAdd(by_length, spring.length, was), d, multiplier);
+    for (std::size_t a = 0; a < n; ++a) {
+        const auto part = hn::Mul(by_length, hn::Mul(weight(a), nodes[a].w));
+        store(Row{plus_scaled(nodes[a].v, part, spring.now), nodes[a].w}, rows, corner + a * slice_size);
+    }
+}
+
 HWY_INLINE void move_volumes(float *rows, const std::int32_t *corner, const float *numbers, float *multiplier,
                              V per_step) {
     const Corners at(rows, corner);
@@ -134,6 +159,8 @@ template <Constraint kind> HWY_NOINLINE void project(ConstraintRows &set, float 
             auto *multiplier = set.multipliers.data() + batch * num_multipliers_of(kind) * slice_size + lane;
             if constexpr (kind == Constraint::distance)
                 move_ends(rows, corner, numbers, multiplier, number(per_step));
+            else if constexpr (kind == Constraint::fibre)
+                move_fibres(rows, corner, numbers, multiplier, number(per_step));
             else if constexpr (kind == Constraint::volume)
                 move_volumes(rows, corner, numbers, multiplier, number(per_step));
             else
@@ -158,6 +185,9 @@ void take_step(PositionRows &rows, double time_step, double mass_damping, int it
             switch (set.kind) {
             case Constraint::distance:
                 project<Constraint::distance>(set, nodes, per_step);
+                break;
+            case Constraint::fibre:
+                project<Constraint::fibre>(set, nodes, per_step);
                 break;
             case Constraint::volume:
                 project<Constraint::volume>(set, nodes, per_step);
@@ -185,6 +215,8 @@ std::vector<double> numbers_of_nothing(Constraint kind) {
     std::vector<double> numbers(num_numbers_of(kind), 0.0);
     if (kind == Constraint::distance)
         numbers[0] = numbers[3] = 1.0; // of some length
+    if (kind == Constraint::fibre)
+        numbers[4] = numbers[7] = 1.0;
     for (std::size_t k = 0; k < num_multipliers_of(kind); ++k)
         numbers[numbers.size() - 1 - k] = 1.0; // compliances
     return numbers;

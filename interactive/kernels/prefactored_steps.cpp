@@ -9,6 +9,7 @@
 
 #include "core/support/vector_dispatch.hpp"
 #include "interactive/kernels/method_steps.hpp"
+#include "interactive/kernels/point_springs-inl.hpp"
 #include "interactive/kernels/tetrahedra-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -306,11 +307,13 @@ HWY_INLINE V with_inertia(V force, const PrefactoredRows &rows, const NodeRows &
 
 HWY_NOINLINE void find_right(PrefactoredRows &rows, ExplicitRows &body) {
     find_forces_of_fans(body, ProjectiveStress());
+    find_forces_of_springs(body.springs, body.displacement);
     constexpr std::size_t width = 4 * nodes_at_once;
     for (std::size_t four = 0; four + 1 < body.slot_start.size(); ++four)
         for (std::size_t lane = 0; lane < width; lane += hn::Lanes(d)) {
             const std::size_t at = four * width + lane;
-            const auto force = summed_slots(body, body.force, four, lane, hn::Zero(d));
+            const auto elements = summed_slots(body, body.force, four, lane, hn::Zero(d));
+            const auto force = summed_slots(body.springs, body.springs.force, four, lane, elements);
             hn::Store(with_inertia(force, rows, body, at), d, rows.right.data() + at);
         }
 }
@@ -332,8 +335,15 @@ HWY_NOINLINE void find_right(PrefactoredRows &rows, SpringRows &body) {
             }
             store(force, body.force.data(), self);
         }
-    for (std::size_t at = 0; at < body.force.size(); at += hn::Lanes(d))
-        hn::Store(with_inertia(hn::Load(d, body.force.data() + at), rows, body, at), d, rows.right.data() + at);
+    find_forces_of_springs(body.beside, body.displacement);
+    constexpr std::size_t width = 4 * nodes_at_once;
+    for (std::size_t four = 0; four + 1 < body.beside.slot_start.size(); ++four)
+        for (std::size_t lane = 0; lane < width; lane += hn::Lanes(d)) {
+            const std::size_t at = four * width + lane;
+            const auto on_edges = hn::Load(d, body.force.data() + at);
+            const auto force = summed_slots(body.beside, body.beside.force, four, lane, on_edges);
+            hn::Store(with_inertia(force, rows, body, at), d, rows.right.data() + at);
+        }
 }
 
 void take_step(PrefactoredRows &rows, double time_step, double mass_damping, int iterations) {
@@ -439,7 +449,7 @@ constexpr float numbers_of_no_spring[numbers_of_spring] = {1.0F, 0.0F, 0.0F, 1.0
 
 } // namespace
 
-SpringRows spring_rows(const Scene &scene, const Springs &springs) {
+SpringRows spring_rows(const Scene &scene, const Springs &springs, std::span<const PointSpring> beside) {
     const auto &mesh = scene.body->mesh;
     std::vector<std::vector<SpringAtNode>> at_node(mesh.points.size());
     std::vector<int> num_springs(mesh.points.size(), 0);
@@ -484,6 +494,7 @@ SpringRows spring_rows(const Scene &scene, const Springs &springs) {
         }
         rows.item_start.push_back(rows.item_start.back() + most);
     }
+    rows.beside = point_spring_rows(scene, beside, rows);
     return rows;
 }
 

@@ -225,8 +225,9 @@ template <class Stress> HWY_INLINE void find_forces_of_fans(ExplicitRows &rows, 
 }
 
 /// Sums of the slots of four nodes side by side, in their order.
-HWY_INLINE V summed_slots(const ExplicitRows &rows, const Aligned<float> &slots, std::size_t four, std::size_t lane,
-                          V sum) {
+/// @param rows  with slot_start, as ExplicitRows and PointSpringRows have it
+template <class Rows>
+HWY_INLINE V summed_slots(const Rows &rows, const Aligned<float> &slots, std::size_t four, std::size_t lane, V sum) {
     for (std::size_t k = rows.slot_start[four]; k < rows.slot_start[four + 1]; ++k)
         sum = hn::Add(sum, hn::Load(d, slots.data() + k * 4 * nodes_at_once + lane));
     return sum;

@@ -3,6 +3,7 @@
 
 #include "interactive/elements/energies.hpp"
 #include "interactive/elements/implicit_elements.hpp"
+#include "interactive/elements/point_springs.hpp"
 #include "interactive/kernels/method_steps.hpp"
 #include "interactive/method.hpp"
 
@@ -22,13 +23,15 @@ Method fast_mass_spring() {
                 "--load-case pneumoperitoneum --model fast_mass_spring fem_p2 --poisson 0.25 0.45' shows it.",
             .implementation = "vector units, CHOLMOD's factor in single precision",
             .knows_contact = true,
-            .knows_capsule = true,
             .prepare = [](const Scene &scene) {
-                auto energy = std::make_unique<SpringEnergy>(springs_with_shear_modulus(*scene.body));
+                auto energy = std::make_unique<WithSprings<SpringEnergy>>(vessel_fibres(scene),
+                                                                          springs_with_shear_modulus(*scene.body));
                 const auto &springs = energy->springs();
+                const auto &fibres = energy->point_springs();
                 return std::make_unique<Prefactored>(
-                    scene, std::move(energy), [&springs] { return laplacian(springs); },
-                    [&springs](const Scene &of) { return kernels::spring_rows(of, springs); });
+                    scene, std::move(energy),
+                    [&springs, &fibres] { return sum_of(laplacian(springs), laplacian(fibres)); },
+                    [&springs, &fibres](const Scene &of) { return kernels::spring_rows(of, springs, fibres); });
             }};
 }
 

@@ -3,6 +3,7 @@
 
 #include "interactive/elements/energies.hpp"
 #include "interactive/elements/implicit_elements.hpp"
+#include "interactive/elements/point_springs.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive::methods {
@@ -23,11 +24,16 @@ Method projective_dynamics() {
             .implementation = "vector units without singular values, CHOLMOD's factor in single precision",
             .knows_contact = true,
             .prepare = [](const Scene &scene) {
-                auto energy = std::make_unique<ElementEnergy<densities::Projective>>(tetrahedra_at_rest(*scene.body));
+                auto energy = std::make_unique<WithSprings<ElementEnergy<densities::Projective>>>(
+                    capsule_and_vessels(scene), tetrahedra_at_rest(*scene.body));
                 const auto &tetrahedra = energy->tetrahedra();
+                const auto &springs = energy->point_springs();
                 return std::make_unique<Prefactored>(
-                    scene, std::move(energy), [&tetrahedra] { return laplacian(tetrahedra); },
-                    [](const Scene &of) { return kernels::explicit_rows(of, kernels::Pressure::of_tetrahedra); });
+                    scene, std::move(energy),
+                    [&tetrahedra, &springs] { return sum_of(laplacian(tetrahedra), laplacian(springs)); },
+                    [&springs](const Scene &of) {
+                        return kernels::explicit_rows(of, kernels::Pressure::of_tetrahedra, springs);
+                    });
             }};
 }
 

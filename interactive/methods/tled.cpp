@@ -24,9 +24,8 @@ Method tled() {
             .is_explicit = true,
             .knows_contact = true,
             .prepare = [](const Scene &scene) {
-                return std::make_unique<ExplicitTetrahedra>(
-                    scene, kernels::Pressure::of_tetrahedra,
-                    std::make_unique<ElementEnergy<densities::NeoHookean>>(tetrahedra_at_rest(*scene.body)));
+                return explicit_with_springs<ElementEnergy<densities::NeoHookean>>(
+                    scene, kernels::Pressure::of_tetrahedra, tetrahedra_at_rest(*scene.body));
             }};
 }
 

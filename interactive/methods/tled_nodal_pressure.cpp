@@ -25,8 +25,7 @@ Method tled_nodal_pressure() {
             .is_explicit = true,
             .knows_contact = true,
             .prepare = [](const Scene &scene) {
-                return std::make_unique<ExplicitTetrahedra>(scene, kernels::Pressure::around_nodes,
-                                                            std::make_unique<NodalPressureEnergy>(*scene.body));
+                return explicit_with_springs<NodalPressureEnergy>(scene, kernels::Pressure::around_nodes, *scene.body);
             }};
 }
 

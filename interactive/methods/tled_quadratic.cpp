@@ -26,8 +26,7 @@ Method tled_quadratic() {
             .knows_contact = true,
             .prepare = [](const Scene &scene) {
                 const auto quadratic = quadratic_scene(scene);
-                return std::make_unique<ExplicitTetrahedra>(quadratic, kernels::Pressure::of_tetrahedra,
-                                                            std::make_unique<QuadraticEnergy>(quadratic));
+                return explicit_with_springs<QuadraticEnergy>(quadratic, kernels::Pressure::of_tetrahedra, quadratic);
             }};
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "interactive/elements/energies.hpp"
+#include "interactive/elements/point_springs.hpp"
 #include "interactive/kernels/method_steps.hpp"
 #include "interactive/kernels/orders.hpp"
 #include "interactive/method.hpp"
@@ -16,14 +17,16 @@ namespace {
 /// Backward Euler by descent on one node at a time: an iteration visits the nodes in the order of their colours, and
 /// moves each by -H^-1 g of its own three unknowns, with the nodes around it where they are. W is quadratic along F and
 /// J is linear in each node, so H = k + sum of V (mu |b|^2 + (lambda + mu) (c b) (c b)^T), with b the gradient of the
-/// shape function and c the cofactors of F, is positive definite. Iterations are accelerated by Chebyshev's weights.
-/// After each, a ball that touches is met by one point of a facet after the other, in double precision, with nodes that
-/// give way by H^-1.
+/// shape function and c the cofactors of F, is positive definite. Springs beside the tetrahedra add to it as
+/// PointSpringEnergy does where it is projected; they join no nodes of one colour. Iterations are accelerated by
+/// Chebyshev's weights. After each, a ball that touches is met by one point of a facet after the other, in double
+/// precision, with nodes that give way by H^-1.
 class VertexBlockDescent : public SimulationInRows {
   public:
     explicit VertexBlockDescent(Scene given)
-        : SimulationInRows(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)), node_colour_(colours()),
-          rows_(kernels::descent_rows(scene(), by_colours(node_colour_))), offsets_{0} {}
+        : SimulationInRows(std::move(given)), energy_(capsule_and_vessels(scene()), tetrahedra_at_rest(*scene().body)),
+          springs_at_(springs_at_nodes(energy_.point_springs(), scene().node_mass.size())), node_colour_(colours()),
+          rows_(kernels::descent_rows(scene(), by_colours(node_colour_), energy_.point_springs())), offsets_{0} {}
 
     bool touch(const std::shared_ptr<core::BallContact> &ball) override {
         if (ball && nodes_.empty()) {
@@ -171,11 +174,17 @@ class VertexBlockDescent : public SimulationInRows {
             hessian += (t.volume * volume_modulus) * turned * turned.transpose();
             hessian.diagonal().array() += t.volume * t.mu * slope.squaredNorm();
         }
+        for (const auto &[number, place] : springs_at_[nodes_[k]]) {
+            const auto &spring = energy_.point_springs()[number];
+            const double weight = spring.weights[place];
+            hessian += weight * weight * spring.law().tangent(spring.span(x), true);
+        }
         return hessian;
     }
 
-    ElementEnergy<densities::StableNeoHookean> energy_;
-    std::vector<int> node_colour_; ///< (N)
+    WithSprings<ElementEnergy<densities::StableNeoHookean>> energy_;
+    std::vector<std::vector<SpringEnd>> springs_at_; ///< (N)
+    std::vector<int> node_colour_;                   ///< (N)
     kernels::DescentRows rows_;
     std::vector<int> nodes_;                 ///< that a ball may touch and that are free
     std::vector<std::size_t> place_of_node_; ///< (N) in nodes_

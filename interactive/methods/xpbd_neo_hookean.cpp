@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "interactive/elements/energies.hpp"
+#include "interactive/elements/point_springs.hpp"
 #include "interactive/elements/position_based.hpp"
 #include "interactive/method.hpp"
 
@@ -13,10 +14,12 @@ namespace {
 class XpbdNeoHookean : public PositionBased {
   public:
     explicit XpbdNeoHookean(Scene given)
-        : PositionBased(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)),
+        : PositionBased(std::move(given)), energy_(capsule_and_vessels(scene()), tetrahedra_at_rest(*scene().body)),
           pairs_(neo_hookean_pairs(energy_.tetrahedra()), static_cast<int>(positions().cols()),
-                 scene().orders ? scene().orders->tetrahedron_colour : std::vector<int>{}) {
-        use_constraints({pairs_.rows(positions())});
+                 scene().orders ? scene().orders->tetrahedron_colour : std::vector<int>{}),
+          edges_(distances(energy_.point_springs()), static_cast<int>(positions().cols())),
+          fibres_(fibres(energy_.point_springs()), static_cast<int>(positions().cols())) {
+        use_constraints({pairs_.rows(positions()), edges_.rows(positions()), fibres_.rows(positions())});
     }
 
     const Energy &energy() const override { return energy_; }
@@ -30,11 +33,15 @@ class XpbdNeoHookean : public PositionBased {
     void add_constraint_forces(const Field &x, double time_step, std::span<const kernels::ConstraintRows> sets,
                                Field &f) const override {
         pairs_.add_forces(x, time_step, sets[0], f);
+        edges_.add_forces(x, time_step, sets[1], f);
+        fibres_.add_forces(x, time_step, sets[2], f);
     }
 
   private:
-    ElementEnergy<densities::StableNeoHookean> energy_;
+    WithSprings<ElementEnergy<densities::StableNeoHookean>> energy_;
     ConstraintSet<NeoHookeanPair> pairs_;
+    ConstraintSet<Distance> edges_; ///< of a capsule
+    ConstraintSet<Fibre> fibres_;   ///< of vessels
 };
 
 } // namespace

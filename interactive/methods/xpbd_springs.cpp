@@ -2,6 +2,7 @@
 #include <utility>
 #include <vector>
 
+#include "interactive/elements/point_springs.hpp"
 #include "interactive/elements/position_based.hpp"
 #include "interactive/method.hpp"
 
@@ -12,11 +13,13 @@ namespace {
 class XpbdSprings : public PositionBased {
   public:
     explicit XpbdSprings(Scene given)
-        : PositionBased(std::move(given)), edges_(edges_of(scene())), energy_(*scene().body, edges_),
+        : PositionBased(std::move(given)), edges_(edges_of(scene())),
+          energy_(vessel_fibres(scene()), *scene().body, edges_),
           distances_(distances(energy_.springs()), static_cast<int>(positions().cols()),
                      scene().orders ? scene().orders->edge_colour : std::vector<int>{}),
-          volumes_(volumes(energy_.tetrahedra()), static_cast<int>(positions().cols()), colours_of_volumes()) {
-        use_constraints({distances_.rows(positions()), volumes_.rows(positions())});
+          volumes_(volumes(energy_.tetrahedra()), static_cast<int>(positions().cols()), colours_of_volumes()),
+          fibres_(fibres(energy_.point_springs()), static_cast<int>(positions().cols())) {
+        use_constraints({distances_.rows(positions()), volumes_.rows(positions()), fibres_.rows(positions())});
     }
 
     const Energy &energy() const override { return energy_; }
@@ -35,6 +38,7 @@ class XpbdSprings : public PositionBased {
                                Field &f) const override {
         distances_.add_forces(x, time_step, sets[0], f);
         volumes_.add_forces(x, time_step, sets[1], f);
+        fibres_.add_forces(x, time_step, sets[2], f);
     }
 
   private:
@@ -54,9 +58,10 @@ class XpbdSprings : public PositionBased {
     }
 
     core::EdgeTable edges_;
-    SpringAndVolumeEnergy energy_;
+    WithSprings<SpringAndVolumeEnergy> energy_;
     ConstraintSet<Distance> distances_;
     ConstraintSet<Volume> volumes_;
+    ConstraintSet<Fibre> fibres_; ///< of vessels
 };
 
 } // namespace
@@ -77,7 +82,6 @@ Method xpbd_springs() {
                 "stiffer with each iteration (newton-physics/newton#2933); here they are kept.",
             .implementation = "vector units over constraints of one colour, single precision",
             .knows_contact = true,
-            .knows_capsule = true,
             .prepare = [](const Scene &scene) { return std::make_unique<XpbdSprings>(scene); }};
 }
 

@@ -249,12 +249,6 @@ Found<results::Arena> run_arena(const ArenaOptions &options, const std::string &
                                 const ProgressReport &report) {
     auto methods = chosen_moving_methods(options.methods);
     auto [problems, notes, left_out] = read_arena_problems(options.bodies, options.load_case, options.material);
-    if (std::ranges::any_of(problems, [](const core::Problem &problem) { return problem.body->capsule.has_value(); }))
-        leave_out(methods, &models::MovingMethod::knows_capsule, options.methods, "for bodies without a capsule only",
-                  "take a body without one", notes);
-    if (std::ranges::any_of(problems, [](const core::Problem &problem) { return problem.body->vessels.has_value(); }))
-        leave_out(methods, &models::MovingMethod::knows_vessels, options.methods,
-                  "for bodies without vessels as lines only", "take a body without [vessels]", notes);
     if (options.tool == ArenaTool::touching) {
         leave_out(methods, &models::MovingMethod::knows_contact, options.methods, "glued only", "take --tool glued",
                   notes);

@@ -375,8 +375,8 @@ std::vector<std::string> without_part(const Run &run) {
                 return model.takes_part_in(problem);
             }))
             sentences.push_back(fmt::format(
-                "{} takes part in none of these load cases: another regime, something that "
-                "it does not follow, no constants of its law, or a capsule or vessels that it does not know",
+                "{} takes part in none of these load cases: another regime, something that it does not follow, or no "
+                "constants of its law",
                 model.name));
     return sentences;
 }

@@ -11,6 +11,7 @@
 #include "core/support/factors/sparse_cholesky.hpp"
 #include "interactive/elements/energies.hpp"
 #include "interactive/elements/implicit_elements.hpp"
+#include "interactive/elements/point_springs.hpp"
 #include "interactive/kernels/orders.hpp"
 #include "interactive/method.hpp"
 
@@ -28,8 +29,10 @@ enum class Preconditioner : std::uint8_t {
 class Corotational : public interactive::Simulation {
   public:
     explicit Corotational(interactive::Scene given, Preconditioner preconditioner = Preconditioner::blocks)
-        : Simulation(std::move(given)), energy_(interactive::tetrahedra_at_rest(*scene().body)),
-          preconditioner_(preconditioner), rotations_(energy_.tetrahedra().size()) {}
+        : Simulation(std::move(given)),
+          energy_(interactive::capsule_and_vessels(scene()), interactive::tetrahedra_at_rest(*scene().body)),
+          preconditioner_(preconditioner), rotations_(energy_.tetrahedra().size()),
+          tangents_(energy_.point_springs().size()) {}
 
     void step(double time_step, int iterations) override {
         auto &x = mutable_positions();
@@ -41,6 +44,13 @@ class Corotational : public interactive::Simulation {
             rotations_[t] = interactive::densities::rotation(gradient);
             const interactive::densities::Corotational density{tetrahedron.mu, tetrahedron.lambda};
             tetrahedron.add_forces(density.stress(gradient, rotations_[t]), forces);
+        }
+        for (std::size_t s = 0; s < tangents_.size(); ++s) {
+            const auto &spring = energy_.point_springs()[s];
+            const core::Vector3 span = spring.span(x);
+            tangents_[s] = spring.law().tangent(span, true);
+            for (std::size_t a = 0; a < spring.nodes.size(); ++a)
+                forces.col(spring.nodes[a]) -= spring.weights[a] * spring.law().pull(span);
         }
         Field right = time_step * forces;
         for (Eigen::Index i = 0; i < x.cols(); ++i)
@@ -97,6 +107,12 @@ class Corotational : public interactive::Simulation {
             stress.diagonal().array() += tetrahedron.lambda * rate.trace();
             tetrahedron.add_forces(rotations_[t] * stress, forces);
         }
+        for (std::size_t s = 0; s < tangents_.size(); ++s) {
+            const auto &spring = energy_.point_springs()[s];
+            const core::Vector3 pull = tangents_[s] * spring.span(v);
+            for (std::size_t a = 0; a < spring.nodes.size(); ++a)
+                forces.col(spring.nodes[a]) -= spring.weights[a] * pull;
+        }
         if (ball_)
             for (const auto &point : contact_.points()) {
                 core::Vector3 rate = core::Vector3::Zero();
@@ -128,6 +144,11 @@ class Corotational : public interactive::Simulation {
                 block += factor * (tetrahedron.lambda + tetrahedron.mu) * turned.col(c) * turned.col(c).transpose();
                 block.diagonal().array() += factor * tetrahedron.mu * turned.col(c).squaredNorm();
             }
+        }
+        for (std::size_t s = 0; s < tangents_.size(); ++s) {
+            const auto &spring = energy_.point_springs()[s];
+            for (std::size_t a = 0; a < spring.nodes.size(); ++a)
+                blocks[spring.nodes[a]] += time_step * time_step * spring.weights[a] * spring.weights[a] * tangents_[s];
         }
         if (ball_)
             for (const auto &point : contact_.points())
@@ -168,9 +189,10 @@ class Corotational : public interactive::Simulation {
         }
     }
 
-    interactive::ElementEnergy<interactive::densities::Corotational> energy_;
+    interactive::WithSprings<interactive::ElementEnergy<interactive::densities::Corotational>> energy_;
     Preconditioner preconditioner_;
     std::vector<Matrix3> rotations_; ///< (M) where the step began
+    std::vector<Matrix3> tangents_;  ///< of springs beside the tetrahedra, there
     std::shared_ptr<core::BallContact> ball_;
     interactive::ImplicitContact contact_; ///< of the ball
 };
@@ -297,8 +319,11 @@ class BlockDescent : public interactive::Simulation {
   public:
     /// @param node_colour  (N): nodes are visited in this order
     BlockDescent(interactive::Scene given, const std::vector<int> &node_colour)
-        : Simulation(std::move(given)), energy_(interactive::tetrahedra_at_rest(*scene().body)),
-          around_(static_cast<std::size_t>(positions().cols())), last_velocities_(velocities()) {
+        : Simulation(std::move(given)),
+          energy_(interactive::capsule_and_vessels(scene()), interactive::tetrahedra_at_rest(*scene().body)),
+          around_(static_cast<std::size_t>(positions().cols())),
+          springs_at_(interactive::springs_at_nodes(energy_.point_springs(), around_.size())),
+          last_velocities_(velocities()) {
         for (std::size_t t = 0; t < energy_.tetrahedra().size(); ++t)
             for (const int node : energy_.tetrahedra()[t].nodes)
                 around_[node].push_back(static_cast<int>(t));
@@ -393,6 +418,12 @@ class BlockDescent : public interactive::Simulation {
             hessian += (t.volume * volume_modulus) * turned * turned.transpose();
             hessian.diagonal().array() += t.volume * t.mu * slope.squaredNorm();
         }
+        for (const auto &[number, place] : springs_at_[node]) {
+            const auto &spring = energy_.point_springs()[number];
+            const double weight = spring.weights[place];
+            gradient += weight * spring.law().pull(spring.span(x));
+            hessian += weight * weight * spring.law().tangent(spring.span(x), true);
+        }
         return {gradient, hessian};
     }
 
@@ -419,10 +450,11 @@ class BlockDescent : public interactive::Simulation {
             [&](int node) { return x.col(node); }, yields, give);
     }
 
-    interactive::ElementEnergy<interactive::densities::StableNeoHookean> energy_;
-    std::vector<std::vector<int>> around_; ///< (N) tetrahedra
-    std::vector<int> order_;               ///< of free nodes
-    Field last_velocities_;                ///< those before the last step
+    interactive::WithSprings<interactive::ElementEnergy<interactive::densities::StableNeoHookean>> energy_;
+    std::vector<std::vector<int>> around_;                        ///< (N) tetrahedra
+    std::vector<std::vector<interactive::SpringEnd>> springs_at_; ///< (N) beside them
+    std::vector<int> order_;                                      ///< of free nodes
+    Field last_velocities_;                                       ///< those before the last step
     std::shared_ptr<core::BallContact> ball_;
 };
 

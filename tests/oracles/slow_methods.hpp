@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "interactive/elements/implicit_elements.hpp"
+#include "interactive/elements/point_springs.hpp"
+#include "interactive/elements/position_based.hpp"
 #include "interactive/method.hpp"
 #include "tests/oracles/explicit_steps.hpp"
 #include "tests/oracles/implicit_steps.hpp"
@@ -28,6 +30,11 @@ template <class Steps> class SlowSimulation : public Steps {
     std::unique_ptr<interactive::Simulation> fast_;
 };
 
+/// Constraints in the order in which a method visits those whose colours no scene knows.
+template <class Kind> Constraints<Kind> coloured(const std::vector<Kind> &kinds, const interactive::Scene &scene) {
+    return {kinds, interactive::ConstraintSet<Kind>(kinds, interactive::num_nodes(scene)).colours()};
+}
+
 /// The steps of a method in double precision, in plain loops: what its vectors are compared with.
 inline std::unique_ptr<interactive::Simulation> prepare_slowly(const interactive::Method &method,
                                                                const interactive::Scene &scene) {
@@ -39,27 +46,36 @@ inline std::unique_ptr<interactive::Simulation> prepare_slowly(const interactive
     if (method.name == "corotational_implicit")
         return std::make_unique<SlowSimulation<Corotational>>(std::move(fast));
     if (method.name == "projective_dynamics")
-        return std::make_unique<SlowSimulation<Prefactored>>(std::move(fast), laplacian(tetrahedra));
+        return std::make_unique<SlowSimulation<Prefactored>>(
+            std::move(fast),
+            interactive::sum_of(laplacian(tetrahedra), laplacian(interactive::capsule_and_vessels(scene))));
     if (method.name == "fast_mass_spring")
         return std::make_unique<SlowSimulation<Prefactored>>(
-            std::move(fast), laplacian(interactive::springs_with_shear_modulus(*scene.body)));
+            std::move(fast), interactive::sum_of(laplacian(interactive::springs_with_shear_modulus(*scene.body)),
+                                                 laplacian(interactive::vessel_fibres(scene))));
     if (method.name == "vertex_block_descent")
         return std::make_unique<SlowSimulation<BlockDescent>>(std::move(fast), orders.node_colour);
     if (method.name == "xpbd_neo_hookean") {
-        using Sets = std::tuple<Constraints<interactive::NeoHookeanPair>>;
+        using Sets = std::tuple<Constraints<interactive::NeoHookeanPair>, Constraints<interactive::Distance>,
+                                Constraints<interactive::Fibre>>;
+        const auto springs = interactive::capsule_and_vessels(scene);
         return std::make_unique<SlowSimulation<PositionBased<Sets>>>(
-            std::move(fast), Sets({interactive::neo_hookean_pairs(tetrahedra), orders.tetrahedron_colour}));
+            std::move(fast),
+            Sets({interactive::neo_hookean_pairs(tetrahedra), orders.tetrahedron_colour},
+                 coloured(interactive::distances(springs), scene), coloured(interactive::fibres(springs), scene)));
     }
     if (method.name != "xpbd_springs")
         return fast; // is in double precision itself
-    using Sets = std::tuple<Constraints<interactive::Distance>, Constraints<interactive::Volume>>;
+    using Sets = std::tuple<Constraints<interactive::Distance>, Constraints<interactive::Volume>,
+                            Constraints<interactive::Fibre>>;
     std::vector<int> colours = orders.tetrahedron_colour;
     std::erase(colours, -1); // those without a volume to keep
     return std::make_unique<SlowSimulation<PositionBased<Sets>>>(
         std::move(fast),
         Sets({interactive::distances(interactive::springs_with_shear_modulus(*scene.body, orders.edges)),
               orders.edge_colour},
-             {interactive::volumes(tetrahedra), colours}));
+             {interactive::volumes(tetrahedra), colours},
+             coloured(interactive::fibres(interactive::vessel_fibres(scene)), scene)));
 }
 
 /// The method of that name with its slow steps. None acts after steps.

@@ -118,9 +118,7 @@ core::Model model(const Method &method) {
             .source = method.source,
             .prepare = core::solves_each([method](const core::Problem &problem) { return solve(problem, method); }),
             .only_when_named = true,
-            .is_wanted = [knows_capsule = method.knows_capsule](const core::Problem &problem) {
-                return can_solve(problem) && (knows_capsule || !problem.body->capsule) && !problem.body->vessels;
-            }};
+            .is_wanted = can_solve};
 }
 
 } // namespace

@@ -168,9 +168,7 @@ void add_springs(std::vector<MovingMethod> &methods) {
                      return spring_stepper(model, problem, once_released, options);
                  },
              .only_when_named = model.only_when_named,
-             .knows_contact = true,
-             .knows_capsule = true,
-             .knows_vessels = true});
+             .knows_contact = true});
         if (model.is_scaled) {
             methods.push_back(methods.back());
             make_scaled(methods.back());
@@ -190,8 +188,7 @@ void add_interactive(std::vector<MovingMethod> &methods) {
                                          const StepperOptions &options) {
                                    return method_stepper(method, problem, once_released, options);
                                },
-                           .knows_contact = method.knows_contact,
-                           .knows_capsule = method.knows_capsule});
+                           .knows_contact = method.knows_contact});
         // On the liver with tumours quadratic elements with scaled masses diverge, and it is not known why.
         if (method.is_explicit && method.name != "tled_quadratic") {
             methods.push_back(methods.back());

@@ -61,8 +61,6 @@ struct MovingMethod {
         prepare;
     bool only_when_named = false;
     bool knows_contact = false; ///< whether it moves under a tool that touches (LoadCase::touching)
-    bool knows_capsule = false; ///< whether it moves a body with a capsule: as springs on the edges of its surface
-    bool knows_vessels = false; ///< whether it moves a body with vessels as lines
     /// Whether masses of stiff parts are scaled. Then it holds no needle, whose impulses are those of true masses, and
     /// cannot be cut.
     bool is_scaled = false;

@@ -32,7 +32,8 @@ Vector3 middle_of(const core::TetraMesh &mesh, int tetrahedron) {
 /// The rest of a body. Nodes that no tetrahedron has are left out, which gives those behind them other numbers.
 SceneCut left_of(const core::Body &body, std::vector<std::array<int, 4>> tetrahedra, std::vector<Vector3> points,
                  std::vector<int> parents) {
-    core::Body left{.name = body.name, .mesh = {}, .materials = body.materials};
+    core::Body left{
+        .name = body.name, .mesh = {}, .materials = body.materials, .capsule = body.capsule, .vessels = body.vessels};
     left.mesh.region_names = body.mesh.region_names;
     left.mesh.patch_names = {"surface"};
     std::vector<int> number(points.size(), -1);
@@ -117,8 +118,8 @@ std::unique_ptr<Simulation> set_up_anew(const interactive::Method &method, const
 }
 
 /// A bar that swings, and is pulled.
-std::unique_ptr<Simulation> swinging(const interactive::Method &method, bool is_constrained) {
-    auto simulation = method.prepare(tests::uneven_scene({6, 2, 2}, is_constrained, 2.0));
+std::unique_ptr<Simulation> swinging(const interactive::Method &method, const interactive::Scene &scene) {
+    auto simulation = method.prepare(scene);
     simulation->set_external_forces(Vector3(1e-4, 0.0, -2e-4).replicate(1, simulation->scene().body->mesh.num_nodes()));
     Field v = tests::noise(simulation->positions().cols(), 0.02, 9).colwise() + Vector3(0.1, -0.2, 0.15);
     const auto is_free = interactive::free_nodes(simulation->scene());
@@ -129,6 +130,24 @@ std::unique_ptr<Simulation> swinging(const interactive::Method &method, bool is_
     for (int k = 0; k < 3; ++k)
         simulation->step(step_of_cut_tests, 20);
     return simulation;
+}
+
+std::unique_ptr<Simulation> swinging(const interactive::Method &method, bool is_constrained) {
+    return swinging(method, tests::uneven_scene({6, 2, 2}, is_constrained, 2.0));
+}
+
+/// The same bar with a capsule and a vessel.
+std::unique_ptr<Simulation> swinging_with_springs(const interactive::Method &method) {
+    auto scene = tests::uneven_scene({6, 2, 2}, true, 2.0);
+    auto body = *scene.body;
+    body.capsule = core::Capsule{.thickness = 1e-4, .young_modulus = 2e5};
+    body.vessels = core::VesselTree{.points = {{-0.005, 0.012, 0.013}, {0.065, 0.02, 0.014}},
+                                    .radius = {3e-3, 3e-3},
+                                    .segments = {{0, 1}},
+                                    .wall_ratio = 0.2,
+                                    .wall_modulus = 2e5};
+    scene.body = std::make_shared<const core::Body>(std::move(body));
+    return swinging(method, scene);
 }
 
 /// The node that each node of what is left was, or was parted from.
@@ -188,6 +207,21 @@ TEST_P(CutMotion, IsToTheBitThatOfASetUpInTheSameOrders) {
         fresh->step(step_of_cut_tests, 5);
         EXPECT_EQ(after->positions(), fresh->positions()) << kind.name;
         EXPECT_EQ(after->velocities(), fresh->velocities()) << kind.name;
+    }
+}
+
+TEST_P(CutMotion, IsThatOfTheCutBodySetUpAnewWithACapsuleAndAVessel) {
+    for (const auto &kind : kinds_of_cuts) {
+        const auto before = swinging_with_springs(method);
+        const auto cut = kind.make(*before->scene().body);
+        const auto after = interactive::continue_after_cut(method, *before, cut);
+        const auto fresh = set_up_anew(method, *after, cut);
+        const Field start = after->positions();
+        for (auto *const moved : {after.get(), fresh.get()})
+            moved->step(step_of_cut_tests, iterations());
+        EXPECT_LT((after->positions() - fresh->positions()).norm(), tolerance() * (fresh->positions() - start).norm())
+            << kind.name;
+        EXPECT_GT((fresh->positions() - start).norm(), 5e-4);
     }
 }
 

@@ -11,6 +11,7 @@
 #include "msm/elastic_body.hpp"
 #include "tests/interactive/moving_scene.hpp"
 #include "tests/oracles/slow_methods.hpp"
+#include "tests/samples/covered_bodies.hpp"
 #include "tests/samples/touched_block.hpp"
 
 namespace livermark {
@@ -70,10 +71,7 @@ UnderBall move_under_ball(const interactive::Method &method, const core::Problem
 class TouchingSteps : public testing::TestWithParam<std::string> {};
 
 /// Press and slide with friction.
-TEST_P(TouchingSteps, MoveAsInDoublePrecision) {
-    tests::TouchedBlock block;
-    block.friction = 0.3;
-    const auto problem = tests::slid_block(block);
+void expect_as_in_double_precision(const std::string &name, const core::Problem &problem) {
     interactive::Scene scene{.body = problem.body,
                              .node_mass = msm::lumped_masses(*problem.body),
                              .constrained_nodes = {},
@@ -82,8 +80,8 @@ TEST_P(TouchingSteps, MoveAsInDoublePrecision) {
     for (int i = 0; i < problem.body->mesh.num_nodes(); ++i)
         if (!conditions.displacement[i].hasNaN())
             scene.constrained_nodes.push_back(i);
-    const auto fast = move_under_ball(interactive::find_method(GetParam()), problem, scene);
-    const auto slow = move_under_ball(tests::slow_method(GetParam()), problem, scene);
+    const auto fast = move_under_ball(interactive::find_method(name), problem, scene);
+    const auto slow = move_under_ball(tests::slow_method(name), problem, scene);
     ASSERT_EQ(fast.displacement.size(), 11U);
     double squares = 0.0, all = 0.0, largest = 0.0;
     for (std::size_t frame = 0; frame < fast.displacement.size(); ++frame) {
@@ -98,10 +96,27 @@ TEST_P(TouchingSteps, MoveAsInDoublePrecision) {
         EXPECT_LT((fast.displacement[frame] - slow.displacement[frame]).norm(), 2e-3 * slow.displacement[frame].norm());
 }
 
+tests::TouchedBlock rough_block() {
+    tests::TouchedBlock block;
+    block.friction = 0.3;
+    return block;
+}
+
+TEST_P(TouchingSteps, MoveAsInDoublePrecision) {
+    expect_as_in_double_precision(GetParam(), tests::slid_block(rough_block()));
+}
+
 INSTANTIATE_TEST_SUITE_P(All, TouchingSteps, testing::ValuesIn(tests::method_names([](const auto &method) {
                              return method.knows_contact;
                          })),
                          [](const auto &of) { return of.param; });
+
+/// Where nodes give way as their own stiffness says, also that of springs.
+TEST(TouchingDescent, MovesAsInDoublePrecisionWithACapsule) {
+    auto problem = tests::slid_block(rough_block());
+    problem.body = tests::covered::with_capsule(problem.body);
+    expect_as_in_double_precision("vertex_block_descent", problem);
+}
 
 } // namespace
 } // namespace livermark

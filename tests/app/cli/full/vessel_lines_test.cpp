@@ -41,7 +41,7 @@ class VesselsOfABar : public testing::Test {
 /// The wall has 0.19 of a section of 50 of 900 mm^2, which makes the bar stiffer by about 1 + 0.0559 (0.19 E_w / E -
 /// 1).
 TEST_F(VesselsOfABar, MakeItStifferInEveryModel) {
-    const std::string models = "fem_p1 fem_p2 lloyd nodal_neo_hookean";
+    const std::string models = "fem_p1 fem_p2 lloyd nodal_neo_hookean xpbd_springs vertex_block_descent";
     for (const char *body : {"bar", "lines"}) {
         const auto run =
             tests::livermark(fmt::format("run {}.toml --load-case {} --model {} --reference-on-mesh --output {}",
@@ -53,13 +53,11 @@ TEST_F(VesselsOfABar, MakeItStifferInEveryModel) {
     ASSERT_TRUE(lines.problem.body->vessels);
     const double young_modulus = bare.problem.body->materials.front().young_modulus;
     const double expected = 1.0 + M_PI * 16.0 / 900.0 * (0.19 * 0.62e6 / young_modulus - 1.0);
-    for (const auto *const model : {"fem_p1", "fem_p2", "lloyd", "nodal_neo_hookean"}) {
+    for (const auto *const model :
+         {"fem_p1", "fem_p2", "lloyd", "nodal_neo_hookean", "xpbd_springs", "vertex_block_descent"}) {
         const double stiffer = energy_of(bare, model) / energy_of(lines, model); // under one force
         EXPECT_NEAR(stiffer / expected, 1.0, 0.25) << model;
     }
-    const auto left_out = tests::livermark(fmt::format("run {} --load-case {} --model xpbd_springs --output {}",
-                                                       at("lines.toml"), at("pull.toml"), at("other")));
-    EXPECT_NE(left_out.output.find("vessels that it does not know"), std::string::npos);
 }
 
 } // namespace
