@@ -115,9 +115,6 @@ struct NeedleScene {
 results::NeedleArena empty_needle_arena(const core::Needle &needle, const models::NeedlePlan &plan,
                                         const core::Insertion &reference, const core::Insertion *coarser);
 
-/// Why a method holds no needle in a body: a clause on the method. Empty where it holds one.
-std::string obstacle_to_needle(const models::MovingMethod &method, const core::Body &body);
-
 /// A method with all budgets and settings on one mesh. What has no choice of its effort moves once, or twice where its
 /// steps have to be halved.
 std::vector<results::NeedleArenaRun> run_needle_budgets(const models::MovingMethod &method, const NeedleScene &scene,

@@ -142,13 +142,16 @@ results::NeedleArenaRun run_with_needle(const models::MovingMethod &method, cons
     return run;
 }
 
+constexpr const char *needle_obstacle =
+    "the masses of its stiff parts are scaled, and impulses of a needle are those of true masses";
+
 /// Methods that move, and why others do not.
 struct ChosenMethods {
     std::vector<models::MovingMethod> methods;
     std::vector<results::LeftOut> left_out;
 };
 
-ChosenMethods chosen_methods_with_needle(const std::vector<std::string> &names, const core::Body &body) {
+ChosenMethods chosen_methods_with_needle(const std::vector<std::string> &names) {
     ChosenMethods chosen;
     auto all = models::all_moving_methods();
     for (const auto &name : names)
@@ -157,14 +160,13 @@ ChosenMethods chosen_methods_with_needle(const std::vector<std::string> &names, 
         const bool is_asked_for = std::ranges::find(names, method.name) != names.end();
         if (names.empty() ? method.only_when_named : !is_asked_for)
             continue;
-        const auto obstacle = obstacle_to_needle(method, body);
-        if (obstacle.empty())
+        if (!method.is_scaled)
             chosen.methods.push_back(std::move(method));
         else if (is_asked_for)
             throw support::InputError(
-                fmt::format("{} holds no needle, because {}; leave it out", method.name, obstacle));
+                fmt::format("{} holds no needle, because {}; leave it out", method.name, needle_obstacle));
         else
-            chosen.left_out.push_back({method.name, obstacle});
+            chosen.left_out.push_back({method.name, needle_obstacle});
     }
     return chosen;
 }
@@ -215,16 +217,6 @@ ReferenceOfNeedle reference_of_needle(const core::Problem &problem, const core::
 
 } // namespace
 
-std::string obstacle_to_needle(const models::MovingMethod &method, const core::Body &body) {
-    if (method.is_scaled)
-        return "the masses of its stiff parts are scaled, and impulses of a needle are those of true masses";
-    if (body.capsule && !method.knows_capsule)
-        return fmt::format("it knows no capsule, and {} has one", body.name);
-    if (body.vessels && !method.knows_vessels)
-        return fmt::format("it knows no vessels as lines, and {} has some", body.name);
-    return {};
-}
-
 results::NeedleArena empty_needle_arena(const core::Needle &needle, const models::NeedlePlan &plan,
                                         const core::Insertion &reference, const core::Insertion *coarser) {
     results::NeedleArena arena;
@@ -261,6 +253,7 @@ std::vector<results::NeedleArenaRun> run_needle_budgets(const models::MovingMeth
 
 Found<results::NeedleFile> run_needle_arena(const ArenaOptions &options, const NeedleArenaOptions &needle_options,
                                             const std::string &command_line, const ProgressReport &report) {
+    const auto [methods, left_out] = chosen_methods_with_needle(options.methods);
     const auto reference = needle_reference_model(needle_options.reference_on_mesh);
     const models::NeedlePlan plan{.speed = needle_options.speed, .rest = needle_options.rest};
     Found<results::NeedleFile> done;
@@ -270,21 +263,17 @@ Found<results::NeedleFile> run_needle_arena(const ArenaOptions &options, const N
                                              .material = options.material,
                                              .output = {}},
                                             done.notes);
-    std::size_t num_steps = 0;
-    std::vector<ChosenMethods> chosen; // of each problem
+    std::size_t num_needles = 0;
     for (const auto &problem : problems) {
         refuse_single_components(problem.problem.load_case);
-        chosen.push_back(chosen_methods_with_needle(options.methods, *problem.problem.body));
         for (const auto &needle : chosen_needles(problem, needle_options.needles)) {
             refuse_too_fast(needle, plan);
-            num_steps += 1 + chosen.back().methods.size() * options.meshes.size();
+            ++num_needles;
         }
     }
-    Steps steps(static_cast<int>(num_steps), report);
-    for (std::size_t p = 0; p < problems.size(); ++p) {
-        const auto &with_needles = problems[p];
+    Steps steps(static_cast<int>(num_needles * (1 + methods.size() * options.meshes.size())), report);
+    for (const auto &with_needles : problems) {
         const auto &problem = with_needles.problem;
-        const auto &[methods, left_out] = chosen[p];
         const OutputFile output(options.output, problem, fmt::format("needle_arena.{}.h5", problem.load_case.name));
         results::NeedleFile file{.provenance = results::current_provenance(command_line),
                                  .body = problem.body->name,

@@ -288,10 +288,8 @@ CutResults let_blade_in(const CutStudyOptions &options, const std::string &comma
     const bool meets_moved_body = before.load_case.regime == core::Regime::large;
     before.load_case.regime = regime_of_comparison(options, before.load_case);
     const bool has_motions = !chosen_methods_under_blade(options.motion).empty();
-    if (has_motions) {
+    if (has_motions)
         check_loads_of_motion(before);
-        check_parts_of_motion(options.motion, *before.body);
-    }
     if (has_motions && meets_moved_body)
         throw support::InputError(fmt::format("load case {} is of the large regime, in which the blade meets the body "
                                               "where the reference is, not where methods are; for --method choose one "

@@ -95,9 +95,6 @@ std::vector<std::string> chosen_methods_under_blade(const CutMotionOptions &opti
 /// @throws support::InputError if some directions of a node are constrained and others are not, or a place is displaced
 void check_loads_of_motion(const core::Problem &problem);
 
-/// @throws support::InputError if a chosen method would move without the capsule or the vessels of the body
-void check_parts_of_motion(const CutMotionOptions &options, const core::Body &body);
-
 /// Frames in which a body comes to rest, before the blade and after it.
 inline constexpr int frames_to_rest = 120;
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <limits>
 #include <map>
 #include <utility>
@@ -317,25 +316,6 @@ void check_loads_of_motion(const core::Problem &problem) {
                                                   "begins; choose one with tractions or forces for --method",
                                                   problem.load_case.name));
     }
-}
-
-void check_parts_of_motion(const CutMotionOptions &options, const core::Body &body) {
-    const auto methods = methods_under_blade();
-    const auto names = chosen_methods_under_blade(options);
-    const auto refuse_without = [&](bool models::MovingMethod::*knows, const char *part) {
-        std::vector<std::string> without;
-        for (const auto &name : names)
-            if (!(support::find_named(methods, name, "method").*knows))
-                without.push_back(name);
-        if (!without.empty())
-            throw support::InputError(fmt::format("the body has {0}, which {1} would move without; leave {2} out of "
-                                                  "--method, or take a body without {0}",
-                                                  part, fmt::join(without, ", "), without.size() == 1 ? "it" : "them"));
-    };
-    if (body.capsule)
-        refuse_without(&models::MovingMethod::knows_capsule, "a capsule");
-    if (body.vessels)
-        refuse_without(&models::MovingMethod::knows_vessels, "vessels as lines");
 }
 
 std::vector<results::CutMotion> move_under_blade(const CutMotionOptions &options, const std::vector<CutStage> &stages,

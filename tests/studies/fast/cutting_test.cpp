@@ -310,23 +310,6 @@ TEST(MotionUnderABlade, RefusesWhatItCannotDo) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     refused({nan, nan, 0.0}, {"leaves a component of the displacement free", "give all three components"});
     refused({0.0, 0.0, 1e-3}, {"displaces a place", "tractions or forces"});
-
-    auto body = *block.problems.front().body;
-    EXPECT_NO_THROW(check_parts_of_motion({.methods = {"all"}}, body));
-    body.capsule = core::Capsule{.thickness = 1e-4, .young_modulus = 1e6};
-    tests::expect_input_error(
-        [&] {
-            check_parts_of_motion({.methods = {"lloyd", "tled"}}, body);
-        },
-        {"the body has a capsule, which tled would move without; leave it out of --method"});
-    EXPECT_NO_THROW(check_parts_of_motion({.methods = {"lloyd", "nodal_neo_hookean"}}, body));
-    body.vessels = core::VesselTree{.points = {{0.0, 0.0, 0.0}, {0.01, 0.0, 0.0}},
-                                    .radius = {1e-3, 1e-3},
-                                    .segments = {{0, 1}},
-                                    .wall_ratio = 0.2,
-                                    .wall_modulus = 1e6};
-    EXPECT_NO_THROW(check_parts_of_motion({.methods = {"lloyd", "nodal_neo_hookean"}}, body));
-    tests::expect_input_error([&] { check_parts_of_motion({.methods = {"all"}}, body); }, {"would move without"});
 }
 
 } // namespace

@@ -10,7 +10,6 @@
 #include "core/support/input_error.hpp"
 #include "core/tool/needle/needle.hpp"
 #include "results/records/needle.hpp"
-#include "studies/arena/arena.hpp"
 #include "studies/models/model_table.hpp"
 #include "studies/models/motion/moving_method.hpp"
 #include "studies/models/pushed_model.hpp"
@@ -146,19 +145,6 @@ TEST(NeedleInAPartedBody, OfSpringsThatMoveMeetsTheirStaticNeedle) {
                   0.05 * farthest);
         EXPECT_NEAR(reading.force, expected.force[at_plan], 0.05 * expected.force[at_plan]);
     }
-}
-
-TEST(NeedleArena, LeavesOutWhatKnowsNoPartOfTheBody) {
-    const auto plain = PartedBlock().problem.body;
-    const auto covered = covered::with_capsule(plain), veined = with_vessel_across(plain);
-    models::MovingMethod knows_all, knows_none;
-    knows_all.knows_capsule = knows_all.knows_vessels = true;
-    for (const auto &body : {plain, covered, veined})
-        EXPECT_EQ(obstacle_to_needle(knows_all, *body), "");
-    EXPECT_EQ(obstacle_to_needle(knows_none, *plain), "");
-    EXPECT_EQ(obstacle_to_needle(knows_none, *covered), "it knows no capsule, and " + plain->name + " has one");
-    EXPECT_EQ(obstacle_to_needle(knows_none, *veined),
-              "it knows no vessels as lines, and " + plain->name + " has some");
 }
 
 } // namespace
