@@ -177,7 +177,7 @@ inline std::vector<Distance> distances(const Springs &springs) {
     return result;
 }
 
-/// Those of two nodes.
+/// Constraints of springs of two nodes.
 inline std::vector<Distance> distances(std::span<const PointSpring> springs) {
     std::vector<Distance> result;
     for (const auto &spring : springs)
@@ -188,7 +188,7 @@ inline std::vector<Distance> distances(std::span<const PointSpring> springs) {
     return result;
 }
 
-/// Those of four nodes.
+/// Constraints of springs of four nodes.
 inline std::vector<Fibre> fibres(std::span<const PointSpring> springs) {
     std::vector<Fibre> result;
     for (const auto &spring : springs)

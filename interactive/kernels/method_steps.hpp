@@ -117,7 +117,7 @@ struct CorotationalRows {
     Aligned<float> residual, direction, product, preconditioned;
     Aligned<float> inverse_block; ///< slices of nodes, xx, xy, xz, yy, yz, zz of each [1/kg]; zero where constrained
 
-    /// Of each set of body.springs, where the step begins: numbers_of_tangent vectors of 16 for each batch.
+    /// Tangents of each set of body.springs, where the step begins: numbers_of_tangent vectors of 16 for each batch.
     std::vector<Aligned<float>> spring_tangent;
     std::array<Aligned<float>, 2> spring_block_slots; ///< as body.springs.force, of K
 

@@ -33,8 +33,9 @@ class PointSpringBuilder {
                 ++num_slots_of_[row_of(node)];
         rows_.slot_start.assign(1, 0);
         for (std::size_t first = 0; first < num_slots_of_.size(); first += nodes_at_once) {
-            const auto *const of_first = num_slots_of_.data() + first;
-            rows_.slot_start.push_back(rows_.slot_start.back() + *std::max_element(of_first, of_first + nodes_at_once));
+            const auto *const four_rows = num_slots_of_.data() + first;
+            rows_.slot_start.push_back(rows_.slot_start.back() +
+                                       *std::max_element(four_rows, four_rows + nodes_at_once));
         }
         if (!springs_.empty())
             rows_.force.assign(4 * (num_slots() + 1), 0.0F);

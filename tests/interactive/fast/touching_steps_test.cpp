@@ -111,7 +111,7 @@ INSTANTIATE_TEST_SUITE_P(All, TouchingSteps, testing::ValuesIn(tests::method_nam
                          })),
                          [](const auto &of) { return of.param; });
 
-/// Where nodes give way as their own stiffness says, also that of springs.
+/// Nodes give way as their own stiffness says, also that of springs.
 TEST(TouchingDescent, MovesAsInDoublePrecisionWithACapsule) {
     auto problem = tests::slid_block(rough_block());
     problem.body = tests::covered::with_capsule(problem.body);
