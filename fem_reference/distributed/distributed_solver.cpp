@@ -171,9 +171,9 @@ class RankProblem {
         }
         // u . (K u + D^T p), which is u . K u + p . C p as D u = C p
         solution.strain_energy = 0.5 * (dot(state.u, left.u) + newtons * dot(state.u, conditions_.load));
-        std::vector<double> of_springs(state.u.size(), 0.0); // whose energy is not one of the body
-        springs_.add_force(state.u, of_springs);
-        solution.strain_energy -= 0.5 * dot(state.u, of_springs);
+        std::vector<double> spring_force(state.u.size(), 0.0); // its energy is not one of the body
+        springs_.add_force(state.u, spring_force);
+        solution.strain_energy -= 0.5 * dot(state.u, spring_force);
         if (const auto &load_case = part_.problem.load_case;
             load_case.press_depth == 0.0 && load_case.acceleration.isZero(0.0))
             solution.load_work = dot(state.u, conditions_.load);

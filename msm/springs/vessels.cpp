@@ -70,8 +70,8 @@ class VesselLines : public ElasticTerm {
 
     bool is_beside_kernels() const override { return true; }
 
-    /// What a fibre has in a tetrahedron goes with it. Where a cut parts two tetrahedra a fibre ends in each of them:
-    /// none of its points moves with the nodes of more than one.
+    /// The part of a fibre in a tetrahedron goes with it. Where a cut parts two tetrahedra a fibre ends in each of
+    /// them: none of its points moves with the nodes of more than one.
     std::shared_ptr<const ElasticTerm> after_cut(const CutTetrahedra &left) const override {
         auto term = std::make_shared<VesselLines>(*this);
         term->rest_ = left.rest;

@@ -338,7 +338,7 @@ std::vector<std::string> words_of_part(const std::string &interpreter, const std
     return words;
 }
 
-/// What a part printed, and the interpreter that ran it; throws as run_python().
+/// Output of a part, and the interpreter that ran it; throws as run_python().
 std::pair<std::string, std::string> run_by_any_python(const std::string &part,
                                                       const std::vector<std::string> &arguments, std::string_view input,
                                                       const std::string &purpose, const std::string &packages) {

@@ -202,7 +202,7 @@ TEST(LinearFoundation, IsTheSameByAllSolvers) {
                          mixed_solver_of(fine, SolverChoice::direct).solve(fine.load_case), 1e-7);
 }
 
-/// What is left where a body is free has no resultant and no moment after that, with springs and without.
+/// The residual where a body is free has no resultant and no moment after that, with springs and without.
 TEST(LinearFoundation, IsBalancedByRigidMotionsOfWhatIsFree) {
     auto problem = standing_rod({3, 2, 2});
     for (const bool is_borne : {true, false}) {

@@ -146,15 +146,16 @@ TEST(LiveParts, ComeToRestAfterACutWhereTheComparedModelOfTheCutBodyDoes) {
             auto conditions = constrained_conditions(constrained_nodes(body.mesh, box.is_constrained));
             for (std::size_t k = 0; k < frame.load.nodes.size(); ++k)
                 conditions.force[frame.load.nodes[k]] = frame.load.nodal[k];
-            msm::NodalConditions of_rest;
+            msm::NodalConditions rest_conditions;
             std::vector<Vector3> found;
             for (const int node : left) {
-                of_rest.displacement.push_back(conditions.displacement[node]);
-                of_rest.constraint.push_back(conditions.constraint[node]);
-                of_rest.force.push_back(conditions.force[node]);
+                rest_conditions.displacement.push_back(conditions.displacement[node]);
+                rest_conditions.constraint.push_back(conditions.constraint[node]);
+                rest_conditions.force.push_back(conditions.force[node]);
                 found.push_back(frame.displacement[node]);
             }
-            const auto rest = msm::find_equilibrium(compared_model(cut.body, springs), cut.body.mesh.points, of_rest);
+            const auto rest =
+                msm::find_equilibrium(compared_model(cut.body, springs), cut.body.mesh.points, rest_conditions);
             ASSERT_EQ(rest.status, core::SolutionStatus::ok) << rest.message;
             EXPECT_LT(distance(found, rest.displacement), 1e-4);
         };

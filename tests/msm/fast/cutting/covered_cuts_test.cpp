@@ -179,7 +179,7 @@ TEST_P(CutCoveredBox, MovesOnAsTheSameBodyThatWasCutAtRest) {
 INSTANTIATE_TEST_SUITE_P(AllSprings, CutCoveredBox, testing::ValuesIn(tests::all_springs_to_cut()),
                          tests::name_of_springs_to_cut);
 
-/// What a cut leaves of a term beside the kernels, by the numbers that are kept.
+/// Remains of a term beside the kernels after a cut, by the numbers that are kept.
 struct CutTerm {
     std::shared_ptr<const msm::ElasticTerm> term;
     std::vector<Vector3> points; ///< at rest [m]
