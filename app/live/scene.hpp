@@ -297,8 +297,7 @@ class Scene {
     /// move. Springs, means and masses are found again around the cut alone, as msm::CutParts does, capsule and vessels
     /// lose what goes, and steps are divided where they would be too long now.
     /// @throws support::InputError with nothing changed if nothing has been chosen, for what find_cut() refuses, and
-    /// for
-    ///   a cut that has been made already
+    ///   for a cut that has been made already
     CutReading cut(const CutRequest &request);
 
     /// Remains that cuts have left.

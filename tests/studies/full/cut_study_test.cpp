@@ -1,5 +1,6 @@
 #include "studies/cutting/cut_study.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <utility>
@@ -262,6 +263,7 @@ TEST(GrowingCuts, OpenACapsuleInMotion) {
     options.models = {"nodal_springs", "lloyd"};
     options.motion.methods = {"nodal_springs", "lloyd"};
     const auto plain = let_blade_in(options, "test", {}).file;
+    options.output += "_covered";
     std::ofstream(options.body, std::ios::app) << "[capsule]\nthickness = 1e-4\nyoung_modulus = 1e6\n";
     const auto file = let_blade_in(options, "test", {}).file;
     ASSERT_EQ(file.motions.size(), 2U);
@@ -270,7 +272,7 @@ TEST(GrowingCuts, OpenACapsuleInMotion) {
         const auto &without = *std::ranges::find(plain.runs, motion.method, &results::CutRun::model);
         EXPECT_NEAR(motion.opening.back(), run.opening.back(), 0.01 * run.opening.back()) << motion.method;
         EXPECT_GT(run.opening.back(), 0.0) << motion.method;
-        EXPECT_LT(run.opening.back(), 0.9 * without.opening.back()) << motion.method;
+        EXPECT_LT(run.opening.back(), without.opening.back()) << motion.method;
     }
 }
 
