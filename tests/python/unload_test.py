@@ -73,10 +73,9 @@ def test_command_writes_bodies_that_gravity_moves_to_the_scan_and_the_same_table
     scan = scan_of(folder, 20e3)
     words = [str(folder / "box.toml"), "--model", "fem_p1_neo_hookean", "lloyd", "--direction", "0.6,0,-0.8", "--support",
              str(folder / "held.toml"), "--load-case", str(folder / "pull.toml"), str(folder / "touch.toml"), "-o", str(folder / "out")]
-    tables = []
-    for _ in range(2):
-        assert unload.main(words) == 0
-        tables.append(capsys.readouterr().out)
+    assert unload.main(words) == 0
+    tables = [capsys.readouterr().out]
+    tables.append(subprocess.run([BINARY, "mesh", "unload", *words], check=True, capture_output=True, text=True).stdout)
     assert tables[0] == tables[1] == (folder / "out" / "table.md").read_text()
     assert "touch has a ball or plate, which starts at the body at rest" in tables[0]
     subprocess.run([BINARY, "run", "--reference-on-mesh", "--body", folder / "out" / "box_unloaded_lloyd.toml", "--load-case",

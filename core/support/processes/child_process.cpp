@@ -261,8 +261,13 @@ FilterOutcome run_filter(const std::vector<std::string> &words, std::string_view
 
 namespace {
 
-/// Root of the source tree; or of an installed package, whose folder livermark/data is the root then.
+/// Folder of the Python package: with compiled modules beside the program, in its build folder; else of the source tree;
+/// or of an installed package, whose folder livermark/data is the root then.
 std::filesystem::path package_folder() {
+    std::error_code error;
+    const auto beside = std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / "python";
+    if (std::filesystem::exists(beside / "livermark", error))
+        return beside;
     const auto in_tree = root_folder() / "python";
     return std::filesystem::exists(in_tree / "livermark") ? in_tree : root_folder() / ".." / "..";
 }
