@@ -22,16 +22,22 @@ std::string material_toml(const DefaultMaterial &of) {
                        support::quoted(of.source));
 }
 
+/// Lines on the patient, where the header of the image has them.
+std::string said_by_header(const Segmentation &segmentation) {
+    std::string lines = segmentation.is_lps_by_header ? "orientation = \"LPS\" # as the header says\n" : "";
+    if (!segmentation.patient_position.empty())
+        lines +=
+            fmt::format("patient_position = {} # as the header says\n", support::quoted(segmentation.patient_position));
+    return lines;
+}
+
 std::string image_table(const PatientBody &body, const Segmentation &segmentation, const std::string &image) {
     const auto &grid = segmentation.grid;
     auto text =
         fmt::format("[image]\nname = {}\nsize = [{}]\nspacing = {}\norigin = {}\naxes = [{}, {}, {}]\n{}remarks = [\n",
                     support::quoted(image), fmt::join(grid.size, ", "), numbers(grid.spacing), numbers(grid.origin),
                     numbers(grid.direction.col(0)), numbers(grid.direction.col(1)), numbers(grid.direction.col(2)),
-                    segmentation.is_lps_by_header ? "orientation = \"LPS\" # as the header says\n" : "");
-    if (!segmentation.patient_position.empty())
-        text +=
-            fmt::format("patient_position = {} # as the header says\n", support::quoted(segmentation.patient_position));
+                    said_by_header(segmentation));
     for (const auto &remark : segmentation.remarks)
         text += fmt::format("  {},\n", support::quoted(remark));
     text += "]\ngates = [\n";
