@@ -258,8 +258,8 @@ def main(arguments: Optional[list[str]] = None) -> int:
                 scan.write_body(options.output / f"{name}_unloaded_{model}.toml", points, f"{name}, unloaded by {model}")
         parts = [shape_table(scan, found).markdown()]
         parts += [f"No unloaded shape by {each.model} is found {each.sentence}.\n" for each in found if each.points is None]
-        tell("\n".join(parts))
         if options.load_case and found[0].points is not None:
+            tell("\n".join(parts))
             table, left_out = cost_table(scan, found, options.load_case, tell)
             parts += [table.markdown(), *(line + "\n" for line in left_out)]
         elif options.load_case:
