@@ -261,8 +261,8 @@ FilterOutcome run_filter(const std::vector<std::string> &words, std::string_view
 
 namespace {
 
-/// Folder of the Python package: with compiled modules beside the program, in its build folder; else of the source tree;
-/// or of an installed package, whose folder livermark/data is the root then.
+/// Folder of the Python package: with compiled modules beside the program, in its build folder; else of the source
+/// tree; or of an installed package, whose folder livermark/data is the root then.
 std::filesystem::path package_folder() {
     std::error_code error;
     const auto beside = std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / "python";
