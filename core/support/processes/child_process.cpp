@@ -265,7 +265,7 @@ namespace {
 /// tree; or of an installed package, whose folder livermark/data is the root then.
 std::filesystem::path package_folder() {
     std::error_code error;
-    const auto beside = std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / "python";
+    auto beside = std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / "python";
     if (std::filesystem::exists(beside / "livermark", error))
         return beside;
     const auto in_tree = root_folder() / "python";
