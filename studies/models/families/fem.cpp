@@ -181,6 +181,9 @@ class PreparedElements : public core::PreparedModel {
 
   private:
     struct Place {
+        Place(MaybeFoundation stands_on, SharedSolver shared)
+            : foundation(std::move(stands_on)), solver(std::move(shared)) {}
+
         MaybeFoundation foundation;
         SharedSolver solver;
         std::optional<RelaxingSolver> relaxing; ///< when the first history comes
