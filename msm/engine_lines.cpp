@@ -8,29 +8,25 @@
 
 #include "core/capsule.hpp"
 #include "core/mesh/tetra_mesh.hpp"
-#include "core/vessel_springs.hpp"
+#include "core/part_springs.hpp"
 
 namespace livermark::msm {
 
 namespace {
 
 void add_capsule(std::vector<EngineArray> &arrays, const core::Body &body) {
-    const auto table = core::edge_table(body.mesh.tetrahedra);
-    const auto added = core::capsule_springs(body, table);
+    core::CapsuleEdges springs(body);
     std::vector<int> edges;
-    std::vector<double> stiffness, length;
-    for (std::size_t e = 0; e < added.size(); ++e)
-        if (added[e] > 0.0) {
-            const auto [a, b] = table.edges[e];
-            edges.insert(edges.end(), {a, b});
-            stiffness.push_back(added[e]);
-            length.push_back((body.mesh.points[b] - body.mesh.points[a]).norm());
-        }
+    std::vector<double> length;
+    for (const auto &[a, b] : springs.nodes) {
+        edges.insert(edges.end(), {a, b});
+        length.push_back((body.mesh.points[b] - body.mesh.points[a]).norm());
+    }
     arrays.push_back({"capsule_edges", "",
                       "ends of the springs of the capsule, beside tetrahedra; those of 'edges' "
                       "have them already",
                       std::move(edges), 2});
-    arrays.push_back({"capsule_stiffness", "N/m", "of each of them", std::move(stiffness)});
+    arrays.push_back({"capsule_stiffness", "N/m", "of each of them", std::move(springs.stiffness)});
     arrays.push_back({"capsule_length", "m", "of each of them at rest", std::move(length)});
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/part_springs.hpp"
 #include "core/solution.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/elastic_body.hpp"
@@ -107,7 +108,7 @@ py::array_t<double> numbers(const std::vector<double> &values) {
 }
 
 py::object edge_springs(const LoadedBody &loaded) {
-    const exchange::CapsuleEdges edges(*loaded.problem.body);
+    const core::CapsuleEdges edges(*loaded.problem.body);
     if (edges.nodes.empty())
         return py::none();
     return py::make_tuple(rows(edges.nodes), numbers(edges.stiffness));

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "core/part_springs.hpp"
 #include "core/support/processes/child_process.hpp"
 #include "studies/exchange/formats/export_format.hpp"
 #include "studies/exchange/formats/ground_springs.hpp"
@@ -46,7 +47,7 @@ void write_feb(std::ostream &out, const core::Problem &problem, const ExportChoi
     fields["follower_pressure"] = pressure;
     if (const auto &ball = load_case.touching)
         fields["ball"] = {ball->shape.radius, ball->start, ball->press};
-    const CapsuleEdges capsule(*problem.body);
+    const core::CapsuleEdges capsule(*problem.body);
     if (!capsule.nodes.empty())
         fields["edge_springs"] = {capsule.nodes, capsule.stiffness};
     const SpringTable springs(ground_springs(problem, fem));

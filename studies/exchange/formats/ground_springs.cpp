@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/mesh/places.hpp"
-#include "core/vessel_springs.hpp"
+#include "core/part_springs.hpp"
 
 namespace livermark::exchange {
 
@@ -99,18 +99,6 @@ SpringTable::SpringTable(const std::vector<GroundSpring> &springs) {
                 factor.push_back(term.factor);
             }
     }
-}
-
-CapsuleEdges::CapsuleEdges(const core::Body &body) {
-    if (!body.capsule)
-        return;
-    const auto table = core::edge_table(body.mesh.tetrahedra);
-    const auto added = core::capsule_springs(body, table);
-    for (std::size_t e = 0; e < added.size(); ++e)
-        if (added[e] > 0.0) {
-            nodes.push_back(table.edges[e]);
-            stiffness.push_back(added[e]);
-        }
 }
 
 } // namespace livermark::exchange

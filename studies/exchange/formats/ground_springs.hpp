@@ -44,12 +44,4 @@ struct SpringTable {
     std::vector<double> factor; ///< (K)
 };
 
-/// Springs on edges that stand for the capsule of a body, those of core::capsule_springs.
-struct CapsuleEdges {
-    explicit CapsuleEdges(const core::Body &body);
-
-    std::vector<std::array<int, 2>> nodes; ///< (S), none where the body has no capsule
-    std::vector<double> stiffness;         ///< (S) [N/m], > 0
-};
-
 } // namespace livermark::exchange

@@ -1,7 +1,8 @@
-#include "core/vessel_springs.hpp"
+#include "core/part_springs.hpp"
 
 #include <cstddef>
 
+#include "core/capsule.hpp"
 #include "core/problem.hpp"
 #include "core/vessels.hpp"
 
@@ -32,6 +33,18 @@ std::vector<VesselSpring> vessel_springs(const Body &body) {
                                .stiffness = weight / (length * length)});
     }
     return springs;
+}
+
+CapsuleEdges::CapsuleEdges(const Body &body) {
+    if (!body.capsule)
+        return;
+    const auto table = edge_table(body.mesh.tetrahedra);
+    const auto added = capsule_springs(body, table);
+    for (std::size_t e = 0; e < added.size(); ++e)
+        if (added[e] > 0.0) {
+            nodes.push_back(table.edges[e]);
+            stiffness.push_back(added[e]);
+        }
 }
 
 } // namespace livermark::core

@@ -22,6 +22,14 @@ struct VesselSpring {
 /// @return empty where the body has no vessels
 std::vector<VesselSpring> vessel_springs(const Body &body);
 
+/// Springs on edges that stand for the capsule of a body, those of capsule_springs().
+struct CapsuleEdges {
+    explicit CapsuleEdges(const Body &body);
+
+    std::vector<std::array<int, 2>> nodes; ///< (S), none where the body has no capsule
+    std::vector<double> stiffness;         ///< (S) [N/m], > 0
+};
+
 /// Point with barycentric coordinates in a tetrahedron of a body [m].
 Eigen::Vector3d point_in(const Body &body, int tetrahedron, const Eigen::Vector4d &coordinates);
 
