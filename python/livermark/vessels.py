@@ -4,7 +4,7 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass, replace
-from typing import Any, Optional, Union
+from typing import Any, Callable, Optional, Union
 
 import numpy
 from numpy.typing import NDArray
@@ -33,8 +33,14 @@ class Vessels:
     def moved(self, points: NDArray[numpy.float64], corners: NDArray[numpy.integer],
               displacement: NDArray[numpy.float64]) -> Vessels:
         """Where they are when the nodes (N, 3) of tetrahedra (M, 4) have moved by a displacement (N, 3): corner_weights()."""
+        return self.mover(points, corners)(displacement)
+
+    def mover(self, points: NDArray[numpy.float64],
+              corners: NDArray[numpy.integer]) -> Callable[[NDArray[numpy.float64]], Vessels]:
+        """moved() for many displacements of one mesh: weights are found once."""
         tetrahedron, weights = corner_weights(self.points, points, corners)
-        return replace(self, points=self.points + numpy.einsum("vc,vcd->vd", weights, displacement[corners[tetrahedron]]))
+        nodes = corners[tetrahedron]
+        return lambda displacement: replace(self, points=self.points + numpy.einsum("vc,vcd->vd", weights, displacement[nodes]))
 
 
 def vessels_of(lines: Optional[dict[str, Any]]) -> Optional[Vessels]:

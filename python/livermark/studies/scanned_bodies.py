@@ -113,7 +113,7 @@ class Scan:
         if "stiffness_map" in table:  # whose file lies beside the body
             table["stiffness_map"]["file"] = str((path.parent / table["stiffness_map"]["file"]).resolve())
         tree = self.problem.vessels
-        self.vessels = Vessels(*tree) if tree else None
+        self.move_vessels = Vessels(*tree).mover(self.points, self.tetrahedra) if tree else None
         self.table = {"regions": regions, **{key: value for key, value in table.items() if key not in (
             "mesh", "unit", "find_patches", "generator", "axes", "image")}}
 
@@ -174,9 +174,9 @@ class Scan:
         path.with_suffix(".msh").write_text("\n".join([*lines, "$EndElements"]) + "\n")
         top = {"title": title, "mesh": path.with_suffix(".msh").name, "axes": self.axes.tolist()}
         described = {key: value for key, value in self.table.items() if key != "patches" or not tool}
-        if self.vessels:
+        if self.move_vessels:
             lines = path.with_suffix(".swc")
-            lines.write_text(swc_text(self.vessels.moved(self.points, self.tetrahedra, points - self.points)))
+            lines.write_text(swc_text(self.move_vessels(points - self.points)))
             described["vessels"] = {**described["vessels"], "file": lines.name, "unit": "m"}
         path.write_text(to_toml({**described, **top}, ""))
 
