@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -54,6 +55,12 @@ inline interactive::Field noise(Eigen::Index num_nodes, double largest, unsigned
     for (Eigen::Index k = 0; k < field.size(); ++k)
         field.data()[k] = component(random);
     return field;
+}
+
+/// Turned by two radians, and elsewhere.
+inline interactive::Field turned(const interactive::Field &x) {
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(2.0, core::Vector3(1.0, -2.0, 0.5).normalized()).matrix();
+    return (turn * x).colwise() + core::Vector3(0.1, 0.2, -0.3);
 }
 
 /// A bar of two materials, one ten times as hard, whose nodes are at no regular places: 6 nx ny nz tetrahedra, which

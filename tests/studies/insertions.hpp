@@ -40,6 +40,19 @@ inline core::Needle needle_of_some_tissue() {
             .step = 2.5e-4};
 }
 
+/// A needle that goes from above into a box of 40 x 30 x 30 mm, aslant.
+inline core::Needle slanted_needle(double puncture_force, double step) {
+    return {.name = "needle",
+            .entry = {0.016, 0.013, 0.03},
+            .target = {0.024, 0.017, 0.012},
+            .diameter = 1e-3,
+            .spread = 8e-3,
+            .toughness = 60.0,
+            .friction = 6.0,
+            .puncture_force = puncture_force,
+            .step = step};
+}
+
 /// Tissue in a box that is held below.
 inline core::Problem box_held_below(const core::Vector3 &size, const std::array<int, 3> &bricks) {
     core::Problem held{make_body(box_mesh(size, bricks), {1060.0, 5e3, 0.45}), {}};

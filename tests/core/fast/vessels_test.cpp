@@ -6,7 +6,7 @@
 
 #include "core/mesh/places.hpp"
 #include "core/mesh/refinement.hpp"
-#include "core/vessel_springs.hpp"
+#include "core/part_springs.hpp"
 #include "tests/samples/bodies_with_vessels.hpp"
 #include "tests/samples/test_meshes.hpp"
 

@@ -17,6 +17,7 @@ using core::Vector3;
 using interactive::Field;
 using tests::bar_scene;
 using tests::noise;
+using tests::turned;
 
 constexpr double time_step = 2e-3;
 
@@ -24,12 +25,6 @@ constexpr double time_step = 2e-3;
 struct InteractiveMethod : testing::TestWithParam<std::string> {
     const interactive::Method method = tests::slow_method(GetParam());
 };
-
-/// Turned by two radians, and elsewhere.
-Field turned(const Field &x) {
-    const Eigen::Matrix3d turn = Eigen::AngleAxisd(2.0, Vector3(1.0, -2.0, 0.5).normalized()).matrix();
-    return (turn * x).colwise() + Vector3(0.1, 0.2, -0.3);
-}
 
 TEST_P(InteractiveMethod, HasAnEnergyWhoseDerivativesAreItsForces) {
     const auto simulation = method.prepare(bar_scene(false));

@@ -24,6 +24,7 @@ using core::Vector3;
 using interactive::Field;
 using interactive::Scene;
 using tests::noise;
+using tests::turned;
 
 const Vector3 sides_of_bar{0.06, 0.03, 0.03};
 
@@ -62,16 +63,11 @@ struct SpringsBesideElements : testing::TestWithParam<std::string> {
     const interactive::Method slow = tests::slow_method(GetParam());
 };
 
-Field moved_rigidly(const Field &x) {
-    const Eigen::Matrix3d turn = Eigen::AngleAxisd(2.0, Vector3(1.0, -2.0, 0.5).normalized()).matrix();
-    return (turn * x).colwise() + Vector3(0.1, 0.2, -0.3);
-}
-
 /// Derivatives where tubes are pulled and pressed.
 TEST_P(SpringsBesideElements, HaveDerivativesOfTheirEnergyAsForcesAndStiffness) {
     const auto simulation = fast.prepare(uneven_with_both(false));
     const auto &energy = simulation->energy();
-    const Field x = moved_rigidly(simulation->positions()) + noise(simulation->positions().cols(), 4e-4, 1);
+    const Field x = turned(simulation->positions()) + noise(simulation->positions().cols(), 4e-4, 1);
     interactive::Energy::Triplets triplets;
     energy.add_hessian(x, false, triplets);
     Field forces = Field::Zero(3, x.cols());

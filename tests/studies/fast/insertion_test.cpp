@@ -269,15 +269,7 @@ TEST(LargeInsertion, SaysWhereABodyComesToNoRest) {
 /// A box of 40 x 30 x 30 mm that is held below, with a needle that goes in from above, aslant.
 struct PushedBlock {
     core::Problem problem = tests::box_held_below({0.04, 0.03, 0.03}, {4, 3, 3});
-    core::Needle needle{.name = "needle",
-                        .entry = {0.016, 0.013, 0.03},
-                        .target = {0.024, 0.017, 0.012},
-                        .diameter = 1e-3,
-                        .spread = 8e-3,
-                        .toughness = 60.0,
-                        .friction = 6.0,
-                        .puncture_force = 0.5,
-                        .step = 5e-4};
+    core::Needle needle = tests::slanted_needle(0.5, 5e-4);
 
     results::NeedleRun in(const std::string &name) const {
         const auto line = core::needle_line(needle);

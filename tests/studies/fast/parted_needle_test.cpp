@@ -43,15 +43,7 @@ SharedBody with_map(const SharedBody &body) {
 /// A box of 40 x 30 x 30 mm that is held below, with a needle that goes in from above, aslant.
 struct PartedBlock {
     core::Problem problem = tests::box_held_below({0.04, 0.03, 0.03}, {4, 3, 3});
-    core::Needle needle{.name = "needle",
-                        .entry = {0.016, 0.013, 0.03},
-                        .target = {0.024, 0.017, 0.012},
-                        .diameter = 1e-3,
-                        .spread = 8e-3,
-                        .toughness = 60.0,
-                        .friction = 6.0,
-                        .puncture_force = 0.2,
-                        .step = 1e-3};
+    core::Needle needle = tests::slanted_needle(0.2, 1e-3);
 
     core::Problem of(const SharedBody &body) const { return {body, problem.load_case}; }
     std::vector<SharedBody> parted() const {
