@@ -83,7 +83,9 @@ test('the table has the errors of the part of the load that is chosen', async ()
 test('arrows and words say what is prescribed at the part of the load', async () => {
   await setPoint(1);
   const lines = await all.page.locator('#conditions li').allTextContents();
-  assert.deepEqual(lines.slice(1), ['Moved: z max; longest arrow 0.400 mm', 'Traction: x max; longest arrow 48.0 Pa', 'Weight: 3.92 m/s² to feet']);
+  const [stiffness] = dataset('load_case/foundation/stiffness');
+  const springs = `On elastic springs: z min, y max, x min, z max, y min; ${Math.round(1e-3 * stiffness)} Pa per mm, along the normal alone`;
+  assert.deepEqual(lines.slice(1), ['Moved: z max; longest arrow 0.400 mm', 'Traction: x max; longest arrow 48.0 Pa', springs, 'Weight: 3.92 m/s² to feet']);
   const factor = dataset('load_case/node_factor');
   const node = factor.findIndex((x) => x !== 1);
   await choose(node);
