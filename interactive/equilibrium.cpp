@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "core/support/factors/sparse_cholesky.hpp"
+#include "interactive/elements/point_springs.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive {
@@ -204,8 +206,8 @@ Field predict(const Energy &energy, const std::vector<bool> &is_free, const Fiel
 namespace {
 
 /// From where the body is to the next fraction, in as many steps as it takes.
-void advance(Equilibrium &state, double to, const Simulation &simulation, double tolerance, double press_depth) {
-    const auto &energy = simulation.energy();
+void advance(Equilibrium &state, double to, const Simulation &simulation, const Energy &energy, double tolerance,
+             double press_depth) {
     const auto &scene = simulation.scene();
     const auto &external_forces = simulation.external_forces();
     const auto &targets = simulation.targets();
@@ -245,6 +247,7 @@ void advance(Equilibrium &state, double to, const Simulation &simulation, double
         }
     }
     state.converged = state.fraction == to;
+    state.energy = energy.value(state.positions);
     state.elastic_forces.setZero();
     energy.add_forces(state.positions, state.elastic_forces);
 }
@@ -252,12 +255,16 @@ void advance(Equilibrium &state, double to, const Simulation &simulation, double
 } // namespace
 
 std::vector<Equilibrium> equilibria(const Simulation &simulation, const std::vector<double> &fractions,
-                                    double tolerance, double press_depth) {
+                                    double tolerance, double press_depth, const core::Foundation *foundation) {
     const Field rest = rest_positions(simulation.scene());
+    std::optional<OnFoundation> on_foundation;
+    if (foundation)
+        on_foundation.emplace(simulation.energy(), simulation.scene(), *foundation);
+    const Energy &energy = on_foundation ? *on_foundation : simulation.energy();
     Equilibrium state{.positions = rest, .elastic_forces = Field::Zero(3, rest.cols())};
     std::vector<Equilibrium> result;
     for (const double fraction : fractions) {
-        advance(state, fraction, simulation, tolerance, press_depth);
+        advance(state, fraction, simulation, energy, tolerance, press_depth);
         result.push_back(state);
         if (!state.converged)
             break;

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/mesh/places.hpp"
+#include "core/part_springs.hpp"
 
 namespace livermark::interactive {
 
@@ -196,6 +197,67 @@ void PointSpringEnergy::add_hessian(const Field &x, bool is_projected, Triplets 
                         triplets.emplace_back(3 * spring.nodes[a] + i, 3 * spring.nodes[b] + k,
                                               spring.weights[a] * spring.weights[b] * tangent(i, k));
     }
+}
+
+namespace {
+
+Eigen::Map<const Eigen::VectorXd> unknowns(const Field &field) {
+    return {field.data(), field.size()};
+}
+
+/// core::foundation_stiffness() where displacements are quadratic: entries of the integral of N_a N_b over a facet, by
+/// corners and the middles of the edges between corners k and k + 1, in parts of A / 180.
+Eigen::SparseMatrix<double> quadratic_foundation_stiffness(const Scene &scene, const core::Foundation &foundation) {
+    constexpr std::array<std::array<double, 6>, 6> part_of_area{{{6, -1, -1, 0, -4, 0},
+                                                                 {-1, 6, -1, 0, 0, -4},
+                                                                 {-1, -1, 6, -4, 0, 0},
+                                                                 {0, 0, -4, 32, 16, 16},
+                                                                 {-4, 0, 0, 16, 32, 16},
+                                                                 {0, -4, 0, 16, 16, 32}}};
+    const auto &mesh = scene.body->mesh;
+    const MiddleNodes middle(mesh);
+    Energy::Triplets entries;
+    for (std::size_t which = 0; which < foundation.facets.size(); ++which) {
+        const int facet = foundation.facets[which];
+        const auto [a, b, c] = mesh.boundary_triangles[facet];
+        const std::array nodes{a, b, c, middle.between(a, b), middle.between(b, c), middle.between(c, a)};
+        const Matrix3 part = core::area_vector(mesh, facet).norm() / 180.0 * foundation.stiffness_on(mesh, which);
+        for (std::size_t row = 0; row < nodes.size(); ++row)
+            for (std::size_t column = 0; column < nodes.size(); ++column)
+                for (int i = 0; i < 3; ++i)
+                    for (int j = 0; j < 3; ++j)
+                        entries.emplace_back(3 * nodes[row] + i, 3 * nodes[column] + j,
+                                             part_of_area[row][column] * part(i, j));
+    }
+    const Eigen::Index size = 3 * num_nodes(scene);
+    Eigen::SparseMatrix<double> stiffness(size, size);
+    stiffness.setFromTriplets(entries.begin(), entries.end());
+    return stiffness;
+}
+
+} // namespace
+
+OnFoundation::OnFoundation(const Energy &body, const Scene &scene, const core::Foundation &foundation)
+    : body_(body), rest_(rest_positions(scene)),
+      stiffness_(scene.own_nodes.empty() ? core::foundation_stiffness(scene.body->mesh, foundation)
+                                         : quadratic_foundation_stiffness(scene, foundation)) {}
+
+double OnFoundation::value(const Field &x) const {
+    const Field moved = x - rest_;
+    return body_.value(x) + 0.5 * unknowns(moved).dot(stiffness_ * unknowns(moved));
+}
+
+void OnFoundation::add_forces(const Field &x, Field &f) const {
+    body_.add_forces(x, f);
+    const Field moved = x - rest_;
+    Eigen::Map<Eigen::VectorXd>(f.data(), f.size()) -= stiffness_ * unknowns(moved);
+}
+
+void OnFoundation::add_hessian(const Field &x, bool is_projected, Triplets &triplets) const {
+    body_.add_hessian(x, is_projected, triplets);
+    for (Eigen::Index column = 0; column < stiffness_.outerSize(); ++column)
+        for (Eigen::SparseMatrix<double>::InnerIterator entry(stiffness_, column); entry; ++entry)
+            triplets.emplace_back(entry.row(), entry.col(), entry.value());
 }
 
 } // namespace livermark::interactive

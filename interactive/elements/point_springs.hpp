@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/SparseCore>
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -95,6 +96,23 @@ template <class Elements> class WithSprings : public Elements {
 
   private:
     PointSpringEnergy beside_;
+};
+
+/// The energy of a body, and that of the springs of a foundation below it: 1/2 u . K u with u = x - X, which is
+/// quadratic on a facet where a method has nodes of its own in the middle of edges, and otherwise linear.
+class OnFoundation : public Energy {
+  public:
+    /// @param body  stays the owner's
+    OnFoundation(const Energy &body, const Scene &scene, const core::Foundation &foundation);
+
+    double value(const Field &x) const override;
+    void add_forces(const Field &x, Field &f) const override;
+    void add_hessian(const Field &x, bool is_projected, Triplets &triplets) const override;
+
+  private:
+    const Energy &body_;
+    Field rest_;                            // shape (3, N) X [m]
+    Eigen::SparseMatrix<double> stiffness_; // shape (3 N, 3 N) K [N/m]
 };
 
 } // namespace livermark::interactive

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/part_springs.hpp"
 #include "msm/springs/tetrahedron.hpp"
 
 namespace livermark::msm {
@@ -121,26 +122,11 @@ Field difference(const Field &a, const Field &b) {
     return result;
 }
 
-/// Springs below the facets of a foundation, U = 1/2 u . K u with u = x - X. The integral of N_a N_b over a facet of
-/// the area A is A (1 + delta_ab) / 12.
+/// Springs below the facets of a foundation, U = 1/2 u . K u with u = x - X.
 class FoundationSprings : public ElasticTerm {
   public:
     FoundationSprings(const core::Foundation &foundation, const core::TetraMesh &mesh)
-        : rest_(to_unknowns(mesh.points)) {
-        std::vector<Eigen::Triplet<double>> entries;
-        for (std::size_t which = 0; which < foundation.facets.size(); ++which) {
-            const int facet = foundation.facets[which];
-            const auto &nodes = mesh.boundary_triangles[facet];
-            const Eigen::Matrix3d part =
-                core::area_vector(mesh, facet).norm() / 12.0 * foundation.stiffness_on(mesh, which);
-            for (const int a : nodes)
-                for (const int b : nodes)
-                    for (int i = 0; i < 3; ++i)
-                        for (int j = 0; j < 3; ++j)
-                            entries.emplace_back(3 * a + i, 3 * b + j, (a == b ? 2.0 : 1.0) * part(i, j));
-        }
-        stiffness_ = square_matrix(entries, rest_.size());
-    }
+        : rest_(to_unknowns(mesh.points)), stiffness_(core::foundation_stiffness(mesh, foundation)) {}
 
     double energy(const Eigen::VectorXd &x) const override { return 0.5 * (x - rest_).dot(stiffness_ * (x - rest_)); }
 

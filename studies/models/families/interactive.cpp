@@ -88,8 +88,9 @@ core::Solution solve(const core::Problem &problem, const Method &method) {
     if (fractions.empty())
         fractions = {1.0};
     constexpr double tolerance = 1e-9;
-    const auto states =
-        livermark::interactive::equilibria(*simulation, fractions, tolerance, problem.load_case.press_depth);
+    const auto &foundation = problem.load_case.foundation;
+    const auto states = livermark::interactive::equilibria(
+        *simulation, fractions, tolerance, problem.load_case.press_depth, foundation ? &*foundation : nullptr);
     const auto &last = states.back();
     if (!last.converged) {
         solution.status = core::SolutionStatus::not_converged;
@@ -97,7 +98,7 @@ core::Solution solve(const core::Problem &problem, const Method &method) {
     }
     solution.displacement = displacements(problem, last.positions);
     solution.reaction = reactions(problem, nodal, *simulation, last);
-    solution.strain_energy = simulation->energy().value(last.positions);
+    solution.strain_energy = last.energy;
     solution.degrees_of_freedom = static_cast<std::int64_t>(last.positions.size());
     solution.solver = fmt::format("Newton, {} iterations, CHOLMOD", last.iterations);
     for (const auto &state : states)
@@ -106,7 +107,7 @@ core::Solution solve(const core::Problem &problem, const Method &method) {
             for (const auto &displacement : displacements(problem, state.positions))
                 point.displacement.push_back(displacement.cast<float>());
             point.reaction = reactions(problem, nodal, *simulation, state);
-            point.strain_energy = simulation->energy().value(state.positions);
+            point.strain_energy = state.energy;
         }
     solution.solve_seconds = core::seconds_since(start) - solution.setup_seconds;
     return solution;
@@ -118,6 +119,7 @@ core::Model model(const Method &method) {
             .source = method.source,
             .prepare = core::solves_each([method](const core::Problem &problem) { return solve(problem, method); }),
             .only_when_named = true,
+            .follows = core::EventSet::of<core::Release, core::ToolMotion, core::Foundation>(),
             .is_wanted = can_solve};
 }
 

@@ -9,6 +9,7 @@
 
 #include "interactive/elements/explicit_tetrahedra.hpp"
 #include "interactive/elements/point_springs.hpp"
+#include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "msm/springs/springs.hpp"
 #include "tests/interactive/moving_scene.hpp"
@@ -16,6 +17,7 @@
 #include "tests/oracles/slow_methods.hpp"
 #include "tests/samples/bodies_with_vessels.hpp"
 #include "tests/samples/covered_bodies.hpp"
+#include "tests/samples/even_foundation.hpp"
 
 namespace livermark {
 namespace {
@@ -220,6 +222,45 @@ TEST_P(SpringsBesideElements, TakeTheStepOfTheirEnergy) {
     const Field predicted = interactive::inertia(*simulation, 5e-3).predicted;
     simulation->step(5e-3, 1500);
     EXPECT_LT((simulation->positions() - expected.positions).norm(), 1e-6 * (expected.positions - predicted).norm());
+}
+
+/// A bar of 30 mm that stands on springs while its top is pushed by 20 um: without Poisson's ratio its stress is the
+/// same everywhere, E (top - u) / L = k u. Springs alone have their own Poisson's ratio.
+TEST_P(SpringsBesideElements, StandOnAFoundationAsABarDoes) {
+    constexpr double stiffness = 2e5, young_modulus = 5000.0, top = -2e-5;
+    auto scene = tests::scene_of(tests::soft_bar(0.0), false, 0.0);
+    const auto &mesh = scene.body->mesh;
+    for (int i = 0; i < mesh.num_nodes(); ++i)
+        if (mesh.points[i].z() > sides_of_bar.z() - 1e-9)
+            scene.constrained_nodes.push_back(i);
+    const auto simulation = fast.prepare(scene);
+    std::vector<int> bottom;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (mesh.patch_names[mesh.boundary_patch[f]] == "z_min")
+            bottom.push_back(f);
+    simulation->set_targets(simulation->targets().colwise() + Vector3(0.0, 0.0, top));
+    const bool is_of_springs = GetParam() == "fast_mass_spring" || GetParam() == "xpbd_springs";
+    const double area = sides_of_bar.x() * sides_of_bar.y(), elastic = young_modulus / sides_of_bar.z();
+    for (const bool normal_only : {true, false}) {
+        const auto foundation = tests::even_foundation(bottom, stiffness, normal_only);
+        const auto rest = interactive::equilibria(*simulation, {1.0}, 1e-9, 0.0, &foundation).back();
+        ASSERT_TRUE(rest.converged);
+        const Field moved = rest.positions - interactive::rest_positions(simulation->scene());
+        const auto held = interactive::reactions_to(simulation->scene(), rest.elastic_forces);
+        if (is_of_springs) { // what pushes is borne
+            EXPECT_LT(held.row(2).sum(), 0.1 * area * elastic * top);
+            continue;
+        }
+        const double expected = top * elastic / (elastic + stiffness);
+        for (Eigen::Index i = 0; i < moved.cols(); ++i) {
+            if (rest.positions(2, i) < 1e-3) {
+                EXPECT_NEAR(moved(2, i), expected, 1e-3 * std::abs(expected));
+            }
+        }
+        EXPECT_NEAR(held.row(2).sum(), area * stiffness * expected, 1e-3 * area * stiffness * std::abs(expected));
+        const double energy = 0.5 * area * stiffness * expected * top;
+        EXPECT_NEAR(rest.energy, energy, 2e-3 * energy);
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SpringsBesideElements, testing::ValuesIn(tests::method_names()),

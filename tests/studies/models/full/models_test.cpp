@@ -124,7 +124,8 @@ TEST(EveryModel, ThatFollowsFoundationsStandsOnThatOfEachLoadCase) {
                 << model.name;
         }
     }
-    for (const auto *name : {"fem_p1", "fem_p2", "fem_p2p1", "fem_p2p1_refined", "nodal_springs", "lloyd"})
+    for (const auto *name : {"fem_p1", "fem_p2", "fem_p2p1", "fem_p2p1_refined", "nodal_springs", "lloyd",
+                             "tled_quadratic", "xpbd_springs", "nodal_neo_hookean"})
         EXPECT_TRUE(names.contains(name)) << name;
 }
 
