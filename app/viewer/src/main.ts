@@ -7,7 +7,7 @@ import { createModes } from './modes.ts';
 import { createCompareView, type Prepared } from './page/compare.ts';
 import { listen } from './page/controls.ts';
 import { byId } from './page/elements.ts';
-import { acceptFiles, fetchFile, fillList, listedFiles, showListed } from './page/files.ts';
+import { acceptFiles, fetchFile, fillList, firstOf, inOrder, listedFiles, showListed } from './page/files.ts';
 import { linkTo, placeOf, readLink, type Link } from './page/link.ts';
 import { createOpening } from './page/opening.ts';
 import { createPlayer } from './page/player.ts';
@@ -158,13 +158,13 @@ byId('save_table').addEventListener('click', ofShown(() => saveTable(compare.see
 const firstView = () => (compare.result() || experiment.link('') ? new URLSearchParams() : readLink(location.hash).view);
 acceptFiles((file) => void open(file.name, { path: '', view: firstView() }, () => file));
 
-const files = await listedFiles();
+const files = inOrder(await listedFiles());
 fillList(files, (listed) => void openListed(listed));
 
 /** Opens what the address names. */
 async function openAddress(): Promise<void> {
   const asked = readLink(location.hash);
-  const named = files.find((file) => file.path === asked.path) ?? files[0];
+  const named = files.find((file) => file.path === asked.path) ?? firstOf(files);
   if (!named) return;
   const isMissing = asked.path !== '' && named.path !== asked.path;
   await openListed(named.path, isMissing ? undefined : asked.view);

@@ -6,6 +6,8 @@ import { join, resolve } from 'node:path';
 import { chromium } from 'playwright-core';
 
 const top = resolve(import.meta.dirname, '../../..');
+/** A view in which colours are numbers: a liver looks like one at first. */
+export const inColours = 'colours=displacement&surface=exact';
 /** Where CMake has built livermark and write_sample_result. */
 const build = process.env.LIVERMARK_BUILD ?? join(top, 'build/release');
 export const livermark = join(build, 'livermark');

@@ -1,11 +1,11 @@
 // The page with the sample result open, as several test files need it.
 import { execFileSync } from 'node:child_process';
 import { join } from 'node:path';
-import { frames, newPage, pixels, sampleFolder, startBrowser, startServer } from './browser.mjs';
+import { frames, inColours, newPage, pixels, sampleFolder, startBrowser, startServer } from './browser.mjs';
 
 const python = process.env.PYTHON ?? '/usr/bin/python3';
 
-/** Starts server and browser; `open` makes a new page, which `page` then is. */
+/** Starts server and browser; `open` makes a new page, which `page` then is, in exact colours where the fragment has no view. */
 export async function startSamples() {
   const samples = sampleFolder();
   const server = await startServer(samples.folder);
@@ -17,7 +17,7 @@ export async function startSamples() {
     async open(options = {}, fragment = '#sample_result.h5') {
       await all.page?.context().close();
       all.page = await newPage(browser, options);
-      await all.page.goto(server.address + fragment);
+      await all.page.goto(server.address + (fragment.includes('?') || fragment === '' ? fragment : `${fragment}?${inColours}`));
       await all.page.waitForSelector('body[data-state=ready] #stage[data-drawn]');
       await frames(all.page);
     },

@@ -10,6 +10,7 @@ import { movingPlaces, numPointsOf, readLoads } from './read_path.ts';
 import { lesionsOf } from './lesions.ts';
 import { compactSurface, innerTriangles } from './surface.ts';
 import { Fault, type Comparison, type Model, type Result } from './types.ts';
+import { tissueOfNodes } from '../picture/tissue.ts';
 
 const knownSchema = 1;
 
@@ -107,6 +108,7 @@ export function readResult(file: File, name: string): Result {
     patches,
     capsule: readCapsule(file, patches),
     vessels: vessels && { ...vessels, carriers: carriersOf(vessels.points, points, tetrahedra, triangles) },
+    tissue: tissueOfNodes(points.length / 3, tetrahedra, region, regions),
     modulus: readNodalModulus(file, points, tetrahedra, region),
     loads: readLoads(file),
     numConstraints: constraints.length,

@@ -78,6 +78,7 @@ export interface Result {
   patches: Patches;
   capsule: Capsule | null;
   vessels: CarriedVessels | null;
+  tissue: Float32Array; // (N) place of each node in the colours of tissues, 0 to 1
   modulus: Float32Array | null; // (N) Young's modulus at each node [Pa]; null without a map of stiffness
   loads: number[]; // parts of the load at which solutions are kept, ascending to 1; empty in the small regime
   numConstraints: number;

@@ -202,7 +202,7 @@ export function createExperimentView({ complain, changed }: ExperimentHooks): Ex
 
   function save(shown: Experiment, chosen: ExperimentChoice): Promise<void> {
     const legend = legendEntries(shown, chosen).filter(({ name }) => name !== '').map(({ colour: key, name }) => ({
-      name, area: 0, colour: getComputedStyle(part('legend').querySelector(`[data-colour=${key}]`)!).backgroundColor }));
+      name, size: '', colour: getComputedStyle(part('legend').querySelector(`[data-colour=${key}]`)!).backgroundColor }));
     return savePicture(stage!, part('stage'), { file: shown.name, title: `${shown.name}: ${stateOf(shown, chosen).name}`, sides: [titleOf(shown, modelOf(shown, chosen))], legend });
   }
 

@@ -10,6 +10,8 @@ import type { Elements, LiveBody, LiveFrame, LiveSettings } from './types.ts';
 export interface Following {
   /** What FEM has said to the forces of now, if it has. */
   truth(): Truth | null;
+  /** Whether FEM is at rest because nothing acts on the body. */
+  isUnloaded(): boolean;
   open(body: LiveBody, settings: LiveSettings): void;
   choose(settings: LiveSettings): void;
   /** Whether it is on. */
@@ -63,7 +65,7 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
   function forget(): void {
     truth = null;
     for (const id of readings) tell(id, Number.NaN, '–');
-    byId('live-fem-words').textContent = '';
+    byId('live-fem-words').textContent = 'Nothing acts on the body: springs and FEM are both at rest.';
     tell('live-fem-state', Number.NaN, 'when the body is touched and FEM has answered');
     byId('live-fem-readings').dataset['judged'] = 'false';
     scene.showElements('at rest');
@@ -105,6 +107,7 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
   box().addEventListener('change', () => (box().checked ? start() : stop()));
   return {
     truth: () => truth,
+    isUnloaded: () => asking !== null && latest !== null && !isLoaded(latest),
     open(next, chosen) {
       // What is left of the body after a cut has the same nodes.
       const goesOn = next.points === body?.points && box().checked;

@@ -18,13 +18,16 @@ export function strainAt(body: LiveBody, node: number): (displacement: Float32Ar
   return (displacement) => nodalStrain(mesh, here(displacement))[own]!;
 }
 
+/** What is less is what single precision leaves of rest [m]. */
+const smallest = 1e-7;
+
 const lengthAt = (u: Float32Array, node: number) => Math.hypot(u[3 * node]!, u[3 * node + 1]!, u[3 * node + 2]!);
 
 export interface NodeReading {
   /** @param node  null for none */
   read(body: LiveBody, node: number | null): void;
-  /** @param truth  null where finite elements have said nothing */
-  show(displacement: Float32Array, truth: Truth | null): void;
+  /** @param truth  null where finite elements have said nothing  @param isUnloaded  they are at rest, because nothing acts on the body */
+  show(displacement: Float32Array, truth: Truth | null, isUnloaded: boolean): void;
 }
 
 export function createNodeReading(): NodeReading {
@@ -39,12 +42,12 @@ export function createNodeReading(): NodeReading {
       const place = [0, 1, 2].map((i) => (1000 * body.points[3 * node! + i]!).toFixed(1).replace('-', '−'));
       byId('live-at-name').textContent = `Node ${node}, at rest at (${place.join(', ')}) mm`;
     },
-    show(displacement, truth) {
+    show(displacement, truth, isUnloaded) {
       if (node === null) return;
-      const mm = (id: string, metres: number, more = '') => tell(id, metres, Number.isNaN(metres) ? '–' : `${millimetres(metres)} mm${more}`);
+      const mm = (id: string, metres: number, more = '') => tell(id, metres, Number.isNaN(metres) ? '–' : `${metres < smallest ? '0' : millimetres(metres)} mm${more}`);
       const elements = truth?.displacement;
       mm('live-at-springs', lengthAt(displacement, node));
-      mm('live-at-elements', elements ? lengthAt(elements, node) : Number.NaN);
+      mm('live-at-elements', elements ? lengthAt(elements, node) : isUnloaded ? 0 : Number.NaN);
       const off = truth && [0, 1, 2].map((i) => truth.frame.displacement[3 * node! + i]! - truth.displacement[3 * node! + i]!);
       mm('live-at-off', off ? Math.hypot(...off) : Number.NaN, truth?.isAtRest ? '' : ', still moving');
       const now = strain(displacement);

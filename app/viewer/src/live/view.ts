@@ -94,7 +94,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   const handling: Handling = {
     toolState: () => toolState, change, take: takeAt, drawStroke,
     cutAlong: (stroke) => whole && cut(chosenStroke(stroke, sizeOf(whole))),
-    body: () => body, stays: () => stays() || toolState.kind === 'needle', say: note };
+    body: () => body, stays, say: note };
   const pointer = createPointer(canvas, () => scene.stage, handling);
   const scene: Scene = createScene(canvas, { takesPress: pointer.takesPress, onDrawn: budget.draw, onPick: read, onTurned: changed });
   const following: Following = startFollowing(scene, tellNode, complain);
@@ -117,7 +117,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     tellNode();
   }
   function tellNode(): void {
-    if (frame) reading.show(frame.displacement, following.truth());
+    if (frame) reading.show(frame.displacement, following.truth(), following.isUnloaded());
   }
   function undo(): void {
     undone = undoing.take();

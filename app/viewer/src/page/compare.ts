@@ -3,10 +3,9 @@ import { Closed, type OpenFile } from '../data/client.ts';
 import { courseOf, type Field, type ForcePlot, type Largest, type NodeValues, type PointErrors, type ProbeMotion, type Result } from '../data/types.ts';
 import type { Quantity, SolvedQuantity } from '../picture/colour_maps.ts';
 import { goodExaggeration, nearestExaggeration } from '../picture/fields.ts';
-import { defaultSkin } from '../picture/materials.ts';
 import { short } from '../picture/scale.ts';
 import type { Side, Stage } from '../picture/stage.ts';
-import { comparison } from './comparison.ts';
+import { comparison, verdict } from './comparison.ts';
 import { conditionsKey } from './conditions_key.ts';
 import { showChoice } from './controls.ts';
 import { byId, refill, showInside } from './elements.ts';
@@ -16,9 +15,9 @@ import { choiceOf } from './link.ts';
 import { atPoint, endOfPath, loadName, loadOf } from './loads.ts';
 import { motionPlot } from './motion_plot.ts';
 import { nodeCard } from './node_card.ts';
-import { patchLegend } from './patch_legend.ts';
+import { patchLegend, tissueLegend } from './patch_legend.ts';
 import { vesselsKey } from './vessels_key.ts';
-import { atLoad, colouredValues, exaggerationOf, legendEnd, modulusEnd, partsOf, referenceOf, validModels, validQuantity, type Choice } from './state.ts';
+import { atLoad, colouredValues, exaggerationOf, firstLook, legendEnd, lookOf, modulusEnd, partsOf, referenceOf, validModels, validQuantity, type Choice } from './state.ts';
 
 /** All that is drawn of a choice. */
 interface Read {
@@ -61,7 +60,7 @@ export interface CompareHooks {
 /** What a reader sees of a side besides the body. */
 function about(file: Result, name: string, reference: string, choice: Choice): string {
   const model = file.models.find((m) => m.name === name)!;
-  const role = name === reference ? 'Reference' : model.comparison ? '' : 'Not compared';
+  const role = name === reference ? (choice.quantity === 'error' ? 'Reference, from which errors are measured: it has none, and is grey' : 'Reference') : model.comparison ? '' : 'Not compared';
   const state = model.status === 'ok' ? '' : `${model.status.replace('_', ' ')}${model.message ? `: ${model.message}` : ''}`;
   return [role, endOfPath(file, model, choice), model.summary, state].filter(Boolean).join(' – ');
 }
@@ -95,10 +94,11 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     const load = loadName(result, choice);
     seen = atPoint(result, choice, errors);
     const modulus = choice.quantity === 'modulus' ? result.modulus : null;
-    const end = modulus ? modulusEnd(modulus) : choice.quantity === 'patches' ? 1 : legendEnd(result, choice.models, largest, choice.quantity as SolvedQuantity);
+    const ofBody = choice.quantity === 'tissue' ? result.tissue : modulus;
+    const end = modulus ? modulusEnd(modulus) : choice.quantity === 'patches' || choice.quantity === 'tissue' ? 1 : legendEnd(result, choice.models, largest, choice.quantity as SolvedQuantity);
     for (const side of [0, 1] as Side[]) {
       const { displacement } = fields[side];
-      const coloured = modulus ?? colouredValues(fields[side], choice.quantity as SolvedQuantity | 'patches', choice.models[side] === reference);
+      const coloured = ofBody ?? colouredValues(fields[side], choice.quantity as SolvedQuantity | 'patches');
       stage.show(side, { ...choice, displacement, values: coloured, end, exaggeration: exaggerationOf(choice) });
       const line = document.querySelectorAll<HTMLElement>('#stage .side p')[side]!;
       line.textContent = line.title = about(seen, choice.models[side]!, reference, choice);
@@ -108,10 +108,12 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     stage.showConditions({ constrained: shows, loaded: shows && choice.frame === null });
     stage.showVessels(choice.showsVessels);
     stage.setCut(choice.cut);
+    stage.showSurfaceNames(choice.quantity === 'patches' && choice.showsNames);
     stage.showNames(!choice.showsNames ? 'none' : choice.skin === 'translucent' ? 'all' : 'cut');
     const shade = choice.skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.';
-    byId('legend').replaceChildren(...choice.quantity === 'patches' ? patchLegend(result, shade)
-      : scaleOf(choice.quantity, end, largest, [loadNote(fields, choice, choice.quantity, load), shade]));
+    byId('legend').replaceChildren(...choice.quantity === 'patches' ? patchLegend(result, shade) : choice.quantity === 'tissue' ? tissueLegend(result, '')
+      : scaleOf(choice.quantity, end, largest, [loadNote(fields, choice.quantity, load), shade]));
+    byId('verdict').textContent = verdict(seen, choice.models[1], load);
     byId('conditions').replaceChildren(...(shows ? conditionsKey(result, choice.frame !== null, loadOf(result, choice)) : []),
       ...(choice.showsVessels ? vesselsKey(result, choice.skin === 'translucent' || choice.cut !== null) : []));
     const strains = new Map(choice.models.flatMap((model, side) => {
@@ -147,10 +149,10 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
   }
 
   /** Beside the legend, which is the same at all parts of the load. */
-  function loadNote(fields: [Field, Field], { models }: Choice, quantity: Quantity, load: string): string {
+  function loadNote(fields: [Field, Field], quantity: Quantity, load: string): string {
     if (!load || quantity === 'modulus') return '';
-    const largest = fields.map((field, side) => {
-      const known = colouredValues(field, quantity, models[side] === file!.result.reference).filter(Number.isFinite);
+    const largest = fields.map((field) => {
+      const known = colouredValues(field, quantity).filter(Number.isFinite);
       return known.length > 0 ? `${short(scales[quantity].factor * known.reduce((a, b) => Math.max(a, b)))} ${quantity === 'strain' ? '%' : 'mm'}` : '–';
     });
     return `The same colours at all parts of the load; largest at ${load}: ${largest.join(' and ')}.`;
@@ -189,10 +191,12 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     async prepare(next, view) {
       const { result } = next;
       const largest = await next.ask('largest', { model: result.reference, moving: false, strain: false });
+      const asked = choiceOf(view, result);
+      const look = wanted ? { quantity: validQuantity(result, wanted.quantity), skin: wanted.skin } : firstLook(result);
       const choice: Choice = {
         models: validModels(result, 'load', wanted?.models ?? [result.reference, '']),
-        quantity: validQuantity(result, wanted?.quantity ?? 'displacement'),
-        skin: wanted?.skin ?? defaultSkin,
+        ...look,
+        ...(asked.quantity ? lookOf(asked.quantity, look) : {}),
         exaggeration: nearestExaggeration(goodExaggeration(result.points, largest.displacement)),
         frame: null,
         point: null,
@@ -201,7 +205,7 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
         showsConditions: wanted?.showsConditions ?? true,
         showsNames: wanted?.showsNames ?? true,
         showsVessels: wanted?.showsVessels ?? true,
-        ...choiceOf(view, result),
+        ...asked,
       };
       return { file: next, choice, read: await readChoice(next, choice) };
     },

@@ -14,6 +14,24 @@ function signedStiffness(value: number): string {
   return `${value > 0 ? '+' : ''}${percent(value)}${Math.abs(value) > smallestFelt ? ' !' : ''}`;
 }
 
+/** In a sentence, in per cent with two digits. */
+const rounded = (ratio: number) => String(Number((100 * Math.abs(ratio)).toPrecision(2)));
+
+/**
+ * How far a model is off and whether a hand feels it, as a sentence; empty where nobody compared.
+ * @param load  a name of the part of the load at which the errors are; empty for the whole
+ */
+export function verdict(result: Result, name: string, load: string): string {
+  const compared = result.models.find((model) => model.name === name)?.comparison;
+  if (!compared || !Number.isFinite(compared.relativeL2) || name === result.reference) return '';
+  const { stiffness } = compared;
+  const isFelt = Math.abs(stiffness) > smallestFelt;
+  const felt = Number.isNaN(stiffness) ? ''
+    : ` and ${rounded(stiffness)} % too ${stiffness > 0 ? 'stiff' : 'soft'} under the tool, which a hand ${isFelt ? 'feels' : 'does not feel'} (${isFelt ? 'above' : 'below'} ${rounded(smallestFelt)} %)`;
+  const judge = `${result.loads.length > 0 ? 'hyperelastic' : 'linear'} finite elements, ${result.reference}`;
+  return `${name} is ${rounded(compared.relativeL2)} % off in position${felt}${load ? `, at ${load}` : ''}; judged by ${judge}.`;
+}
+
 function stateOf(model: Model, result: Result): Node | string {
   if (model.status !== 'ok') {
     const state = element('span', { class: 'bad', title: model.message }, model.status.replace('_', ' '));

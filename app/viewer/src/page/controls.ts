@@ -7,7 +7,7 @@ import type { Stage } from '../picture/stage.ts';
 import { listenToCut, showCut } from './cut_controls.ts';
 import { byId, element } from './elements.ts';
 import { loadText } from './loads.ts';
-import { exaggerationOf, shownModels, type Choice } from './state.ts';
+import { exaggerationOf, lookOf, shownModels, type Choice } from './state.ts';
 
 /** Changes of the choice. What moves needs another frame, and a part of the load models that have a path: these are changes of their own. */
 export interface Changes {
@@ -24,7 +24,7 @@ export function listen({ change, setMoving, setPoint }: Changes, stage: Stage, r
   form().addEventListener('submit', (event) => event.preventDefault());
   form().addEventListener('change', (event) => {
     const { name, value, checked } = event.target as HTMLInputElement;
-    if (name === 'quantity') change({ quantity: value as Colouring });
+    if (name === 'quantity') change(lookOf(value as Colouring, choice()!));
     if (name === 'skin') change({ skin: value as Skin });
     if (name === 'moment') setMoving(value === 'motion');
     if (name === 'conditions') change({ showsConditions: checked });
@@ -78,7 +78,7 @@ export function showChoice(result: Result, choice: Choice): void {
   radio('moment').value = isMoving ? 'motion' : 'static';
   for (const [name, isOn] of [['conditions', choice.showsConditions], ['names', choice.showsNames], ['vessels', choice.showsVessels]] as const)
     (form().elements.namedItem(name) as HTMLInputElement).checked = isOn;
-  byId('names_row').hidden = result.lesions.length === 0;
+  byId('names_row').hidden = result.lesions.length === 0 && choice.quantity !== 'patches';
   byId('vessels_row').hidden = result.vessels === null;
   showCut(result, choice);
   byId('moment').hidden = result.frameTimes.length === 0;

@@ -44,6 +44,22 @@ export async function fetchFile(path: string, signal: AbortSignal, onProgress: (
   return new File(parts, path);
 }
 
+const bodyOf = (path: string) => path.split('/').at(-2) ?? '';
+
+/** Bodies by their names, and the beam, which is there to check models, behind them. */
+export const inOrder = (files: Listed[]): Listed[] =>
+  [...files].sort((a, b) => Number(bodyOf(a.path) === 'beam') - Number(bodyOf(b.path) === 'beam'));
+
+/** What a reader sees who has asked for nothing: a liver, with lesions if there is one, that a finger presses, deep if there is that. */
+export function firstOf(files: Listed[]): Listed | undefined {
+  const wanted = [/^large_palpation\.h5$/, /^palpation\.h5$/, /^large_.*\.h5$/];
+  const rank = ({ path }: Listed) => {
+    const body = bodyOf(path), place = wanted.findIndex((name) => name.test(path.split('/').at(-1)!));
+    return 10 * (body === 'liver_tumours' ? 0 : body.startsWith('liver') ? 1 : body === 'beam' ? 3 : 2) + (place < 0 ? wanted.length : place);
+  };
+  return files.reduce<Listed | undefined>((best, file) => (!best || rank(file) < rank(best) ? file : best), undefined);
+}
+
 export function fillList(files: Listed[], onChoose: (path: string) => void): void {
   const list = byId<HTMLSelectElement>('files');
   list.replaceChildren(...files.map(({ path }) => element('option', { value: path }, path.replace(/\.h5$/, '').replaceAll('/', ' / '))));

@@ -75,7 +75,7 @@ export function choiceOf(view: URLSearchParams, result: Result): Partial<Choice>
   const models = [view.get('left'), view.get('right')];
   const known = shownModels(result, courseOf({ frame: choice.frame ?? null, point: choice.point ?? null }));
   if (models.every((name) => name !== null && known.includes(name))) choice.models = models as [string, string];
-  const quantity = ([...quantities, 'patches'] as const).find((q) => q === view.get('colours'));
+  const quantity = ([...quantities, 'patches', 'tissue'] as const).find((q) => q === view.get('colours'));
   if (quantity) choice.quantity = validQuantity(result, quantity);
   const skin = (Object.keys(skins) as Skin[]).find((s) => skins[s] === view.get('surface'));
   if (skin) choice.skin = skin;

@@ -7,7 +7,7 @@ import type { Stage } from '../picture/stage.ts';
 import { byId } from './elements.ts';
 import { scales } from './legend.ts';
 import { loadName, loadOf } from './loads.ts';
-import { patchEntries, type PatchEntry } from './patch_legend.ts';
+import { patchEntries, tissueEntries, type ColourEntry } from './patch_legend.ts';
 import type { Choice } from './state.ts';
 
 const times = 2; // as many pixels as on the screen, each way
@@ -35,7 +35,7 @@ export interface PictureFrame {
   file: string; // name, without its ending
   title: string;
   sides: string[]; // above each view
-  legend: ScaleLegend | PatchEntry[];
+  legend: ScaleLegend | ColourEntry[];
   more?: string; // SVG over the picture [CSS pixels]
 }
 
@@ -52,7 +52,7 @@ function scaleBelow({ name, end, quantity }: ScaleLegend, width: number, top: nu
 }
 
 /** In two rows. */
-function patchesBelow(entries: PatchEntry[], width: number, top: number, text: Write): string {
+function entriesBelow(entries: ColourEntry[], width: number, top: number, text: Write): string {
   const columns = Math.ceil(entries.length / 2);
   return entries.map(({ name, colour }, i) => {
     const [x, y] = [14 + ((i % columns) * (width - 28)) / columns, top + 26 * Math.floor(i / columns)];
@@ -70,7 +70,7 @@ function frameOf(host: HTMLElement, { title, sides, legend, more }: PictureFrame
   const names = sides.map((name, side) =>
     text(boxes[side]!.left - canvas.left + 2, head + boxes[side]!.top - canvas.top + 20, name, 'font-weight="600"'));
   const top = head + height + 14;
-  const below = Array.isArray(legend) ? patchesBelow(legend, width, top, text) : scaleBelow(legend, width, top, text);
+  const below = Array.isArray(legend) ? entriesBelow(legend, width, top, text) : scaleBelow(legend, width, top, text);
   return `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${head + height + foot}" font-family="system-ui, sans-serif">
     <rect width="${width}" height="${head}" fill="${stage}"/><rect y="${head + height}" width="${width}" height="${foot}" fill="${stage}"/>
     ${text(14, 26, title, 'font-weight="600"')}
@@ -104,7 +104,7 @@ export function comparedFrame(result: Result, choice: Choice): PictureFrame {
     file: `${result.body}_${result.loadCase}`,
     title: `${result.body}: ${result.loadCase}${time}. Displacements drawn ${byId('factor').textContent}`,
     sides: choice.models,
-    legend: choice.quantity === 'patches' ? patchEntries(result) : { name: scales[choice.quantity].name, end, quantity: choice.quantity },
+    legend: choice.quantity === 'patches' ? patchEntries(result) : choice.quantity === 'tissue' ? tissueEntries(result) : { name: scales[choice.quantity].name, end, quantity: choice.quantity },
   };
 }
 

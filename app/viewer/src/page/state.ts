@@ -4,6 +4,8 @@ import type { BodyParts, Skin } from '../picture/body.ts';
 import type { Colouring, SolvedQuantity } from '../picture/colour_maps.ts';
 import { exaggerations, lengths } from '../picture/fields.ts';
 import { roundedUp } from '../picture/scale.ts';
+import { patchLabels } from './patch_legend.ts';
+import { defaultSkin } from '../picture/materials.ts';
 import type { Cut } from '../picture/section.ts';
 
 export interface Choice {
@@ -23,7 +25,7 @@ export interface Choice {
 /** What a stage draws of a file besides the surface. */
 export function partsOf(result: Result): BodyParts {
   const labels = result.lesions.map(({ name, node, reach }) => ({ name: name.replaceAll('_', ' '), node, reach }));
-  return { conditions: result.conditions, patches: result.patches, tetrahedra: result.tetrahedra, labels, vessels: result.vessels, isAnatomical: result.isAnatomical };
+  return { conditions: result.conditions, patches: result.patches, tetrahedra: result.tetrahedra, labels, surfaceLabels: patchLabels(result), vessels: result.vessels, isAnatomical: result.isAnatomical };
 }
 
 /** Between these a body lies along an axis, at rest. [m] */
@@ -77,14 +79,24 @@ export function atLoad(result: Result, choice: Choice, chosen: number): Partial<
 /** What a file can be coloured by: what was wanted, if it has that. */
 export const validQuantity = (result: Result, wanted: Colouring): Colouring => (wanted === 'modulus' && !result.modulus ? 'displacement' : wanted);
 
-/** What is coloured [m, or 1 for the strain]; a patch is no number. The reference is off itself by nothing; a model that nobody compared has no error. */
-export function colouredValues(field: Field, quantity: SolvedQuantity | 'patches', isReference: boolean): Float32Array {
+/** What is shown of a body that nobody has chosen anything for: a liver looks like one, and one sees through it. */
+export const firstLook = ({ isAnatomical }: Result): Pick<Choice, 'quantity' | 'skin'> =>
+  isAnatomical ? { quantity: 'tissue', skin: 'translucent' } : { quantity: 'displacement', skin: defaultSkin };
+
+/** Tissue is seen in glass, and numbers in exact colours, unless the reader has chosen something else. */
+export function lookOf(quantity: Colouring, { quantity: before, skin }: Pick<Choice, 'quantity' | 'skin'>): Partial<Choice> {
+  if (quantity === 'tissue' && skin === defaultSkin) return { quantity, skin: 'translucent' };
+  if (before === 'tissue' && skin === 'translucent') return { quantity, skin: defaultSkin };
+  return { quantity };
+}
+
+/** What is coloured [m, or 1 for the strain]; a patch is no number. What errors are measured from has none, nor has a model that nobody compared. */
+export function colouredValues(field: Field, quantity: SolvedQuantity | 'patches' | 'tissue'): Float32Array {
   const none = () => new Float32Array(field.displacement.length / 3).fill(Number.NaN);
-  if (quantity === 'patches') return none();
+  if (quantity === 'patches' || quantity === 'tissue') return none();
   if (quantity === 'strain') return field.strain ?? none();
   if (quantity === 'displacement') return lengths(field.displacement);
-  if (field.error) return lengths(field.error);
-  return isReference ? none().fill(0) : none();
+  return field.error ? lengths(field.error) : none();
 }
 
 /** The end of the legend [m, or 1 for the strain]: the same for both sides. A model that diverged does not decide, if there is another. */

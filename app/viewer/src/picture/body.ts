@@ -9,6 +9,7 @@ import { createFacets } from './facets.ts';
 import { displaced, textureCoordinates } from './fields.ts';
 import { createMarks, type Marks } from './marks.ts';
 import { createMaterials, mapWidth, type BodySkin } from './materials.ts';
+import type { MarkedArrow } from './overlay.ts';
 import type { Cut, Reach } from './section.ts';
 import { createVessels } from './vessels.ts';
 import { createWound } from './wound.ts';
@@ -33,12 +34,20 @@ export interface NodeLabel {
   reach: Reach;
 }
 
+/** A part of the surface with a name, which is written on what is seen of it. */
+export interface SurfaceLabel {
+  name: string;
+  nodes: Int32Array; // (n)
+  outwards: Float32Array; // (n,3) normals there at rest
+}
+
 /** What a body may have besides its surface. */
 export interface BodyParts {
   conditions?: Conditions; // of the facets of the surface
   patches?: { patch: Int32Array; names: readonly string[] }; // named parts: (T) index into the names
   tetrahedra?: Int32Array; // (M,4), which close what is cut open
-  labels?: NodeLabel[]; // what has a name
+  labels?: NodeLabel[]; // what has a name inside
+  surfaceLabels?: SurfaceLabel[]; // what has a name on the surface
   vessels?: CarriedVessels | null;
   firstOfWound?: number; // triangle of the outside that it and all behind it were cut, and share no vertex with others
   alsoSeen?: Float32Array; // (P,3) places around it that are in sight at first [m]
@@ -51,6 +60,8 @@ export interface Body {
   show(look: Look): void;
   showConditions(shown: ConditionsShown): void;
   showVessels(areShown: boolean): void;
+  /** Of what is prescribed, as they are drawn. */
+  arrows(): MarkedArrow[];
   cut(cut: Cut | null): void;
   /** The first node that a ray meets; null beside the body. */
   nodeAt(ray: three.Raycaster): number | null;
@@ -72,7 +83,7 @@ function geometryOf(surface: Surface): three.BufferGeometry {
 function update(geometry: three.BufferGeometry, surface: Surface, points: Float32Array, look: Look): void {
   const places = displaced(surface, points, look.displacement, look.exaggeration);
   geometry.getAttribute('position').array.set(places);
-  geometry.getAttribute('uv').array.set(textureCoordinates(surface.nodes, look.values, look.end, mapWidth));
+  geometry.getAttribute('uv').array.set(textureCoordinates(surface.nodes, look.values, look.end, mapWidth, look.quantity !== 'tissue'));
   geometry.getAttribute('position').needsUpdate = true;
   geometry.getAttribute('uv').needsUpdate = true;
   geometry.computeVertexNormals();
@@ -151,6 +162,7 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
     },
     showConditions: (shown) => conditions?.show(shown),
     showVessels: (areShown) => vessels?.show(areShown),
+    arrows: () => conditions?.arrows() ?? [],
     cut(next) {
       cut = next;
       const sign = cut?.keepsAbove ? 1 : -1;

@@ -8,14 +8,17 @@ export interface View {
   height: number;
 }
 
+/** Of what stands below each view: axes and scale, which so never lie on the body. [CSS pixels] */
+export const footHeight = 54;
+
 /**
- * Below what is written, beside each other, or in a canvas that is high one below the other. [CSS pixels]
+ * Between what is written, beside each other, or in a canvas that is high one below the other. [CSS pixels]
  * @param nameHeight  of what stands above each view
  */
 export function viewsOf(width: number, height: number, numViews: 1 | 2, nameHeight: number): View[] {
-  if (numViews === 1) return [{ x: 0, y: nameHeight, width, height: Math.max(height - nameHeight, 1) }];
+  if (numViews === 1) return [{ x: 0, y: nameHeight, width, height: Math.max(height - nameHeight - footHeight, 1) }];
   const isWide = width >= height;
-  const view = { width: isWide ? width / 2 : width, height: Math.max((isWide ? height : height / 2) - nameHeight, 1) };
+  const view = { width: isWide ? width / 2 : width, height: Math.max((isWide ? height : height / 2) - nameHeight - footHeight, 1) };
   const second = isWide ? { x: width / 2, y: nameHeight } : { x: 0, y: height / 2 + nameHeight };
   return [{ x: 0, y: nameHeight, ...view }, { ...second, ...view }];
 }

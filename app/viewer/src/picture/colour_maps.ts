@@ -28,8 +28,8 @@ export type Colour = readonly [red: number, green: number, blue: number]; // 0 t
 export type SolvedQuantity = 'displacement' | 'error' | 'strain';
 export type Quantity = SolvedQuantity | 'modulus';
 export const quantities: readonly Quantity[] = ['displacement', 'error', 'strain', 'modulus'];
-/** What a surface may be coloured by: a quantity, or the part that a facet is of. */
-export type Colouring = Quantity | 'patches';
+/** What a surface may be coloured by: a quantity, the part that a facet is of, or what the body is made of. */
+export type Colouring = Quantity | 'patches' | 'tissue';
 
 /** What is no number, as in a model that diverged. */
 export const notANumber: Colour = [150, 150, 150];

@@ -1,7 +1,9 @@
 // Where a body is constrained, pressed and pulled: patterns on the facets of its surface, and arrows. Any stage can show it.
 import * as three from 'three';
-import { createArrows, type Arrow, type Arrows } from './arrows.ts';
+import { createArrows, type Arrows } from './arrows.ts';
 import { facetMarks, facetsIn, facetsMarked, largestOf, spreadOut, vectorOf, type Conditions, type FacetMark } from './facet_conditions.ts';
+
+import type { MarkedArrow } from './overlay.ts';
 
 export type { Conditions } from './facet_conditions.ts';
 
@@ -17,6 +19,8 @@ export interface ConditionsInScene {
   /** Arrows go where the facets are drawn now. */
   follow(): void;
   clip(planes: three.Plane[]): void;
+  /** Those that are drawn. */
+  arrows(): MarkedArrow[];
   free(): void;
 }
 
@@ -77,6 +81,8 @@ function partOf(geometry: three.BufferGeometry, facets: number[]): three.BufferG
 interface Loads {
   facets: number[]; // that have an arrow
   arrows: Arrows;
+  placed: MarkedArrow[];
+  colour: string;
   largest: number;
 }
 
@@ -103,11 +109,11 @@ export function createConditions(outside: three.BufferGeometry, conditions: Cond
   const loadsOf = (state: 'moved' | 'loaded'): Loads => {
     const arrows = createArrows(mostArrows, arrowColours[state], size);
     object.add(arrows.object);
-    return { facets: spreadOut(facetsIn(conditions, state), rest, spacing * size, mostArrows), arrows, largest: largestOf(conditions, state) };
+    return { facets: spreadOut(facetsIn(conditions, state), rest, spacing * size, mostArrows), arrows, placed: [], colour: `#${arrowColours[state].toString(16).padStart(6, '0')}`, largest: largestOf(conditions, state) };
   };
   const loads = { moved: loadsOf('moved'), loaded: loadsOf('loaded') };
 
-  function arrowAt(facet: number, largest: number, corners: three.Vector3[]): Arrow {
+  function arrowAt(facet: number, { largest, colour }: Loads, corners: three.Vector3[]): MarkedArrow {
     const places = outside.getAttribute('position') as three.BufferAttribute;
     const index = outside.getIndex()!;
     corners.forEach((corner, i) => corner.fromBufferAttribute(places, index.getX(3 * facet + i)));
@@ -116,7 +122,7 @@ export function createConditions(outside: three.BufferGeometry, conditions: Cond
     const normal = b.clone().sub(a).cross(c.clone().sub(a));
     const along = new three.Vector3(...vectorOf(conditions, facet)).multiplyScalar((longest * size) / largest);
     // What presses ends at the surface, what pulls begins there: neither is hidden in the body.
-    return { from: along.dot(normal) < 0 ? centre.sub(along) : centre, along };
+    return { from: along.dot(normal) < 0 ? centre.sub(along) : centre, along, outwards: normal, colour };
   }
 
   return {
@@ -128,9 +134,12 @@ export function createConditions(outside: three.BufferGeometry, conditions: Cond
     },
     follow() {
       const corners = [new three.Vector3(), new three.Vector3(), new three.Vector3()];
-      for (const { facets, arrows, largest } of Object.values(loads))
-        arrows.place(facets.map((facet) => arrowAt(facet, largest, corners)));
+      for (const kind of Object.values(loads)) {
+        kind.placed = kind.facets.map((facet) => arrowAt(facet, kind, corners));
+        kind.arrows.place(kind.placed);
+      }
     },
+    arrows: () => Object.values(loads).flatMap(({ arrows, placed }) => (arrows.object.visible ? placed : [])),
     clip(planes) {
       for (const { part } of parts) part.material.clippingPlanes = planes;
       for (const { arrows } of Object.values(loads)) arrows.clip(planes);

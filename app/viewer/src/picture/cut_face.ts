@@ -1,6 +1,7 @@
 // The closed face of a body that is cut open: the colours of the legend, and lines around the regions inside.
 import * as three from 'three';
 import type { Surface } from '../data/surface.ts';
+import type { Colouring } from './colour_maps.ts';
 import { textureCoordinates } from './fields.ts';
 import { mapWidth } from './materials.ts';
 import { outlineOf, sectionOf, type Cut } from './section.ts';
@@ -9,7 +10,7 @@ export interface CutFace {
   object: three.Object3D;
   mesh: three.Mesh; // for picking
   /** @param places (N,3) of the nodes as they are drawn [m] */
-  show(cut: Cut | null, places: Float32Array, look: { values: Float32Array; end: number }): void;
+  show(cut: Cut | null, places: Float32Array, look: { values: Float32Array; end: number; quantity: Colouring }): void;
   nodeOf(vertex: number): number;
   free(): void;
 }
@@ -33,14 +34,14 @@ export function createCutFace(material: three.Material, outline: three.LineBasic
   return {
     object,
     mesh,
-    show(cut, places, { values, end }) {
+    show(cut, places, { values, end, quantity }) {
       const section = cut ? sectionOf(cut, tetrahedra, places, values) : null;
       nodes = section?.nodes ?? new Int32Array();
       replace(mesh, section?.places ?? new Float32Array());
       replace(lines, cut ? outlineOf(cut, inside, places) : new Float32Array());
       if (!section) return;
       const vertices = Int32Array.from(section.values.keys());
-      mesh.geometry.setAttribute('uv', new three.BufferAttribute(textureCoordinates(vertices, section.values, end, mapWidth), 2));
+      mesh.geometry.setAttribute('uv', new three.BufferAttribute(textureCoordinates(vertices, section.values, end, mapWidth, quantity !== 'tissue'), 2));
     },
     nodeOf: (vertex) => nodes[vertex]!,
     free() {

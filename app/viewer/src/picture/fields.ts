@@ -24,14 +24,15 @@ export function displaced(surface: Pick<Surface, 'nodes'>, points: Float32Array,
  * @param nodes   (V) of the vertices
  * @param values  of the nodes
  * @param end     the value at the end of the map
+ * @param hasLines  of equal values
  */
-export function textureCoordinates(nodes: Int32Array, values: Float32Array, end: number, width: number): Float32Array {
+export function textureCoordinates(nodes: Int32Array, values: Float32Array, end: number, width: number, hasLines = true): Float32Array {
   const coordinates = new Float32Array(2 * nodes.length);
   nodes.forEach((node, vertex) => {
     const part = values[node]! / end;
     const known = !Number.isNaN(part);
     coordinates[2 * vertex] = (0.5 + (known ? Math.min(Math.max(part, 0), 1) : 0) * (width - 1)) / width;
-    coordinates[2 * vertex + 1] = known ? 0.25 : 0.75;
+    coordinates[2 * vertex + 1] = known && hasLines ? 0.25 : 0.75;
   });
   return coordinates;
 }

@@ -2,6 +2,7 @@
 import * as three from 'three';
 import { colourAt, notANumber, quantities, type Colour, type Colouring } from './colour_maps.ts';
 import { patchColour } from './patch_colours.ts';
+import { colourOfPlace } from './tissue.ts';
 
 export type Skin = 'translucent' | 'solid' | 'flat';
 /** Also a thin one, without colours, through which one sees what is inside. */
@@ -13,9 +14,9 @@ export const liveSkin: Skin = 'solid';
 
 export const mapWidth = 256;
 
-/** Two rows: the map, and the colour of what is no number. */
-function mapTexture(colours: Colour[], filter: three.MagnificationTextureFilter = three.LinearFilter): three.DataTexture {
-  const rows = [...colours, ...colours.map(() => notANumber)].flatMap((colour) => [...colour, 255]);
+/** Two rows: the map, and what has no lines of equal values: the colour of what is no number. */
+function mapTexture(colours: Colour[], filter: three.MagnificationTextureFilter = three.LinearFilter, second = colours.map(() => notANumber)): three.DataTexture {
+  const rows = [...colours, ...second].flatMap((colour) => [...colour, 255]);
   const texture = new three.DataTexture(new Uint8Array(rows), colours.length, 2);
   texture.colorSpace = three.SRGBColorSpace;
   texture.magFilter = filter;
@@ -71,9 +72,11 @@ export interface BodyMaterials {
 /** @param numPatches  named parts of the surface */
 export function createMaterials(numPatches: number): BodyMaterials {
   const mapOf = (colour: (i: number) => Colour, count: number) => Array.from({ length: count }, (_, i) => colour(i));
+  const tissue = mapOf((i) => colourOfPlace(i / (mapWidth - 1)), mapWidth);
   const textures = {
     ...Object.fromEntries(quantities.map((q) => [q, mapTexture(mapOf((i) => colourAt(q, i / (mapWidth - 1)), mapWidth))])),
     patches: mapTexture(mapOf(patchColour, Math.max(numPatches, 1)), three.NearestFilter),
+    tissue: mapTexture(tissue, three.NearestFilter, tissue),
   } as Record<Colouring, three.DataTexture>;
   const lit = new three.MeshStandardMaterial({ roughness: 0.75, side: three.DoubleSide });
   const glass = glassMaterial('0.5', '0.9');

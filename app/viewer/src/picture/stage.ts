@@ -2,12 +2,12 @@
 import * as three from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Surfaces } from '../data/surface.ts';
-import { createBody, nearestVertex, type Body, type BodyParts, type Look, type NodeLabel } from './body.ts';
+import { createBody, nearestVertex, type Body, type BodyParts, type Look, type NodeLabel, type SurfaceLabel } from './body.ts';
 import { distanceToSee, screenAt, turnCamera, viewsOf, type CameraPlace, type Screen } from './camera.ts';
 import { endsOfArrows, type ConditionsShown } from './conditions.ts';
 import { sayWhenLost } from './lost.ts';
 import type { Marks } from './marks.ts';
-import { createOverlay, write } from './overlay.ts';
+import { createOverlay, write, type Label } from './overlay.ts';
 import { pageColours, watchPageColours } from './page_colours.ts';
 import { beyond, isNamed, type Cut, type Names } from './section.ts';
 
@@ -26,6 +26,8 @@ export interface Stage {
   setCut(cut: Cut | null): void;
   /** Of what is inside: all, or those that a cut goes through. */
   showNames(which: Names): void;
+  /** Of what is on the surface, on the side that is seen. */
+  showSurfaceNames(areShown: boolean): void;
   mark(side: Side, marks: Marks): void;
   /** Draws something else with the body of a side, until there is another body. It remains the caller's to change and to free. */
   add(side: Side, object: three.Object3D): void;
@@ -97,12 +99,28 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
   let isAsked = false;
   let numViews: 1 | 2 = 2;
   let labels: NodeLabel[] = [];
+  let surfaceLabels: SurfaceLabel[] = [];
+  let hasSurfaceNames = false;
   let names: Names = 'none';
   let isAnatomical = false;
   let cut: Cut | null = null;
   let hasVessels = true; // in sight
 
   const layout = () => viewsOf(canvas.clientWidth, canvas.clientHeight, numViews, nameHeight);
+
+  const isThere = (place: three.Vector3) => !cut || beyond(cut, place.getComponent(cut.axis)) <= 0;
+
+  /** A name of a part of the surface at the node that is next to the middle of what faces the camera; nothing where hardly any of it does. */
+  function onSurface(body: Body, { name, nodes: own, outwards }: SurfaceLabel): Label[] {
+    const middle = new three.Vector3(), normal = new three.Vector3();
+    const seen = Array.from(own, (node, i) => ({ place: body.placeOf(node), facing: i })).filter(({ place, facing }) => {
+      const sight = place.clone().sub(camera.position).normalize();
+      return isThere(place) && normal.fromArray(outwards, 3 * facing).dot(sight) < -0.25;
+    });
+    if (seen.length < Math.max(3, 0.04 * own.length)) return [];
+    for (const { place } of seen) middle.addScaledVector(place, 1 / seen.length);
+    return [{ name, place: seen.reduce((best, next) => (next.place.distanceTo(middle) < best.place.distanceTo(middle) ? next : best)).place }];
+  }
 
   function draw(): void {
     isAsked = false;
@@ -124,10 +142,12 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
       renderer.render(body.scene, camera);
     }
     if (bodies) {
-      const named = bodies.map((body) => labels.map((label) => ({ ...label, place: body.placeOf(label.node) }))
-        .filter(({ place, reach }) => isNamed(names, cut, place.toArray(), reach)));
+      const named = bodies.map((body) => [
+        ...labels.map((label) => ({ ...label, place: body.placeOf(label.node) })).filter(({ place, reach }) => isNamed(names, cut, place.toArray(), reach)),
+        ...(hasSurfaceNames ? surfaceLabels : []).flatMap((label) => onSurface(body, label)),
+      ]);
       const { metresPerPixel } = screenAt(camera, views[0]!.height, controls.target.toArray());
-      write(overlay, { views, camera, metresPerPixel, isAnatomical, labels: named, colours });
+      write(overlay, { views, camera, metresPerPixel, isAnatomical, labels: named, arrows: bodies.map((body) => body.arrows().filter(({ from }) => isThere(from))), colours });
     }
     hooks.onDrawn?.((performance.now() - start) / 1000);
   }
@@ -208,6 +228,7 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
     bodies = [body(), body()];
     bodies.forEach((each) => each.showVessels(hasVessels));
     labels = parts.labels ?? [];
+    surfaceLabels = parts.surfaceLabels ?? [];
     isAnatomical = parts.isAnatomical ?? false;
     nodes = Int32Array.from(surfaces.outside.nodes);
   }
@@ -273,6 +294,10 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
     },
     showNames(which) {
       names = which;
+      askForDrawing();
+    },
+    showSurfaceNames(areShown) {
+      hasSurfaceNames = areShown;
       askForDrawing();
     },
     mark(side, marks) {

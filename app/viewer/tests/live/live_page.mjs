@@ -55,9 +55,9 @@ export function createLivePage(browser, address) {
     async goBack() {
       if (!(await page?.locator('#live[data-state=moving]').isVisible())) return false;
       if ((await page.locator('#live-pause').textContent()).includes('Go on')) await page.click('#live-pause');
-      for (const id of ['#live-fem', '#live-stays']) await page.uncheck(id);
       for (const one of ['[name=live-shown][value=displacement]', '#live-legend-follows', '[name=live-skin][value=flat]', '[name=tool][value=probe]'])
         await page.check(one);
+      for (const id of ['#live-fem', '#live-stays']) await page.uncheck(id);
       // The depth below is that of the next tool, not of one that still holds on.
       if (await page.locator('#live-let-go').isEnabled()) await page.click('#live-let-go');
       await page.locator('#live-depth').fill('5');

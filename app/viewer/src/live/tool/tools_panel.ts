@@ -16,6 +16,8 @@ export interface ToolActions {
 }
 
 export const nodeField = () => input('live-node');
+/** Whether a tool stays where it is when it is let go: as the reader wants, and a needle always. */
+let wantsToStay = false;
 export const stays = () => input('live-stays').checked;
 
 export function listenToTools({ toolState, change, touch, letGo }: ToolActions): void {
@@ -24,6 +26,7 @@ export function listenToTools({ toolState, change, touch, letGo }: ToolActions):
     const { name, value } = event.target as HTMLInputElement;
     if (name === 'tool') change(choose(toolState(), value as Kind));
   });
+  input('live-stays').addEventListener('change', () => (wantsToStay = stays()));
   input('live-radius').addEventListener('input', () => change(resize(toolState(), input('live-radius').valueAsNumber / 1000)));
   input('live-depth').addEventListener('input', () => change(pushTo(toolState(), input('live-depth').valueAsNumber / 1000)));
   nodeField().addEventListener('keydown', (event) => event.key === 'Enter' && touch());
@@ -37,6 +40,8 @@ export function showToolState(toolState: ToolState): void {
   const isTool = isHolding(toolState.kind);
   if (byId('live-needle').hidden === (toolState.kind === 'needle')) showNeedleControls(toolState.kind === 'needle');
   byId('live-felt').hidden = toolState.kind === 'needle';
+  input('live-stays').checked = wantsToStay || toolState.kind === 'needle';
+  input('live-stays').disabled = toolState.kind === 'needle';
   showBladeControls(toolState.kind === 'blade');
   for (const id of ['live-radius', 'live-depth', 'live-touch']) (byId(id) as HTMLInputElement).disabled = !isTool;
   (byId('live-let-go') as HTMLButtonElement).disabled = toolState.grasp === null;
