@@ -4,7 +4,7 @@ set(livermark_vector_msm_sources kernels/energies/hooke.cpp kernels/energies/neo
 # Sources that also run where there are no threads and no CHOLMOD: see cmake/portable.cmake.
 set(livermark_portable_msm_sources springs/tetrahedron.cpp springs/coupled_springs.cpp
   elastic_body.cpp springs/spring_network.cpp springs/volume_penalty.cpp springs/capsule.cpp springs/vessels.cpp
-  dynamics/time_step.cpp dynamics/mass_scaling.cpp kernels/fast_steps.cpp kernels/step_workspace.cpp
+  springs/foundation.cpp dynamics/time_step.cpp dynamics/mass_scaling.cpp kernels/fast_steps.cpp kernels/step_workspace.cpp
   kernels/layout/sliced_fans.cpp kernels/layout/sliced_nodal_springs.cpp
   kernels/layout/sliced_body.cpp kernels/layout/sliced_springs.cpp kernels/layout/sliced_edges.cpp
   kernels/layout/new_volumes.cpp kernels/layout/new_chunk.cpp kernels/relaxation.cpp

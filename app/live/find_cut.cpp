@@ -170,22 +170,31 @@ struct Held {
     int num_lost = 0, num_all = 0; ///< constrained triangles
 };
 
-Held held_parts(const meshes::CleanMesh &clean, const Remains &before, const std::vector<bool> &is_constrained,
-                const std::vector<std::array<int, 4>> &neighbours) {
-    std::set<std::array<int, 3>> constrained;
+/// Those of the boundary triangles that are left and marked.
+std::set<std::array<int, 3>> marked_faces(const Remains &before, const std::vector<bool> &is_marked) {
+    std::set<std::array<int, 3>> marked;
     for (std::size_t f = 0; f < before.facet.size(); ++f)
-        if (before.facet[f] >= 0 && is_constrained[before.facet[f]]) {
-            constrained.insert(core::face_key(before.mesh.boundary_triangles[f]));
-        }
+        if (before.facet[f] >= 0 && is_marked[before.facet[f]])
+            marked.insert(core::face_key(before.mesh.boundary_triangles[f]));
+    return marked;
+}
+
+Held held_parts(const meshes::CleanMesh &clean, const Remains &before, const std::vector<bool> &is_constrained,
+                const std::vector<bool> &stands, const std::vector<std::array<int, 4>> &neighbours) {
+    const auto constrained = marked_faces(before, is_constrained), standing = marked_faces(before, stands);
     Held held{.pieces = {}, .num_lost = static_cast<int>(constrained.size())};
     held.num_all = held.num_lost;
     for (const auto &piece : clean.pieces) {
         int count = 0;
+        bool is_borne = false;
         for (const int t : piece)
             for (std::size_t k = 0; k < 4; ++k)
-                if (neighbours[t][k] < 0 && constrained.contains(core::face_key(before.mesh.tetrahedra[t], k)))
-                    ++count;
-        held.pieces.push_back(count > 0);
+                if (neighbours[t][k] < 0) {
+                    const auto face = core::face_key(before.mesh.tetrahedra[t], k);
+                    count += constrained.contains(face) ? 1 : 0;
+                    is_borne = is_borne || standing.contains(face);
+                }
+        held.pieces.push_back(count > 0 || is_borne);
         held.num_lost -= count;
     }
     return held;
@@ -224,7 +233,8 @@ double margin_around_lesions(const core::TetraMesh &whole, const Remains &before
 } // namespace
 
 FoundCut find_cut(const core::TetraMesh &whole, const Remains &before, const std::vector<bool> &is_constrained,
-                  const std::vector<core::Vector3> &displacement, const CutRequest &request) {
+                  const std::vector<bool> &stands, const std::vector<core::Vector3> &displacement,
+                  const CutRequest &request) {
     check_request(request, before.mesh);
     const bool is_planned = std::holds_alternative<meshes::RegionCut>(request.tool);
     const auto neighbours = core::face_neighbours(before.mesh.tetrahedra);
@@ -248,7 +258,7 @@ FoundCut find_cut(const core::TetraMesh &whole, const Remains &before, const std
     const auto clean = meshes::clean_up(before.mesh, std::move(alive), neighbours, was_outer);
     if (clean.pieces.empty())
         refuse_cut("nothing of the body that the cut leaves holds together", "take a smaller part");
-    const auto held = held_parts(clean, before, is_constrained, neighbours);
+    const auto held = held_parts(clean, before, is_constrained, stands, neighbours);
     if (held.num_lost == held.num_all)
         refuse_cut("the cut takes away all that is constrained, and the body would fly away", "cut elsewhere");
     if (held.num_lost > 0)

@@ -57,10 +57,12 @@ struct FoundCut {
 /// @param whole           before all cuts, at rest
 /// @param before          what earlier cuts have left of it
 /// @param is_constrained  shape (T), boundary triangles of the whole mesh that never move
+/// @param stands          shape (T), those on springs that resist all directions, which hold a piece as well and may go
 /// @param displacement    shape (N), where the body is [m]
 /// @throws support::InputError if the tool is none, the cut touches nothing or takes all, takes something of what is
 ///   constrained, or leaves a piece that nothing holds
 FoundCut find_cut(const core::TetraMesh &whole, const Remains &before, const std::vector<bool> &is_constrained,
-                  const std::vector<core::Vector3> &displacement, const CutRequest &request);
+                  const std::vector<bool> &stands, const std::vector<core::Vector3> &displacement,
+                  const CutRequest &request);
 
 } // namespace livermark::live

@@ -237,6 +237,21 @@ core::VesselTree vessels(Numbers &numbers, std::size_t num_points) {
     return tree;
 }
 
+/// @return nothing where nothing stands on springs
+std::optional<core::Foundation> foundation(Numbers &numbers) {
+    const auto num_facets = numbers.count();
+    if (num_facets == 0)
+        return std::nullopt;
+    core::Foundation foundation;
+    for (std::size_t i = 0; i < num_facets; ++i)
+        foundation.facets.push_back(numbers.integer());
+    for (std::size_t i = 0; i < num_facets; ++i)
+        foundation.stiffness.push_back(numbers.number());
+    for (std::size_t i = 0; i < num_facets; ++i)
+        foundation.normal_only.push_back(numbers.integer() != 0 ? 1 : 0);
+    return foundation;
+}
+
 } // namespace
 
 std::unique_ptr<Scene> scene_of(std::span<const double> message) {
@@ -273,8 +288,9 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message) {
         body.capsule = capsule(numbers, body.mesh);
     if (const auto num_points = numbers.count(); num_points > 0)
         body.vessels = vessels(numbers, num_points);
+    const auto below = foundation(numbers);
     numbers.end();
-    return std::make_unique<Scene>(std::move(body), is_constrained);
+    return std::make_unique<Scene>(std::move(body), is_constrained, below);
 }
 
 std::string reply(Scene &scene, std::span<const double> message) {

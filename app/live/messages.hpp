@@ -15,7 +15,8 @@ namespace livermark::live {
 ///   Poisson's ratio (R), boundary triangles (T,3), constrained (T) 0 or 1,
 ///   map of stiffness: 0, or M and factors of moduli (M),
 ///   capsule: 0, or 1, thickness [m], Young's modulus [Pa], covered (T) 0 or 1,
-///   vessels: 0, or V, W, points (V,3) [m], radius (V) [m], segments (W,2), wall ratio, wall modulus [Pa]
+///   vessels: 0, or V, W, points (V,3) [m], radius (V) [m], segments (W,2), wall ratio, wall modulus [Pa],
+///   foundation: 0, or F, facets (F) ascending, stiffness (F) [N/m^3], along the normal alone (F) 0 or 1
 /// @throws support::InputError if it is not that, or for what Scene refuses
 std::unique_ptr<Scene> scene_of(std::span<const double> message);
 

@@ -438,4 +438,21 @@ void check_body(const core::Body &body, const std::vector<bool> &is_constrained)
         throw support::InputError("all of the surface is constrained, so nothing can be touched; constrain less of it");
 }
 
+void check_foundation(const core::Foundation &foundation, const core::TetraMesh &mesh,
+                      const std::vector<bool> &is_constrained) {
+    const auto fault = [](const char *what) {
+        throw support::InputError("{}; the file is damaged, make it again with `livermark run`", what);
+    };
+    const auto &facets = foundation.facets;
+    if (foundation.stiffness.size() != facets.size() || foundation.normal_only.size() != facets.size() ||
+        !std::ranges::all_of(foundation.stiffness, is_above_zero))
+        fault("a facet of a foundation has no stiffness");
+    if (!std::ranges::all_of(facets, [&](int f) { return f >= 0 && f < mesh.num_boundary_triangles(); }))
+        fault("a foundation names a facet that is not there");
+    if (std::ranges::adjacent_find(facets, std::greater_equal()) != facets.end())
+        fault("a foundation names a facet twice, or not in order");
+    if (std::ranges::any_of(facets, [&](int f) { return is_constrained[static_cast<std::size_t>(f)]; }))
+        fault("a foundation names a facet that is constrained");
+}
+
 } // namespace livermark::live

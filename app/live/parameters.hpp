@@ -54,6 +54,9 @@ core::Body with_material(core::Body body, double young_modulus, double poisson_r
 
 /// @throws support::InputError with what is wrong and the remedy
 void check_body(const core::Body &body, const std::vector<bool> &is_constrained);
+/// @param mesh  that has been checked
+void check_foundation(const core::Foundation &foundation, const core::TetraMesh &mesh,
+                      const std::vector<bool> &is_constrained);
 void check_settings(const Settings &settings);
 void check_tool(const Tool &tool, const Surface &surface);
 
@@ -103,18 +106,21 @@ double smallest_volume_ratio(const core::TetraMesh &mesh, const std::vector<core
 double indentation(const Load &load, const std::vector<core::Vector3> &displacement);
 
 struct FittedRest {
-    msm::PartOfBody part;         ///< at rest
-    std::vector<int> tetrahedron; ///< (M) which of the whole body these are
+    msm::PartOfBody part; ///< at rest
     msm::MassSprings springs;
     Stepping stepping; ///< in numbers of the part
 };
 
+/// Springs below a body, see msm::foundation_springs(); null where it stands on none.
+using FoundationTerm = std::shared_ptr<const msm::ElasticTerm>;
+
 /// @param body        whole, of the chosen material
+/// @param foundation  of that
 /// @param is_gone     shape (M)
 /// @param conditions  of the nodes of the whole body
 /// @throws support::InputError if the time step is too long for what is left
-FittedRest fit_rest(const core::Body &body, const std::vector<char> &is_gone, const msm::NodalConditions &conditions,
-                    const Settings &settings);
+FittedRest fit_rest(const core::Body &body, const FoundationTerm &foundation, const std::vector<char> &is_gone,
+                    const msm::NodalConditions &conditions, const Settings &settings);
 
 /// Scaling of its masses in numbers of the whole body.
 msm::MassScaling scaling_of_whole(const FittedRest &rest);
@@ -126,12 +132,14 @@ std::vector<double> watched_of_whole(const FittedRest &rest, const Stepping &ste
 /// infinity if nothing there moves. Steps below this and below the critical one before the cut are stable after it.
 /// Nodes whose masses are scaled count as constrained: they are heavy. Springs of laws that look at the whole body are
 /// those of the part around the wound.
-/// @param body       whole, of the chosen material
-/// @param is_gone    shape (M), with the new cut
-/// @param gone       tetrahedra that the new cut takes
-/// @param scaling    of the masses that stay scaled, in numbers of the whole body
-double critical_step_around(const core::Body &body, const std::vector<char> &is_gone, std::span<const int> gone,
-                            msm::NodalConditions conditions, const msm::MassScaling &scaling, const Settings &settings);
+/// @param body        whole, of the chosen material
+/// @param foundation  of that
+/// @param is_gone     shape (M), with the new cut
+/// @param gone        tetrahedra that the new cut takes
+/// @param scaling     of the masses that stay scaled, in numbers of the whole body
+double critical_step_around(const core::Body &body, const FoundationTerm &foundation, const std::vector<char> &is_gone,
+                            std::span<const int> gone, msm::NodalConditions conditions, const msm::MassScaling &scaling,
+                            const Settings &settings);
 
 struct Scene::Prepared {
     core::Body body; ///< of the chosen material, whole

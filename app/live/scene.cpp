@@ -42,9 +42,17 @@ int num_parts_of(double time_step, double longest) {
     return std::max(1, static_cast<int>(std::ceil(time_step / longest - 1e-6)));
 }
 
-Scene::Scene(core::Body body, const std::vector<bool> &is_constrained, int num_threads)
+Scene::Scene(core::Body body, const std::vector<bool> &is_constrained,
+             const std::optional<core::Foundation> &foundation, int num_threads)
     : body_(std::move(body)), is_constrained_facet_(is_constrained), num_threads_(num_threads) {
     check_body(body_, is_constrained);
+    stands_.assign(body_.mesh.boundary_triangles.size(), false);
+    if (foundation) {
+        check_foundation(*foundation, body_.mesh, is_constrained);
+        foundation_ = msm::foundation_springs(body_.mesh, *foundation);
+        for (std::size_t i = 0; i < foundation->facets.size(); ++i)
+            stands_[static_cast<std::size_t>(foundation->facets[i])] = foundation->normal_only[i] == 0;
+    }
     if (std::ranges::all_of(body_.modulus_factor, [](double factor) { return factor == 1.0; }))
         body_.modulus_factor.clear(); // an even map is none
     show_remains();
@@ -57,13 +65,15 @@ Chosen Scene::choose(const Settings &settings) {
     check_settings(settings);
     auto body = with_material(body_, settings.young_modulus, settings.poisson_ratio);
     auto parts = mass_springs(body_, settings, springs_);
+    if (foundation_)
+        parts.body.add(foundation_);
     const auto conditions = constrained_conditions(is_constrained_);
     Prepared next{std::move(body), std::move(parts), settings, {}, nullptr, cuts_.size()};
     if (cuts_.empty()) {
         next.stepping = chosen_steps(next.body, next.parts, conditions, settings);
     } else {
-        next.rest =
-            std::make_shared<const FittedRest>(fit_rest(next.body, is_gone(cuts_.size()), conditions, settings));
+        next.rest = std::make_shared<const FittedRest>(
+            fit_rest(next.body, foundation_, is_gone(cuts_.size()), conditions, settings));
         next.stepping = next.rest->stepping;
     }
     const auto chosen = next.stepping.chosen;

@@ -263,16 +263,19 @@ struct CutReading {
 };
 
 /// A soft body under somebody's hand: springs with or without a volume term, and with what the body has of capsule,
-/// vessels and map of stiffness, in steps of symplectic Euler by the fast kernels, and a tool that pokes, pulls or
-/// pricks. While a needle is in no masses are scaled, and steps are divided
-/// where they would be too long then. The same calls give the same bits on every machine if the kernels do, that
-/// is, in the portable build.
+/// vessels and map of stiffness, on the springs of a foundation where there is one, in steps of symplectic Euler by the
+/// fast kernels, and a tool that pokes, pulls or pricks. While a needle is in no masses are scaled, and steps are
+/// divided where they would be too long then. The same calls give the same bits on every machine if the kernels do,
+/// that is, in the portable build.
 class Scene {
   public:
     /// @param is_constrained  shape (T), boundary triangles whose nodes never move
+    /// @param foundation      below facets that are not constrained
     /// @param num_threads     that take the steps; what comes out does not depend on it
-    /// @throws support::InputError if the body is not one that can move, or nothing is constrained, or nothing is free
-    Scene(core::Body body, const std::vector<bool> &is_constrained, int num_threads = 1);
+    /// @throws support::InputError if the body is not one that can move, or nothing is constrained, or nothing is free,
+    ///   or the foundation is none
+    Scene(core::Body body, const std::vector<bool> &is_constrained,
+          const std::optional<core::Foundation> &foundation = {}, int num_threads = 1);
 
     /// Takes other parameters, and goes on from where the body is.
     /// @throws support::InputError if there is no such law, or a number is out of its range
@@ -294,8 +297,8 @@ class Scene {
 
     /// Takes tetrahedra away from the body as it moves, and the tool with them: what is left goes on from where it is,
     /// as fast as it was. Nodes keep their numbers; those that are gone stay where they are, and in frames they do not
-    /// move. Springs, means and masses are found again around the cut alone, as msm::CutParts does, capsule and vessels
-    /// lose what goes, and steps are divided where they would be too long now.
+    /// move. Springs, means and masses are found again around the cut alone, as msm::CutParts does, capsule, vessels
+    /// and foundation lose what goes, and steps are divided where they would be too long now.
     /// @throws support::InputError with nothing changed if nothing has been chosen, for what find_cut() refuses, and
     ///   for a cut that has been made already
     CutReading cut(const CutRequest &request);
@@ -374,8 +377,10 @@ class Scene {
     struct Prepared; ///< what the settings came to, from which steps are prepared
 
     core::Body body_;
-    std::vector<bool> is_constrained_;       ///< (N)
-    std::vector<bool> is_constrained_facet_; ///< (T) of the whole body
+    std::vector<bool> is_constrained_;                   ///< (N)
+    std::vector<bool> is_constrained_facet_;             ///< (T) of the whole body
+    std::shared_ptr<const msm::ElasticTerm> foundation_; ///< below the whole body; null where there is none
+    std::vector<bool> stands_; ///< (T) of the whole body, on springs that resist all directions
     Remains remains_;
     std::vector<int> gone_nodes_; ///< corners of nothing that is left
     Surface surface_;

@@ -23,26 +23,27 @@ Settings settings_of_part(const core::Body &part, Settings settings) {
     return settings;
 }
 
-msm::MassSprings springs_of_part(const core::Body &part, const Settings &settings) {
+/// @param num_tetrahedra  of the whole body
+msm::MassSprings springs_of_part(const msm::PartOfBody &part, const FoundationTerm &foundation,
+                                 std::size_t num_tetrahedra, const Settings &settings) {
     SpringsOfLaws none;
-    return mass_springs(part, settings_of_part(part, settings), none);
+    auto springs = mass_springs(part.body, settings_of_part(part.body, settings), none);
+    if (foundation)
+        springs.body.add(msm::term_of_part(*foundation, part, num_tetrahedra));
+    return springs;
 }
 
 } // namespace
 
-FittedRest fit_rest(const core::Body &body, const std::vector<char> &is_gone, const msm::NodalConditions &conditions,
-                    const Settings &settings) {
+FittedRest fit_rest(const core::Body &body, const FoundationTerm &foundation, const std::vector<char> &is_gone,
+                    const msm::NodalConditions &conditions, const Settings &settings) {
     std::vector<char> is_there;
-    std::vector<int> tetrahedron;
-    for (std::size_t t = 0; t < is_gone.size(); ++t) {
-        is_there.push_back(is_gone[t] == 0 ? 1 : 0);
-        if (is_gone[t] == 0)
-            tetrahedron.push_back(static_cast<int>(t));
-    }
+    for (const char gone : is_gone)
+        is_there.push_back(gone == 0 ? 1 : 0);
     auto part = msm::part_of_body(body, is_there, conditions);
-    auto springs = springs_of_part(part.body, settings);
+    auto springs = springs_of_part(part, foundation, is_gone.size(), settings);
     auto stepping = chosen_steps(part.body, springs, part.conditions, settings);
-    return {std::move(part), std::move(tetrahedron), std::move(springs), std::move(stepping)};
+    return {std::move(part), std::move(springs), std::move(stepping)};
 }
 
 msm::MassScaling scaling_of_whole(const FittedRest &rest) {
@@ -59,12 +60,12 @@ std::vector<double> watched_of_whole(const FittedRest &rest, const Stepping &ste
         return {};
     std::vector<double> whole(num_tetrahedra, 0.0);
     for (std::size_t t = 0; t < watched.size(); ++t)
-        whole[rest.tetrahedron[t]] = watched[t];
+        whole[rest.part.tetrahedron[t]] = watched[t];
     return whole;
 }
 
-double critical_step_around(const core::Body &body, const std::vector<char> &is_gone, std::span<const int> gone,
-                            msm::NodalConditions conditions, const msm::MassScaling &scaling,
+double critical_step_around(const core::Body &body, const FoundationTerm &foundation, const std::vector<char> &is_gone,
+                            std::span<const int> gone, msm::NodalConditions conditions, const msm::MassScaling &scaling,
                             const Settings &settings) {
     std::set<int> nodes;
     for (const int t : gone)
@@ -74,8 +75,9 @@ double critical_step_around(const core::Body &body, const std::vector<char> &is_
             conditions.displacement[node].setZero();
     const std::vector<int> around(nodes.begin(), nodes.end());
     const double highest = msm::frequency_around(
-        body, is_gone, around, [&](const core::Body &part) { return springs_of_part(part, settings).body; }, conditions,
-        frequency_accuracy);
+        body, is_gone, around,
+        [&](const msm::PartOfBody &part) { return springs_of_part(part, foundation, is_gone.size(), settings).body; },
+        conditions, frequency_accuracy);
     return highest > 0.0 ? critical_step(highest, settings) : std::numeric_limits<double>::infinity();
 }
 
@@ -212,8 +214,8 @@ CutReading Scene::cut(const CutRequest &request) {
         start = core::Clock::now();
         return seconds;
     };
-    const auto found =
-        find_cut(body_.mesh, remains_, is_constrained_facet_, msm::to_field(sound_state().displacement), request);
+    const auto found = find_cut(body_.mesh, remains_, is_constrained_facet_, stands_,
+                                msm::to_field(sound_state().displacement), request);
     reading.seconds_to_find = lap();
     keep();
     take_up({});
@@ -224,9 +226,9 @@ CutReading Scene::cut(const CutRequest &request) {
                          : prepared_->rest ? scaling_of_whole(*prepared_->rest)
                                            : prepared_->stepping.scaling;
     start = core::Clock::now();
-    const double critical =
-        critical_step_around(prepared_->body, gone_then, found.tetrahedra, constrained_conditions(is_constrained_),
-                             untouched_parts(scaling, body_.mesh, found.tetrahedra), prepared_->settings);
+    const double critical = critical_step_around(
+        prepared_->body, foundation_, gone_then, found.tetrahedra, constrained_conditions(is_constrained_),
+        untouched_parts(scaling, body_.mesh, found.tetrahedra), prepared_->settings);
     reading.seconds_to_check = lap();
     take_out(found.tetrahedra);
     reading.seconds_of_springs = lap();

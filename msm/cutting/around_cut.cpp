@@ -1,5 +1,7 @@
+#include <array>
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -17,6 +19,7 @@ PartOfBody part_of_body(const core::Body &body, const std::vector<char> &is_in, 
                              .capsule = body.capsule,
                              .vessels = body.vessels},
                     .node = {},
+                    .tetrahedron = {},
                     .conditions = {}};
     auto &mesh_of_part = part.body.mesh;
     mesh_of_part.region_names = mesh.region_names;
@@ -26,6 +29,7 @@ PartOfBody part_of_body(const core::Body &body, const std::vector<char> &is_in, 
             continue;
         for (const int node : mesh_of_part.tetrahedra.emplace_back(mesh.tetrahedra[t]))
             number[node] = 0;
+        part.tetrahedron.push_back(static_cast<int>(t));
         mesh_of_part.region.push_back(mesh.region[t]);
         if (!body.modulus_factor.empty())
             part.body.modulus_factor.push_back(body.modulus_factor[t]);
@@ -52,6 +56,19 @@ PartOfBody part_of_body(const core::Body &body, const std::vector<char> &is_in, 
     return part;
 }
 
+std::shared_ptr<const ElasticTerm> term_of_part(const ElasticTerm &whole, const PartOfBody &part,
+                                                std::size_t num_tetrahedra) {
+    const auto rest = to_unknowns(part.body.mesh.points);
+    std::vector<std::array<int, 4>> nodes(num_tetrahedra);
+    std::vector<char> is_removed(num_tetrahedra, 1);
+    for (std::size_t t = 0; t < part.tetrahedron.size(); ++t) {
+        const auto number = static_cast<std::size_t>(part.tetrahedron[t]);
+        nodes[number] = part.body.mesh.tetrahedra[t];
+        is_removed[number] = 0;
+    }
+    return whole.after_cut({rest, nodes, is_removed});
+}
+
 namespace {
 
 /// Rings of tetrahedra with nodes that move, and rings around these that their springs and means have to know.
@@ -71,7 +88,7 @@ void add_ring(const core::TetraMesh &mesh, const std::vector<char> &is_removed, 
 } // namespace
 
 double frequency_around(const core::Body &body, const std::vector<char> &is_removed, std::span<const int> nodes,
-                        const std::function<ElasticBody(const core::Body &)> &make, const NodalConditions &conditions,
+                        const std::function<ElasticBody(const PartOfBody &)> &make, const NodalConditions &conditions,
                         double tolerance) {
     const auto &mesh = body.mesh;
     std::vector<char> moves(mesh.points.size(), 0);
@@ -93,7 +110,7 @@ double frequency_around(const core::Body &body, const std::vector<char> &is_remo
     for (std::size_t i = 0; i < part.node.size(); ++i)
         if (moves[part.node[i]] == 0)
             part.conditions.displacement[i].setZero();
-    return largest_angular_frequency(make(part.body), part.body.mesh.points, part.conditions, {}, tolerance);
+    return largest_angular_frequency(make(part), part.body.mesh.points, part.conditions, {}, tolerance);
 }
 
 } // namespace livermark::msm

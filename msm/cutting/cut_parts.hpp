@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -213,13 +214,20 @@ class CutParts {
 /// triangles but those that the capsule covers.
 struct PartOfBody {
     core::Body body;
-    std::vector<int> node;      ///< of each node of the part: its number in the whole body, ascending
-    NodalConditions conditions; ///< of these; no loads
+    std::vector<int> node;        ///< of each node of the part: its number in the whole body, ascending
+    std::vector<int> tetrahedron; ///< (M) which of the whole body these are, ascending
+    NodalConditions conditions;   ///< of its nodes; no loads
 };
 
 /// @param is_in       shape (M) which tetrahedra
 /// @param conditions  of the whole body
 PartOfBody part_of_body(const core::Body &body, const std::vector<char> &is_in, const NodalConditions &conditions);
+
+/// A term beside the kernels of a part, from that of the whole body. It cannot be cut: its tetrahedra are numbered as
+/// those of the whole body.
+/// @param num_tetrahedra  of the whole body
+std::shared_ptr<const ElasticTerm> term_of_part(const ElasticTerm &whole, const PartOfBody &part,
+                                                std::size_t num_tetrahedra);
 
 /// The highest frequency of what is around a wound, with all else constrained: of the tetrahedra that are left within
 /// some rings of tetrahedra around its nodes, set up as a small body of their own. What is constrained more has no
@@ -229,12 +237,12 @@ PartOfBody part_of_body(const core::Body &body, const std::vector<char> &is_in, 
 /// @param body        before the cut, at rest
 /// @param is_removed  shape (M) what is gone
 /// @param nodes       that have lost tetrahedra
-/// @param make        the springs of a body
+/// @param make        the springs of a part of the body
 /// @param conditions  of the nodes of the body
 /// @param tolerance   of Lanczos's method, relative
 /// @return [rad/s]; zero if nothing there can move
 double frequency_around(const core::Body &body, const std::vector<char> &is_removed, std::span<const int> nodes,
-                        const std::function<ElasticBody(const core::Body &)> &make, const NodalConditions &conditions,
+                        const std::function<ElasticBody(const PartOfBody &)> &make, const NodalConditions &conditions,
                         double tolerance);
 
 /// Numbers after a cut along facets, in a body whose nodes and tetrahedra keep their numbers.

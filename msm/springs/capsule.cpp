@@ -43,7 +43,7 @@ constexpr std::array<std::array<std::size_t, 2>, 3> edges_of_facet{{{0, 1}, {1, 
 
 /// Facet that the capsule covers.
 struct CoveredFacet {
-    CoveredFace face; // of a tetrahedron
+    OuterFace face;
     std::array<int, 3> nodes;
     Eigen::Vector3d rest_square;      ///< l0^2 of its edges [m^2]
     Eigen::Matrix3d strain_of_square; ///< D: E = D (l^2 - l0^2), a column for each edge [1/m^2]
@@ -62,7 +62,7 @@ Spans facet_spans(const CoveredFacet &facet, const Eigen::VectorXd &field) {
 
 /// E = -1/4 sum over edges ij of (l^2 - l0^2)_ij (g_i g_j^T + g_j g_i^T), with g the gradients of the barycentric
 /// coordinates in the plane (Delingette 2008, IEEE TVCG 14(2)).
-CoveredFacet covered_facet(const core::TetraMesh &mesh, const CoveredFace &face) {
+CoveredFacet covered_facet(const core::TetraMesh &mesh, const OuterFace &face) {
     const int f = face.facet;
     CoveredFacet facet{.face = face,
                        .nodes = mesh.boundary_triangles[f],
@@ -160,13 +160,9 @@ class CoupledCapsule : public ElasticTerm {
     std::shared_ptr<const ElasticTerm> after_cut(const CutTetrahedra &left) const override {
         auto term = std::make_shared<CoupledCapsule>(*this);
         term->rest_ = left.rest;
-        std::erase_if(term->facets_, [&](const CoveredFacet &facet) {
-            return left.is_removed[static_cast<std::size_t>(facet.face.tetrahedron)] != 0;
-        });
+        std::erase_if(term->facets_, [&](const CoveredFacet &facet) { return facet.face.is_gone(left); });
         for (auto &facet : term->facets_)
-            for (std::size_t k = 0; k < 3; ++k)
-                facet.nodes[k] = left.nodes[static_cast<std::size_t>(facet.face.tetrahedron)]
-                                           [static_cast<std::size_t>(facet.face.corners[k])];
+            facet.nodes = facet.face.nodes(left);
         return term;
     }
 
@@ -249,27 +245,31 @@ class CoupledCapsule : public ElasticTerm {
 
 } // namespace
 
-std::vector<CoveredFace> covered_faces(const core::Body &body) {
-    std::vector<CoveredFace> covered;
-    if (!body.capsule)
-        return covered;
-    const auto &mesh = body.mesh;
+std::vector<OuterFace> outer_faces_of(const core::TetraMesh &mesh, std::span<const int> facets) {
+    std::vector<OuterFace> outer;
     const auto faces = core::sorted_faces(mesh.tetrahedra);
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        if (!core::Capsule::covers(mesh, f))
-            continue;
+    for (const int f : facets) {
         const auto &triangle = mesh.boundary_triangles[f];
         const auto key = core::face_key(triangle);
         const auto found = std::ranges::lower_bound(faces, key, {}, &core::TetrahedronFace::nodes);
         if (found == faces.end() || found->nodes != key)
             throw support::InputError("triangle {} of the surface is no face of a tetrahedron; make the mesh again", f);
-        auto &face = covered.emplace_back(CoveredFace{.tetrahedron = found->tetrahedron, .corners = {}, .facet = f});
+        auto &face = outer.emplace_back(OuterFace{.tetrahedron = found->tetrahedron, .corners = {}, .facet = f});
         const auto &nodes = mesh.tetrahedra[static_cast<std::size_t>(found->tetrahedron)];
         std::ranges::transform(triangle, face.corners.begin(), [&](int node) {
             return static_cast<int>(std::ranges::find(nodes, node) - nodes.begin());
         });
     }
-    return covered;
+    return outer;
+}
+
+std::vector<OuterFace> covered_faces(const core::Body &body) {
+    std::vector<int> covered;
+    if (body.capsule)
+        for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
+            if (core::Capsule::covers(body.mesh, f))
+                covered.push_back(f);
+    return covered.empty() ? std::vector<OuterFace>{} : outer_faces_of(body.mesh, covered);
 }
 
 std::shared_ptr<const ElasticTerm> coupled_capsule(const core::Body &body) {

@@ -15,6 +15,10 @@
 #include "msm/spring_energy.hpp"
 #include "msm/spring_law.hpp"
 
+namespace livermark::core {
+struct Foundation;
+}
+
 namespace livermark::msm {
 
 /// The springs of a body: an edge of the mesh each, at rest in the mesh.
@@ -58,16 +62,30 @@ MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork spri
 /// @throws support::InputError if there is no volume term of that name
 const VolumeTerm &find_volume_term(std::string_view name);
 
-/// Face of a tetrahedron that the capsule of a body covers.
-struct CoveredFace {
+/// Face of a tetrahedron that is a facet of the surface.
+struct OuterFace {
     int tetrahedron;
     std::array<int, 3> corners; ///< of the tetrahedron, in the order of the nodes of the facet
     int facet;                  ///< boundary triangle
+
+    bool is_gone(const CutTetrahedra &left) const {
+        return left.is_removed[static_cast<std::size_t>(tetrahedron)] != 0;
+    }
+    /// Its nodes where its tetrahedron is left.
+    std::array<int, 3> nodes(const CutTetrahedra &left) const {
+        const auto &of = left.nodes[static_cast<std::size_t>(tetrahedron)];
+        return {of[static_cast<std::size_t>(corners[0])], of[static_cast<std::size_t>(corners[1])],
+                of[static_cast<std::size_t>(corners[2])]};
+    }
 };
+
+/// The faces that are these boundary triangles, in their order.
+/// @throws support::InputError if one of them is no face of a tetrahedron
+std::vector<OuterFace> outer_faces_of(const core::TetraMesh &mesh, std::span<const int> facets);
 
 /// The covered faces of a body, in the order of its boundary triangles.
 /// @return empty where the body has no capsule
-std::vector<CoveredFace> covered_faces(const core::Body &body);
+std::vector<OuterFace> covered_faces(const core::Body &body);
 
 /// The capsule of a body as springs on the three edges of each covered facet that are coupled to each other: the energy
 /// of core::Capsule with C from the squared lengths of the edges, at which strains are the same all over a facet. Where
@@ -81,6 +99,11 @@ std::shared_ptr<const ElasticTerm> vessel_lines(const core::Body &body);
 
 /// Tissue of a body with its vessels, where it has some.
 ElasticBody with_vessel_lines(ElasticBody tissue, const core::Body &body);
+
+/// Springs below the facets of a foundation, on which displacements are linear: U = 1/2 u . K u with u = x - X.
+/// Dashpots act along them.
+/// @throws support::InputError if one of the facets is no face of a tetrahedron
+std::shared_ptr<const ElasticTerm> foundation_springs(const core::TetraMesh &mesh, const core::Foundation &foundation);
 
 /// A guard that keeps tetrahedra from turning inside out, and turns them back: springs are content with a mirror image,
 /// and a volume around a node may be kept while one of its tetrahedra is inverted.

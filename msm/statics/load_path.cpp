@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <utility>
 
-#include "core/part_springs.hpp"
-#include "msm/springs/tetrahedron.hpp"
+#include "msm/springs/springs.hpp"
 
 namespace livermark::msm {
 
@@ -122,42 +120,6 @@ Field difference(const Field &a, const Field &b) {
     return result;
 }
 
-/// Springs below the facets of a foundation, U = 1/2 u . K u with u = x - X.
-class FoundationSprings : public ElasticTerm {
-  public:
-    FoundationSprings(const core::Foundation &foundation, const core::TetraMesh &mesh)
-        : rest_(to_unknowns(mesh.points)), stiffness_(core::foundation_stiffness(mesh, foundation)) {}
-
-    double energy(const Eigen::VectorXd &x) const override { return 0.5 * (x - rest_).dot(stiffness_ * (x - rest_)); }
-
-    void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
-                   Eigen::VectorXd &force) const override {
-        force -= stiffness_ * (x - rest_);
-        if (beta != 0.0)
-            force -= beta * (stiffness_ * v);
-    }
-
-    Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd & /*x*/, Tangent /*tangent*/) const override {
-        return stiffness_;
-    }
-
-    void add_hessian_product(const Eigen::VectorXd & /*x*/, const Eigen::VectorXd &u,
-                             Eigen::VectorXd &product) const override {
-        product += stiffness_ * u;
-    }
-
-    /// The sum of each row of blocks, which are positive semi-definite: 2 u . B v is at most u . B u + v . B v.
-    void add_block_bound(const Eigen::VectorXd & /*x*/, std::vector<Eigen::Matrix3d> &blocks) const override {
-        for (Eigen::Index column = 0; column < stiffness_.outerSize(); ++column)
-            for (Eigen::SparseMatrix<double>::InnerIterator entry(stiffness_, column); entry; ++entry)
-                blocks[static_cast<std::size_t>(entry.row() / 3)](entry.row() % 3, column % 3) += entry.value();
-    }
-
-  private:
-    Eigen::VectorXd rest_;                  // (3N) X [m]
-    Eigen::SparseMatrix<double> stiffness_; // (3N, 3N) K [N/m]
-};
-
 /// The way of one body.
 class Follower {
   public:
@@ -265,7 +227,7 @@ class Follower {
 ElasticBody on_foundation(ElasticBody body, const core::Problem &problem) {
     if (!problem.load_case.foundation)
         return body;
-    body.add(std::make_shared<const FoundationSprings>(*problem.load_case.foundation, problem.body->mesh));
+    body.add(foundation_springs(problem.body->mesh, *problem.load_case.foundation));
     return body;
 }
 

@@ -15,18 +15,30 @@ namespace livermark::server {
 namespace {
 
 core::LoadCase support_only(const core::LoadCase &load_case, const core::TetraMesh &mesh) {
-    std::vector<int> held;
-    for (int f = 0; f < load_case.num_facets(); ++f)
-        if (load_case.is_constrained(f) && load_case.value[f] == core::Vector3::Zero())
+    std::vector<int> held, free_facet; // -1 of those that are held
+    for (int f = 0; f < load_case.num_facets(); ++f) {
+        const bool is_held = load_case.is_constrained(f) && load_case.value[f] == core::Vector3::Zero();
+        if (is_held)
             held.push_back(f);
+        free_facet.push_back(is_held ? -1 : f);
+    }
     auto constrained = core::with_free_surface({}, mesh);
     constrained.name = load_case.name + ", constraints only";
     constrained.title = load_case.title;
     constrained.put({"constrained"}, held, core::Vector3::Zero());
+    constrained.foundation = foundation_on(load_case.foundation, free_facet);
     return constrained;
 }
 
 } // namespace
+
+std::optional<core::Foundation> foundation_on(std::optional<core::Foundation> foundation,
+                                              const std::vector<int> &facets) {
+    if (!foundation)
+        return foundation;
+    foundation->move_to_parts(facets);
+    return foundation->facets.empty() ? std::nullopt : foundation;
+}
 
 LiveBody open_live_body(const std::filesystem::path &folder, const Fields &query) {
     const auto &name = required_text(query, "file");

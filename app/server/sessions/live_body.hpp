@@ -2,7 +2,9 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "app/server/session.hpp"
 #include "core/problem.hpp"
@@ -14,7 +16,7 @@ struct LiveBody {
     std::string file;                       ///< as the page named it, for messages
     std::shared_ptr<const core::Body> body; ///< of the result file
     /// Constrains the facets on which the load case of the file prescribes no displacement in all three components, as
-    /// one constraint, and nothing else: the others are free, and nothing pulls.
+    /// one constraint, and nothing else: the others are free, and nothing pulls. Its foundation bears what is free.
     core::LoadCase constrained;
 };
 
@@ -22,6 +24,12 @@ struct LiveBody {
 /// @param folder  that is served; absolute, without symlinks and dots
 /// @throws support::InputError if the server does not show such a file, if it is damaged, or if no facet is constrained
 LiveBody open_live_body(const std::filesystem::path &folder, const Fields &query);
+
+/// A foundation on other facets.
+/// @param facets  shape (T) number of each among those that it is on now, -1 where it was none of them
+/// @return nothing if it bears none of these
+std::optional<core::Foundation> foundation_on(std::optional<core::Foundation> foundation,
+                                              const std::vector<int> &facets);
 
 struct LiveMaterial {
     double young_modulus; ///< of the region with the largest volume [Pa]

@@ -66,6 +66,7 @@ core::LoadCase constraints_of(const core::LoadCase &whole, const std::vector<int
         left.value.push_back(is_wound ? core::Vector3(core::Vector3::Constant(std::numeric_limits<double>::quiet_NaN()))
                                       : whole.value[facet]);
     }
+    left.foundation = foundation_on(whole.foundation, facets);
     return left;
 }
 
@@ -343,11 +344,11 @@ class LiveFem {
     Message choose(const Fields &fields) {
         const auto chosen = live_material(fields);
         // Displacements are inversely proportional to a factor of all Young's moduli: the stiffness of the file's
-        // moduli, and its factor, serve all of them, and only another Poisson's ratio needs new ones. Capsule and
-        // vessels keep theirs, so a body that has some needs new ones for each.
+        // moduli, and its factor, serve all of them, and only another Poisson's ratio needs new ones. Capsule,
+        // vessels and foundation keep theirs, so a body that has some needs new ones for each.
         stiffening_ = chosen.young_modulus / young_modulus_of(*whole_.body);
         double young_modulus = young_modulus_of(*opened_.body);
-        if (opened_.body->capsule || opened_.body->vessels)
+        if (opened_.body->capsule || opened_.body->vessels || opened_.constrained.foundation)
             young_modulus *= std::exchange(stiffening_, 1.0);
         if (poisson_ratio_ != chosen.poisson_ratio || young_modulus_ != young_modulus) {
             elements_.reset(); // before others need the memory
@@ -422,7 +423,8 @@ class LiveFem {
     LiveBody opened_;       ///< what cuts have left of it
     std::vector<int> node_; ///< of each node of that, its number in the whole body; empty while nothing is cut
     ReportProgress report_;
-    std::shared_ptr<const core::Body> body_; ///< with the Young's moduli of the file, or those chosen beside a capsule
+    std::shared_ptr<const core::Body> body_; ///< with the Young's moduli of the file, or those chosen beside a
+                                             ///< capsule, vessels or a foundation
     double young_modulus_;                   ///< of the largest region of that [Pa]
     std::shared_ptr<SharedFem> elements_;    ///< of that body; none before the first solution
     std::vector<double> last_;               ///< solution, of all unknowns

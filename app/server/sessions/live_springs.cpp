@@ -16,7 +16,8 @@ Session live_springs(const std::filesystem::path &folder, const Fields &query) {
     std::vector<bool> is_constrained;
     for (const int condition : opened.constrained.condition_on)
         is_constrained.push_back(condition >= 0);
-    return [scene = std::make_shared<live::Scene>(*opened.body, is_constrained)](const Message &message) {
+    return [scene = std::make_shared<live::Scene>(*opened.body, is_constrained, opened.constrained.foundation)](
+               const Message &message) {
         if (!message.is_binary)
             return Message{.is_binary = false, .bytes = live::joined_spring_names()};
         std::vector<double> numbers(message.bytes.size() / sizeof(double));

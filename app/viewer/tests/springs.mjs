@@ -45,6 +45,8 @@ export async function startHarness() {
         answers.push(...(await page.evaluate(([rows, whole]) => springs.play(rows, whole), [rows.slice(i, i + 50), whole])));
       return answers;
     },
+    /** @param cut  what a cut of that body has answered */
+    foundationLeft: (body, cut) => page.evaluate(([body, cut]) => springs.foundationLeft(body, cut), [body, cut]),
     stop: () => browser.close(),
   };
 }
@@ -63,6 +65,14 @@ function vesselsOf(file) {
   if (!group) return null;
   const values = (name) => Array.from(file.get(`vessels/${name}`).value, Number);
   return { points: values('points'), radius: values('radius'), segments: values('segments'), wallRatio: attribute(group, 'wall_ratio'), wallModulus: attribute(group, 'wall_modulus') };
+}
+
+/** @param constrained  (T) of the body */
+function foundationOf(file, constrained) {
+  if (!file.get('load_case/foundation')) return null;
+  const [facets, stiffness, normalOnly] = ['facet', 'stiffness', 'normal_only'].map((name) => Array.from(file.get(`load_case/foundation/${name}`).value, Number));
+  const isFree = (_, i) => constrained[facets[i]] === 0;
+  return { facets: facets.filter(isFree), stiffness: stiffness.filter(isFree), normalOnly: normalOnly.filter(isFree) };
 }
 
 /** The body of a result file, as the live page reads it. */
@@ -85,6 +95,7 @@ export async function bodyOf(path) {
     capsule: capsuleOf(file),
     vessels: vesselsOf(file),
   };
+  body.foundation = foundationOf(file, body.constrained);
   file.close();
   return body;
 }
@@ -95,6 +106,7 @@ export const bodyNumbers = (b) => [
   b.modulusFactor.length, ...b.modulusFactor,
   ...(b.capsule ? [1, b.capsule.thickness, b.capsule.youngModulus, ...b.capsule.covered] : [0]),
   ...(b.vessels ? vesselNumbers(b.vessels) : [0]),
+  ...(b.foundation ? [b.foundation.facets.length, ...b.foundation.facets, ...b.foundation.stiffness, ...b.foundation.normalOnly] : [0]),
 ];
 const vesselNumbers = ({ points, radius, segments, wallRatio, wallModulus }) => [
   radius.length, segments.length / 2, ...points, ...radius, ...segments, wallRatio, wallModulus,

@@ -125,15 +125,17 @@ test('WebAssembly moves the liver as the native build does, bit for bit, whateve
 test('WebAssembly moves the liver with tumours as the native build does, bit for bit', { skip: noReplay }, () =>
   movesAsNatively(tumours, [{}, { springLaw: 'van_gelder', poissonRatio: 0.25 }, { springLaw: 'nodal_neo_hookean' }, { springLaw: 'nodal_neo_hookean', poissonRatio: 0.49, stiffnessDamping: 1e-4 }, { springLaw: 'nodal_neo_hookean_f' }, { springLaw: 'nodal_neo_hookean_f', poissonRatio: 0.49, stiffnessDamping: 1e-4 }, { springLaw: 'edge_neo_hookean', stiffnessDamping: 1e-4 }, { springLaw: 'edge_neo_hookean_f' }]));
 
-/** The liver with a capsule, a vessel through its middle, and tissue that gets stiffer to one side. */
+/** The liver with a capsule, a vessel through its middle, and tissue that gets stiffer to one side, on springs below half of what is free. */
 function withParts(body) {
   const xs = body.points.filter((_, i) => i % 3 === 0), [low, high] = [xs.reduce((a, b) => Math.min(a, b)), xs.reduce((a, b) => Math.max(a, b))];
   const middle = [0, 1, 2].map((c) => (3 * body.points.filter((_, i) => i % 3 === c).reduce((sum, x) => sum + x, 0)) / body.points.length);
+  const facets = body.constrained.flatMap((held, f) => (held === 0 && f % 4 < 2 ? [f] : []));
   return {
     ...body,
     modulusFactor: body.region.map((_, t) => 0.8 + (0.4 * (body.points[3 * body.tetrahedra[4 * t]] - low)) / (high - low)),
     capsule: { thickness: 20e-6, youngModulus: 8.22e6, covered: body.constrained.map(() => 1) },
     vessels: { points: [...middle, middle[0] + 0.03, ...middle.slice(1)], radius: [3e-3, 2e-3], segments: [0, 1], wallRatio: 0.2, wallModulus: 1e6 },
+    foundation: { facets, stiffness: facets.map((f) => 1e5 * (1 + (f % 7))), normalOnly: facets.map((f) => f % 2) },
   };
 }
 
@@ -143,10 +145,23 @@ function slitOf({ vessels: { points: [x, y, z] } }) {
   return { tool: { kind: 'blade', corners: [corner(-0.2, -0.02), corner(-0.2, 0.02), corner(0.005, 0.02), corner(0.005, -0.02)], thickness: 0.001 }, takesLoose: true };
 }
 
-test('WebAssembly moves and cuts a capsule, vessels and a map of stiffness as the native build does, bit for bit', { skip: noReplay }, async () => {
+test('WebAssembly moves and cuts a capsule, vessels, a map of stiffness and a foundation as the native build does, bit for bit', { skip: noReplay }, async () => {
   const body = withParts(healthy);
   for (const choice of [{}, { springLaw: 'nodal_neo_hookean', youngModulus: 8000, stiffnessDamping: 1e-4 }])
     await movesAsNatively(body, [choice], [slitOf(body)]);
+});
+
+test('the page marks after a cut the facets that still stand on springs', async () => {
+  const body = withParts(healthy);
+  await harness.open(body);
+  const [, cut] = await harness.play([{ kind: 'choose', settings: settings({}) }, { kind: 'cut', request: slitOf(body) }]);
+  const corners = (triangles, facet) => triangles.slice(3 * facet, 3 * facet + 3).join();
+  const still = new Set(cut.wound.flatMap((isWound, facet) => (isWound ? [] : [corners(cut.triangles, facet)])));
+  const { facets, stiffness, normalOnly } = body.foundation;
+  const expected = facets.flatMap((facet, i) => (still.has(corners(body.triangles, facet)) ? [[corners(body.triangles, facet), stiffness[i], normalOnly[i]]] : []));
+  assert.ok(expected.length > 0 && expected.length < facets.length);
+  const left = await harness.foundationLeft(body, cut);
+  assert.deepEqual(left.facets.map((facet, i) => [corners(cut.triangles, facet), left.stiffness[i], left.normalOnly[i]]), expected);
 });
 
 /** Every move is sound, and after the last one the body comes to rest in its own shape. */

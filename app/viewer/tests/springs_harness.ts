@@ -1,6 +1,7 @@
 // What tests of the springs call in an empty page: the engine of the live page, many moves at once.
 import type { LiveBody, LiveFrame, LiveSettings, Tool } from '../src/live/types.ts';
 import type { CutAnswer, CutRequest } from '../src/live/tool/blade/types.ts';
+import { bodyAfter } from '../src/live/tool/blade/cut_body.ts';
 import { wasmEngine } from '../src/live/engines/wasm_engine.ts';
 
 export type Row =
@@ -14,27 +15,38 @@ type PlainBody = Plain<Omit<LiveBody, 'cuts'>>;
 
 const engine = wasmEngine();
 
-async function open(body: PlainBody): Promise<string[]> {
-  const { springLaws } = await engine.open({
-    file: '',
-    points: Float64Array.from(body.points),
-    tetrahedra: Int32Array.from(body.tetrahedra),
-    region: Int32Array.from(body.region),
-    density: Float64Array.from(body.density),
-    youngModulus: Float64Array.from(body.youngModulus),
-    poissonRatio: Float64Array.from(body.poissonRatio),
-    triangles: Int32Array.from(body.triangles),
-    constrained: Uint8Array.from(body.constrained),
-    modulusFactor: Float64Array.from(body.modulusFactor),
-    capsule: body.capsule && { ...body.capsule, covered: Uint8Array.from(body.capsule.covered) },
-    vessels: body.vessels && {
-      ...body.vessels,
-      points: Float64Array.from(body.vessels.points),
-      radius: Float64Array.from(body.vessels.radius),
-      segments: Int32Array.from(body.vessels.segments),
-    },
-  });
-  return springLaws;
+const bodyOf = (body: PlainBody): LiveBody => ({
+  file: '',
+  points: Float64Array.from(body.points),
+  tetrahedra: Int32Array.from(body.tetrahedra),
+  region: Int32Array.from(body.region),
+  density: Float64Array.from(body.density),
+  youngModulus: Float64Array.from(body.youngModulus),
+  poissonRatio: Float64Array.from(body.poissonRatio),
+  triangles: Int32Array.from(body.triangles),
+  constrained: Uint8Array.from(body.constrained),
+  modulusFactor: Float64Array.from(body.modulusFactor),
+  capsule: body.capsule && { ...body.capsule, covered: Uint8Array.from(body.capsule.covered) },
+  vessels: body.vessels && {
+    ...body.vessels,
+    points: Float64Array.from(body.vessels.points),
+    radius: Float64Array.from(body.vessels.radius),
+    segments: Int32Array.from(body.vessels.segments),
+  },
+  foundation: body.foundation && {
+    facets: Int32Array.from(body.foundation.facets),
+    stiffness: Float64Array.from(body.foundation.stiffness),
+    normalOnly: Uint8Array.from(body.foundation.normalOnly),
+  },
+});
+
+const open = async (body: PlainBody): Promise<string[]> => (await engine.open(bodyOf(body))).springLaws;
+
+/** The foundation of what a cut has left, as the page marks it. */
+function foundationLeft(body: PlainBody, { gone, triangles, constrained, wound, ...numbers }: Plain<CutAnswer>): unknown {
+  const answer = { ...numbers, gone: Int32Array.from(gone), triangles: Int32Array.from(triangles), constrained: Uint8Array.from(constrained), wound: Uint8Array.from(wound) };
+  const left = bodyAfter(bodyOf(body), answer as CutAnswer).foundation;
+  return left && { facets: [...left.facets], stiffness: [...left.stiffness], normalOnly: [...left.normalOnly] };
 }
 
 const numbersOf = ({ displacement, loadedNodes, nodalForces, loadedFacets, tractions, tool, force, needle, ...numbers }: LiveFrame) => ({
@@ -72,4 +84,4 @@ async function play(rows: Row[], whole: boolean): Promise<unknown[]> {
   return answers;
 }
 
-Object.assign(globalThis, { springs: { open, play } });
+Object.assign(globalThis, { springs: { open, play, foundationLeft } });

@@ -44,6 +44,7 @@ export function bodyOfMessage(message) {
     const numSegments = one();
     return { points: take(3 * numPoints), radius: take(numPoints), segments: take(2 * numSegments), wallRatio: one(), wallModulus: one() };
   };
+  const foundationOf = (numFacets) => (numFacets === 0 ? null : { facets: take(numFacets), stiffness: take(numFacets), normalOnly: take(numFacets) });
   return {
     file: '',
     points: take(3 * numNodes), tetrahedra: take(4 * numTetrahedra), region: take(numTetrahedra),
@@ -52,6 +53,7 @@ export function bodyOfMessage(message) {
     modulusFactor: take(one()),
     capsule: one() ? { thickness: one(), youngModulus: one(), covered: take(numTriangles) } : null,
     vessels: vesselsOf(one()),
+    foundation: foundationOf(one()),
   };
 }
 

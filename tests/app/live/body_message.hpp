@@ -1,13 +1,16 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "core/events.hpp"
 #include "core/problem.hpp"
 
 namespace livermark::live {
 
 /// Message of scene_of() to a body.
-inline std::vector<double> body_message(const core::Body &body, const std::vector<bool> &is_constrained) {
+inline std::vector<double> body_message(const core::Body &body, const std::vector<bool> &is_constrained,
+                                        const std::optional<core::Foundation> &foundation = {}) {
     const auto &mesh = body.mesh;
     std::vector<double> message;
     const auto append = [&](auto... numbers) { (message.push_back(static_cast<double>(numbers)), ...); };
@@ -42,6 +45,12 @@ inline std::vector<double> body_message(const core::Body &body, const std::vecto
         for (const auto &segment : tree.segments)
             append_all(segment);
         append(tree.wall_ratio, tree.wall_modulus);
+    }
+    append(foundation ? foundation->facets.size() : 0);
+    if (foundation) {
+        append_all(foundation->facets);
+        append_all(foundation->stiffness);
+        append_all(foundation->normal_only);
     }
     return message;
 }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct BoxScene {
             constrained.push_back(body.mesh.patch_names[patch] == "x_min");
         return constrained;
     }();
+    std::optional<core::Foundation> foundation{}; ///< below facets that are not constrained
     /// In the middle of the top, 1 cm from the free end.
     int node = node_at({0.05, 0.02, 0.03});
 

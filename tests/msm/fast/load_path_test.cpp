@@ -6,6 +6,7 @@
 #include <numeric>
 #include <vector>
 
+#include "core/part_springs.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/springs/springs.hpp"
 #include "msm/statics/load_path.hpp"
@@ -210,6 +211,8 @@ TEST(Foundation, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
         const Eigen::VectorXd product = term.hessian(x, msm::Tangent::exact) * direction;
         const Eigen::VectorXd column = 0.5 * (force(x - direction) - force(x + direction));
         EXPECT_LT((column - product).norm(), 1e-10 * product.norm());
+        const Eigen::SparseMatrix<double> expected = core::foundation_stiffness(problem.body->mesh, foundation);
+        EXPECT_LT((term.hessian({}, msm::Tangent::material) - expected).norm(), 1e-14 * expected.norm());
         Eigen::VectorXd found = Eigen::VectorXd::Zero(rest.size());
         term.add_hessian_product(x, direction, found);
         EXPECT_LT((found - product).norm(), 1e-12 * product.norm());

@@ -1,6 +1,8 @@
-// What of a file can be set in motion: the mesh, its materials, its capsule and vessels, and where the load case fixes it.
+// What of a file can be set in motion: the mesh, its materials, its capsule and vessels, where the load case fixes it, and what bears it.
 import type { File } from 'h5wasm';
+import type { Foundation } from '../picture/facet_conditions.ts';
 import { exactly, rows, text } from './hdf5.ts';
+import { readFoundation } from './read_conditions.ts';
 import { readMesh } from './read_mesh.ts';
 import { isAboveZero, readCapsule, readModulusFactor, readVessels } from './read_parts.ts';
 import { readPatches } from './read_patches.ts';
@@ -17,6 +19,14 @@ function readConstrained(file: File, numTriangles: number): Uint8Array {
   if (!constrained.includes(1))
     throw new Fault(`Its load case ${text(file, '/load_case', 'name')} does not fix any part of the surface, and the body would fly away; choose a result of a load case that does, such as palpation.`);
   return constrained;
+}
+
+/** Springs below what is not constrained; app/server/sessions/live_body.cpp decides likewise. */
+function readSpringsBelow(file: File, constrained: Uint8Array): Foundation | null {
+  const whole = readFoundation(file, constrained.length);
+  if (!whole) return null;
+  const isFree = (_: number, i: number) => constrained[whole.facets[i]!] === 0;
+  return { facets: whole.facets.filter(isFree), stiffness: whole.stiffness.filter(isFree), normalOnly: whole.normalOnly.filter(isFree) };
 }
 
 /** @param isOne  whether there is a material with this value */
@@ -39,6 +49,7 @@ export function readBody(file: File): SoftBody {
     throw new Fault('/mesh/region has a number below 0; make the file again with livermark run.');
   const numRegions = region.reduce((most, r) => Math.max(most, r), 0) + 1;
   const numTriangles = mesh.triangles.length / 3;
+  const constrained = readConstrained(file, numTriangles);
   return {
     points: Float64Array.from(mesh.points),
     tetrahedra: Int32Array.from(mesh.tetrahedra),
@@ -47,9 +58,10 @@ export function readBody(file: File): SoftBody {
     youngModulus: readMaterial(file, 'young_modulus', numRegions, isAboveZero),
     poissonRatio: readMaterial(file, 'poisson_ratio', numRegions, (value) => value > -1 && value < 0.5),
     triangles: Int32Array.from(mesh.triangles),
-    constrained: readConstrained(file, numTriangles),
+    constrained,
     modulusFactor: readModulusFactor(file, region.length),
     capsule: readCapsule(file, readPatches(file, numTriangles)),
     vessels: readVessels(file),
+    foundation: readSpringsBelow(file, constrained),
   };
 }

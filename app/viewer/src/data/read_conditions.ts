@@ -17,7 +17,7 @@ function readNodeFactor(file: File, numNodes: number): Float64Array | null {
 }
 
 /** @return undefined where nothing stands on springs */
-function readFoundation(file: File, numTriangles: number): Foundation | undefined {
+export function readFoundation(file: File, numTriangles: number): Foundation | undefined {
   const path = '/load_case/foundation';
   if (!has(file, path)) return undefined;
   const facets = Int32Array.from(rows(file, `${path}/facet`, 1));

@@ -1,5 +1,5 @@
 // What the page knows of a result file. Fields are read when they are shown.
-import type { Conditions } from '../picture/facet_conditions.ts';
+import type { Conditions, Foundation } from '../picture/facet_conditions.ts';
 import type { Reach } from '../picture/section.ts';
 import type { Surfaces } from './surface.ts';
 import type { CarriedVessels } from './vessels.ts';
@@ -180,6 +180,7 @@ export interface SoftBody {
   modulusFactor: Float64Array; // (M) moduli of a tetrahedron over those of its region; empty without a map of stiffness
   capsule: Capsule | null;
   vessels: Vessels | null;
+  foundation: Foundation | null; // below facets that are not constrained, ascending
 }
 
 /** Something is wrong with a file; the message is for the reader of the page. */

@@ -2,6 +2,7 @@
 import { strainMesh, type StrainMesh } from '../data/strain.ts';
 import type { Result } from '../data/types.ts';
 import { vesselsLeft } from '../data/vessels.ts';
+import { supportedKey } from '../page/conditions_key.ts';
 import { byId } from '../page/elements.ts';
 import type { PictureFrame } from '../page/save.ts';
 import { partsOf } from '../page/state.ts';
@@ -46,9 +47,9 @@ const viewedFrom: Vector = [-0.6, -1, 0.45];
 
 const vesselsBox = () => byId<HTMLInputElement>('live-vessels');
 
-/** What of the load case is there: where nothing moves. */
-function constrainedConditions({ constrained }: LiveBody): Conditions {
-  return { kind: constrained, value: new Float64Array(3 * constrained.length) };
+/** What of the load case is there: where nothing moves, and what stands on springs. */
+function constrainedConditions({ constrained, foundation }: LiveBody): Conditions {
+  return { kind: constrained, value: new Float64Array(3 * constrained.length), foundation: foundation ?? undefined };
 }
 
 /** (G,4) of some of the tetrahedra. */
@@ -94,7 +95,7 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
     const key = byId('live-conditions');
     stage.showVessels(areShown);
     byId('live-vessels-row').hidden = opened.vessels === null;
-    key.replaceChildren(key.firstElementChild!, ...areShown ? vesselsKey(opened, skin === 'translucent' || cutOf(opened) !== null) : []);
+    key.replaceChildren(key.firstElementChild!, ...supportedKey(opened), ...areShown ? vesselsKey(opened, skin === 'translucent' || cutOf(opened) !== null) : []);
   }
   function setSkin(chosen: Skin): void {
     skin = chosen;

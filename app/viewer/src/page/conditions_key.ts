@@ -57,12 +57,16 @@ export function conditionsKey(result: Result, isReleased: boolean, load: number)
     const sentence = state === 'loaded' && depth !== 0 ? pressed(places, load * depth) : `${words[state]}: ${places.join(', ')}${arrow}`;
     return [element('li', { class: state }, element('span', { class: `swatch ${state}`, 'aria-hidden': 'true' }), sentence)];
   });
-  const supported = placesOf(result, 'supported');
-  if (supported.length > 0)
-    entries.push(element('li', { class: 'supported' }, element('span', { class: 'swatch supported', 'aria-hidden': 'true' }),
-      `${words.supported}: ${supported.join(', ')}; ${springsOf(result, facetsMarked(result.conditions, 'supported'))}`));
   const weight = bodyForce(result, load);
-  return weight ? [...entries, element('li', {}, weight)] : entries;
+  return [...entries, ...supportedKey(result), ...weight ? [element('li', {}, weight)] : []];
+}
+
+/** The entry of what stands on springs, if anything does. */
+export function supportedKey(result: Result): Node[] {
+  const places = placesOf(result, 'supported');
+  if (places.length === 0) return [];
+  return [element('li', { class: 'supported' }, element('span', { class: 'swatch supported', 'aria-hidden': 'true' }),
+    `${words.supported}: ${places.join(', ')}; ${springsOf(result, facetsMarked(result.conditions, 'supported'))}`)];
 }
 
 /** What a part of the load prescribes on the facets around a node, each thing once; nothing if it is inside. */

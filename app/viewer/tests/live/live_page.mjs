@@ -1,11 +1,12 @@
 // The live page in a browser, as tests handle it. Machines that run tests are slow and draw in software, so nothing here asks how
 // fast it goes.
 import { readFileSync } from 'node:fs';
+import { basename } from 'node:path';
 import { newPage, shippedFolder, startBrowser, startServer } from '../browser.mjs';
 
-/** A server with a result of the liver with tumours, a browser, and the live page of that file; stop() ends all. */
-export async function startLivePage() {
-  const site = { shipped: shippedFolder('liver_tumours') };
+/** A server with a result of a liver, a browser, and the live page of that file; stop() ends all. @param loadCase  of shippedFolder() */
+export async function startLivePage(body = 'liver_tumours', loadCase = 'palpation') {
+  const site = { shipped: shippedFolder(body, loadCase) };
   site.stop = async () => {
     await site.browser?.close();
     await site.server?.stop();
@@ -18,7 +19,7 @@ export async function startLivePage() {
     await site.stop();
     throw error;
   }
-  site.live = createLivePage(site.browser, `${site.server.address}#${encodeURIComponent('liver_tumours/palpation.h5')}`);
+  site.live = createLivePage(site.browser, `${site.server.address}#${encodeURIComponent(`${body}/${basename(loadCase, '.toml')}.h5`)}`);
   return site;
 }
 

@@ -191,7 +191,7 @@ TEST(LiveScene, FeelsTheForceThatItShows) {
 
 TEST(LiveScene, GivesTheSameBitsOnSeveralThreads) {
     const BoxScene box;
-    Scene one(box.body, box.is_constrained), two(box.body, box.is_constrained, 2);
+    Scene one(box.body, box.is_constrained), two(box.body, box.is_constrained, {}, 2);
     for (auto *scene : {&one, &two})
         scene->choose(settings("nodal_neo_hookean"));
     EXPECT_EQ(one.move(box.poke(0.01), 200).displacement, two.move(box.poke(0.01), 200).displacement);

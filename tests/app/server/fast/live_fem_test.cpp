@@ -66,12 +66,14 @@ template <class Action> std::string fault_of(const Action &action) {
     return "no fault";
 }
 
-/// A folder with the file of a box of two materials, constrained at x_min, and of which z_max is constrained in z only.
+/// A folder with the file of a box of two materials, constrained at x_min, and of which z_max is constrained in z only;
+/// standing.h5 is the same on a foundation.
 class LiveFemTest : public testing::Test {
   protected:
     LiveFemTest() {
         fs::create_directories(folder);
         results::write_result(folder / "box.h5", result);
+        results::write_result(folder / "standing.h5", tests::sample_result(4));
         for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
             const auto &patch = mesh.patch_names[mesh.boundary_patch[f]];
             (patch == "x_min" ? constrained : patch == "z_max" ? sliding : free).push_back(f);
@@ -95,12 +97,13 @@ class LiveFemTest : public testing::Test {
     }
     core::Solution solved_on(const core::Body &whole, const Rows &rows, double parenchyma, double tumour,
                              const std::array<double, 2> &poisson_ratios,
-                             const std::optional<core::RoundLoad> &spread = shape,
-                             const std::string &model = "fem_p2") const {
+                             const std::optional<core::RoundLoad> &spread = shape, const std::string &model = "fem_p2",
+                             const std::optional<core::Foundation> &foundation = {}) const {
         auto body = std::make_shared<core::Body>(whole);
         body->materials = {{1060.0, parenchyma, poisson_ratios[0]}, {1100.0, tumour, poisson_ratios[1]}};
         auto load_case = tests::empty_load_case(mesh);
         tests::prescribe(load_case, mesh, "x_min", core::Vector3::Zero());
+        load_case.foundation = foundation;
         load_case.conditions.push_back({"probe", core::ConditionKind::traction, spread});
         for (const auto &[facet, x, y, z] : rows) {
             load_case.condition_on[static_cast<int>(facet)] = 1;
@@ -109,8 +112,22 @@ class LiveFemTest : public testing::Test {
         return support::find_named(models::all_models(), model, "model").solve({body, load_case});
     }
 
+    /// That of standing.h5, below what is not held.
+    core::Foundation foundation() const {
+        std::vector<int> whole(mesh.boundary_triangles.size());
+        for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+            whole[f] = std::ranges::find(constrained, f) == constrained.end() ? f : -1;
+        auto below = tests::sample_result(4).problem.load_case.foundation.value();
+        below.move_to_parts(whole);
+        return below;
+    }
+
     static void expect_same(const server::Message &reply, const core::Solution &solution) {
         EXPECT_NEAR(work(reply), 2.0 * solution.strain_energy, 1e-6 * work(reply));
+        expect_same_displacement(reply, solution);
+    }
+
+    static void expect_same_displacement(const server::Message &reply, const core::Solution &solution) {
         const auto found = displacement(reply);
         const auto &expected = solution.displacement;
         ASSERT_EQ(found.size(), expected.size());
@@ -122,10 +139,15 @@ class LiveFemTest : public testing::Test {
             EXPECT_LT((found[i].cast<double>() - expected[i]).norm(), 1e-6 * largest) << "node " << i;
     }
 
-    void expect_solved_after_a_cut(const core::Body &whole, const std::string &file) const;
+    void expect_solved_after_a_cut(const core::Body &whole, const std::string &file,
+                                   const std::optional<core::Foundation> &below = {}) const;
 
     const fs::path folder = fs::canonical(fs::temp_directory_path()) / fmt::format("livermark_live_{}", getpid());
-    const results::Result result = tests::sample_result(4);
+    const results::Result result = [] {
+        auto sample = tests::sample_result(4);
+        sample.problem.load_case.foundation.reset();
+        return sample;
+    }();
     const core::TetraMesh &mesh = result.problem.body->mesh;
     std::vector<int> constrained, sliding, free;
 };
@@ -144,7 +166,8 @@ TEST_F(LiveFemTest, AnswersAsTheModelDoes) {
 }
 
 /// Beside the same cut by another way, and the model on that.
-void LiveFemTest::expect_solved_after_a_cut(const core::Body &whole, const std::string &file) const {
+void LiveFemTest::expect_solved_after_a_cut(const core::Body &whole, const std::string &file,
+                                            const std::optional<core::Foundation> &below) const {
     const auto box = core::bounding_box(mesh.points);
     const core::Vector3 place = box.min() + 0.7 * box.diagonal();
     const auto cut = meshes::cut(whole, {meshes::HalfSpaceCut{place, {1.0, 0.0, 0.0}}});
@@ -179,9 +202,16 @@ void LiveFemTest::expect_solved_after_a_cut(const core::Body &whole, const std::
             order.push_back(found->second);
     order.insert(order.end(), in_wound.begin(), in_wound.end());
     ASSERT_EQ(order.size(), left.boundary_triangles.size());
+    std::vector<int> before(left.boundary_triangles.size(), -1);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (const auto found = facet_of.find(key(mesh.boundary_triangles[f])); found != facet_of.end())
+            before[found->second] = f;
 
     auto load_case = tests::empty_load_case(left);
     tests::prescribe(load_case, left, "x_min", core::Vector3::Zero());
+    load_case.foundation = below;
+    if (below)
+        load_case.foundation->move_to_parts(before);
     load_case.conditions.push_back({"probe", core::ConditionKind::traction, core::RoundLoad{place, 0.9}});
     Rows rows;
     for (const std::size_t at : {order.size() - 1, order.size() - 2}) {
@@ -213,6 +243,20 @@ void LiveFemTest::expect_solved_after_a_cut(const core::Body &whole, const std::
 
 TEST_F(LiveFemTest, SolvesOnWhatCutsHaveLeft) {
     expect_solved_after_a_cut(*result.problem.body, "box.h5");
+}
+
+/// Springs below every third facet, so that some go with the cut.
+TEST_F(LiveFemTest, SolvesOnWhatCutsHaveLeftOfAFoundation) {
+    auto standing = result;
+    auto &below = standing.problem.load_case.foundation.emplace();
+    for (int f = 0; f < mesh.num_boundary_triangles(); f += 3)
+        if (std::ranges::find(constrained, f) == constrained.end()) {
+            below.facets.push_back(f);
+            below.stiffness.push_back(1e4 * (1.0 + f % 4));
+            below.normal_only.push_back(f % 2);
+        }
+    results::write_result(folder / "cut_through.h5", standing);
+    expect_solved_after_a_cut(*result.problem.body, "cut_through.h5", below);
 }
 
 TEST_F(LiveFemTest, SolvesOnWhatCutsHaveLeftOfCapsuleVesselsAndMap) {
@@ -355,6 +399,37 @@ TEST_F(LiveFemTest, HasTheCapsuleAndTheVesselsOfABody) {
     expect_same(converse(binary(rows)), solved_on(body, rows, 6000.0, 30000.0, {0.3, 0.3}));
     converse({false, "young_modulus=2000&poisson_ratio=0.3"});
     expect_same(converse(binary(rows)), solved_on(body, rows, 2000.0, 10000.0, {0.3, 0.3}));
+}
+
+/// Its springs keep their stiffness where another Young's modulus is chosen.
+TEST_F(LiveFemTest, StandsOnTheFoundationOfTheLoadCase) {
+    const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}, {1.0 * sliding[1], 0.0, 0.0, -50.0}};
+    const auto converse = begin("standing.h5"), converse_unborne = begin();
+    EXPECT_LT(work(converse(binary(rows))), 0.9 * work(converse_unborne(binary(rows))));
+    EXPECT_EQ(server::SharedFem::count(), 2) << "not those of the body without";
+    const auto solved_standing = [&](double young_modulus, double poisson_ratio, const std::string &model) {
+        return solved_on(*result.problem.body, rows, young_modulus, 5.0 * young_modulus, {poisson_ratio, poisson_ratio},
+                         shape, model, foundation());
+    };
+    const auto judge = models::static_reference(core::Regime::large).on_mesh;
+    for (const double young_modulus : {6000.0, 2000.0}) {
+        converse({false, fmt::format("young_modulus={}&poisson_ratio=0.3", young_modulus)});
+        converse({false, "elements=linear"});
+        const auto expected = solved_standing(young_modulus, 0.3, "fem_p2");
+        const auto reply = converse(binary(rows));
+        expect_same_displacement(reply, expected);
+        EXPECT_GT(work(reply), 2.0 * expected.strain_energy) << "some of it is in the springs";
+        converse({false, "elements=hyperelastic"});
+        const auto expected_large = solved_standing(young_modulus, 0.3, judge);
+        const auto found = displacement(converse(binary(rows)));
+        double off = 0.0, size = 0.0;
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            off = std::max(off, (found[i].cast<double>() - expected_large.displacement[i]).norm());
+            size = std::max(size, expected_large.displacement[i].norm());
+        }
+        EXPECT_GT(size, 1e-6);
+        EXPECT_LT(off, 1e-4 * size);
+    }
 }
 
 TEST_F(LiveFemTest, ReportsWhatTheFirstSolutionWaitsFor) {

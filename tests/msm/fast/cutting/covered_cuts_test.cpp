@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <random>
 #include <set>
@@ -202,6 +203,21 @@ template <class MakeTerm> CutTerm cut_term(const MakeTerm &make_term, double lea
             tests::without(now, removed)};
 }
 
+/// What bears a body at the side that cuts go into, every third facet along its normal alone.
+std::shared_ptr<const msm::ElasticTerm> springs_below(const core::Body &body, double stiffness) {
+    const auto &mesh = body.mesh;
+    core::Foundation foundation;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (mesh.patch_names[static_cast<std::size_t>(mesh.boundary_patch[f])] == "z_max") {
+            // By the place, which a cut does not change.
+            const double x = mesh.points[static_cast<std::size_t>(mesh.boundary_triangles[f][0])].x();
+            foundation.facets.push_back(f);
+            foundation.stiffness.push_back(stiffness * (1.0 + x / 0.07));
+            foundation.normal_only.push_back(x < 0.025 ? 1 : 0);
+        }
+    return msm::foundation_springs(mesh, foundation);
+}
+
 TEST(TermsBesideKernels, AreAfterACutThoseOfTheCutBody) {
     std::mt19937 random(3);
     const auto expect_same = [&](const auto &make_term) {
@@ -232,6 +248,54 @@ TEST(TermsBesideKernels, AreAfterACutThoseOfTheCutBody) {
     };
     expect_same(msm::coupled_capsule);
     expect_same(msm::vessel_lines);
+    expect_same([](const core::Body &body) { return springs_below(body, 1e5); });
+}
+
+TEST(TermsBesideKernels, AreThemselvesWhereNothingIsCut) {
+    const auto body = covered_box();
+    const auto at_rest = msm::to_unknowns(body.mesh.points);
+    Eigen::VectorXd x = at_rest;
+    std::mt19937 random(4);
+    for (int i = 0; i < body.mesh.num_nodes(); ++i)
+        msm::node_part(x, i) += tests::random_vector(random, 0.001);
+    const std::vector<char> is_removed(body.mesh.tetrahedra.size(), 0);
+    for (const auto &term : {msm::coupled_capsule(body), msm::vessel_lines(body), springs_below(body, 1e5)}) {
+        const auto left = term->after_cut({at_rest, body.mesh.tetrahedra, is_removed});
+        EXPECT_GT(term->energy(x), 1e-6);
+        EXPECT_EQ(left->energy(x), term->energy(x));
+        Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size()), force_left = force;
+        term->add_force(x, at_rest, 1e-3, force);
+        left->add_force(x, at_rest, 1e-3, force_left);
+        EXPECT_EQ(force_left, force);
+    }
+}
+
+/// A part has the springs below its own facets.
+TEST(TermsBesideKernels, AreInAPartThoseOfTheWholeBody) {
+    const auto body = covered_box();
+    const auto whole = springs_below(body, 1e5);
+    const auto near = tests::tetrahedra_near(body, {0.055, 0.03, 0.05}, 0.025);
+    std::vector<char> is_in(body.mesh.tetrahedra.size(), 0);
+    for (const int t : near)
+        is_in[t] = 1;
+    const auto part = msm::part_of_body(body, is_in, hanging(std::make_shared<const core::Body>(body)).conditions);
+    EXPECT_EQ(part.tetrahedron, near);
+    const auto term = msm::term_of_part(*whole, part, is_in.size());
+    std::vector<char> is_out;
+    for (const char in : is_in)
+        is_out.push_back(in == 0 ? 1 : 0);
+    const auto at_rest = msm::to_unknowns(body.mesh.points);
+    const auto left = whole->after_cut({at_rest, body.mesh.tetrahedra, is_out});
+    std::mt19937 random(4);
+    Eigen::VectorXd x = msm::to_unknowns(part.body.mesh.points), all = at_rest;
+    for (int i = 0; i < static_cast<int>(part.node.size()); ++i) {
+        msm::node_part(x, i) += tests::random_vector(random, 0.001);
+        msm::node_part(all, part.node[i]) = Vector3(msm::node_part(x, i));
+    }
+    EXPECT_GT(term->energy(x), 1e-6);
+    EXPECT_EQ(term->energy(x), left->energy(all));
+    EXPECT_LT(term->hessian(x, msm::Tangent::exact).diagonal().sum(),
+              0.9 * whole->hessian(all, msm::Tangent::exact).diagonal().sum());
 }
 
 /// A capsule and vessels that are cut through bear nothing between the two parts of a body.
@@ -273,12 +337,22 @@ TEST(TermsBesideKernels, FreeTheEndsOfWhatIsCutThrough) {
     expect_free(msm::vessel_lines);
 }
 
-TEST(FrequencyAround, TellsThatOfTheCutBodyWithItsCapsuleAndVessels) {
+/// Of the highest frequency after a cut, around it and before it.
+struct Frequencies {
+    double around, before, after; // [rad/s]
+};
+
+/// @param below  what bears a body, or nothing
+Frequencies
+frequencies_of_a_cut(const core::Body &body,
+                     const std::function<std::shared_ptr<const msm::ElasticTerm>(const core::Body &)> &below) {
     constexpr double tolerance = 1e-6;
-    const auto body = covered_box();
-    const auto make = [](const core::Body &of) {
-        return msm::with_vessel_lines(
+    const auto make = [](const core::Body &of, const std::shared_ptr<const msm::ElasticTerm> &on) {
+        auto springs = msm::with_vessel_lines(
             msm::coupled_springs_with_volume(of, msm::find_coupled_springs("nodal_neo_hookean")), of);
+        if (on)
+            springs.add(on);
+        return springs;
     };
     const auto near = tests::tetrahedra_near(body, {0.045, 0.03, 0.05}, 0.014);
     std::vector<char> is_removed(body.mesh.tetrahedra.size(), 0);
@@ -288,15 +362,36 @@ TEST(FrequencyAround, TellsThatOfTheCutBodyWithItsCapsuleAndVessels) {
         nodes.insert(body.mesh.tetrahedra[t].begin(), body.mesh.tetrahedra[t].end());
     }
     const auto highest = [&](const core::Body &of) {
-        return msm::largest_angular_frequency(
-            make(of), of.mesh.points, hanging(std::make_shared<const core::Body>(of)).conditions, {}, tolerance);
+        return msm::largest_angular_frequency(make(of, below(of)), of.mesh.points,
+                                              hanging(std::make_shared<const core::Body>(of)).conditions, {},
+                                              tolerance);
     };
-    const double around =
-        msm::frequency_around(body, is_removed, std::vector<int>(nodes.begin(), nodes.end()), make,
-                              hanging(std::make_shared<const core::Body>(body)).conditions, tolerance);
-    const double after = highest(tests::without(body, {near.begin(), near.end()}).body);
+    const auto whole = below(body);
+    const double around = msm::frequency_around(
+        body, is_removed, std::vector<int>(nodes.begin(), nodes.end()),
+        [&](const msm::PartOfBody &part) {
+            return make(part.body, whole ? msm::term_of_part(*whole, part, is_removed.size()) : nullptr);
+        },
+        hanging(std::make_shared<const core::Body>(body)).conditions, tolerance);
+    return {around, highest(body), highest(tests::without(body, {near.begin(), near.end()}).body)};
+}
+
+TEST(FrequencyAround, TellsThatOfTheCutBodyWithItsCapsuleAndVessels) {
+    const auto [around, before, after] =
+        frequencies_of_a_cut(covered_box(), [](const core::Body & /*body*/) { return nullptr; });
     EXPECT_LT(around, after * (1.0 + 1e-4));
-    EXPECT_GT(std::max(around, highest(body)), 0.99 * after);
+    EXPECT_GT(std::max(around, before), 0.99 * after);
+}
+
+/// On springs that are so stiff that the highest frequency is theirs.
+TEST(FrequencyAround, TellsThatOfTheCutBodyOnAFoundation) {
+    const auto below = [](const core::Body &body) { return springs_below(body, 1e9); };
+    const auto [around, before, after] = frequencies_of_a_cut(covered_box(), below);
+    const auto without = frequencies_of_a_cut(covered_box(), [](const core::Body & /*body*/) { return nullptr; });
+    EXPECT_GT(around, 3.0 * without.around);
+    EXPECT_GT(after, 3.0 * without.after);
+    EXPECT_LT(around, after * (1.0 + 1e-4));
+    EXPECT_GT(std::max(around, before), 0.99 * after);
 }
 
 } // namespace

@@ -325,8 +325,9 @@ TEST(FrequencyAround, TellsThatOfTheCutBodyWithTheFrequencyBefore) {
                 is_removed[t] = 1;
                 nodes.insert(body.mesh.tetrahedra[t].begin(), body.mesh.tetrahedra[t].end());
             }
-            const double around = msm::frequency_around(body, is_removed, std::vector<int>(nodes.begin(), nodes.end()),
-                                                        make, held_below(body, 0.005), tolerance);
+            const double around = msm::frequency_around(
+                body, is_removed, std::vector<int>(nodes.begin(), nodes.end()),
+                [&](const msm::PartOfBody &part) { return make(part.body); }, held_below(body, 0.005), tolerance);
             const double before =
                 msm::largest_angular_frequency(make(body), body.mesh.points, held_below(body, 0.005), {}, tolerance);
             const auto rest = tests::without(body, {near.begin(), near.end()}).body;
@@ -340,8 +341,8 @@ TEST(FrequencyAround, TellsThatOfTheCutBodyWithTheFrequencyBefore) {
 TEST(FrequencyAround, IsNothingWhereNothingIsLeftToMove) {
     const auto body = tests::crooked_box({0.02, 0.02, 0.02}, {1, 1, 1});
     const std::vector<char> all(body.mesh.tetrahedra.size(), 1);
-    const auto make = [](const core::Body &of) {
-        return msm::coupled_springs_with_volume(of, msm::find_coupled_springs("nodal_springs"));
+    const auto make = [](const msm::PartOfBody &part) {
+        return msm::coupled_springs_with_volume(part.body, msm::find_coupled_springs("nodal_springs"));
     };
     EXPECT_EQ(msm::frequency_around(body, all, std::vector<int>{0, 1}, make, held_below(body, 0.0), 1e-6), 0.0);
 }

@@ -16,11 +16,15 @@ function vesselParts({ vessels }: LiveBody): ArrayLike<number>[] {
   return [[radius.length, segments.length / 2], points, radius, segments, [wallRatio, wallModulus]];
 }
 
+function foundationParts({ foundation }: LiveBody): ArrayLike<number>[] {
+  return foundation ? [[foundation.facets.length], foundation.facets, foundation.stiffness, foundation.normalOnly] : [[0]];
+}
+
 export function bodyMessage(body: LiveBody): Float64Array {
   const parts = [
     [body.points.length / 3, body.tetrahedra.length / 4, body.density.length, body.triangles.length / 3],
     body.points, body.tetrahedra, body.region, body.density, body.youngModulus, body.poissonRatio, body.triangles, body.constrained,
-    [body.modulusFactor.length], body.modulusFactor, ...capsuleParts(body), ...vesselParts(body),
+    [body.modulusFactor.length], body.modulusFactor, ...capsuleParts(body), ...vesselParts(body), ...foundationParts(body),
   ];
   const message = new Float64Array(parts.reduce((length, part) => length + part.length, 0));
   let length = 0;

@@ -1,7 +1,22 @@
 // What a cut leaves of a body, as the page draws and touches it. Values in, values out.
 import { compactSurface, innerTriangles, type Surface, type Surfaces } from '../../../data/surface.ts';
+import type { Foundation } from '../../../picture/facet_conditions.ts';
 import type { LiveBody } from '../../types.ts';
 import type { CutAnswer } from './types.ts';
+
+/** Springs below the facets that are left, by their numbers now: those of the whole body keep their order and stand before the wound. */
+function foundationLeft({ foundation, triangles: before }: LiveBody, { triangles, wound }: Pick<CutAnswer, 'triangles' | 'wound'>): Foundation | null {
+  if (!foundation) return null;
+  const now = new Int32Array(before.length / 3).fill(-1); // number of each facet
+  for (let facet = 0, left = 0; facet < now.length && wound[left] === 0; facet++)
+    if ([0, 1, 2].every((i) => before[3 * facet + i] === triangles[3 * left + i])) now[facet] = left++;
+  const isLeft = (_: number, i: number) => now[foundation.facets[i]!]! >= 0;
+  return {
+    facets: foundation.facets.filter(isLeft).map((facet) => now[facet]!),
+    stiffness: foundation.stiffness.filter(isLeft),
+    normalOnly: foundation.normalOnly.filter(isLeft),
+  };
+}
 
 /** @param whole  before all cuts; nodes keep its numbers */
 export function bodyAfter(whole: LiveBody, { gone, triangles, constrained, wound }: CutAnswer): LiveBody {
@@ -14,6 +29,7 @@ export function bodyAfter(whole: LiveBody, { gone, triangles, constrained, wound
     modulusFactor: whole.modulusFactor.filter((_, t) => isGone[t] === 0),
     triangles,
     constrained,
+    foundation: foundationLeft(whole, { triangles, wound }),
     cuts: { gone, wound },
   };
 }
