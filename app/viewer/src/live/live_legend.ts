@@ -1,9 +1,11 @@
 // The legend of the live page, and the controls of what the colours show and where they end.
 import { byId, element } from '../page/elements.ts';
-import { gradient, type Quantity } from '../picture/colour_maps.ts';
+import { listed, type ColourEntry } from '../page/patch_legend.ts';
+import type { PictureFrame } from '../page/save.ts';
+import { gradient } from '../picture/colour_maps.ts';
 import { ticks } from '../picture/scale.ts';
 import { createColourRange, type ColourRange } from './colour_range.ts';
-import { shownFields, type Shown } from './shown_field.ts';
+import { shownFields, type Shown, type ShownQuantity } from './shown_field.ts';
 
 export interface LiveLegend {
   shown(): Shown;
@@ -13,7 +15,9 @@ export interface LiveLegend {
   /** What the picture adds, as that light shifts colours. */
   note(sentence: string): void;
   /** As it is now; the end in the unit of the name. */
-  now(): { name: string; end: number; quantity: Quantity };
+  now(): PictureFrame['legend'];
+  /** What the body is made of. */
+  setTissue(entries: ColourEntry[]): void;
   /** Where the colours end if they stay there, in the unit of the legend; null where they follow. */
   fixedEnd(): number | null;
   /** @param fixedEnd  as above */
@@ -34,8 +38,8 @@ const largestOf = (values: readonly (Float32Array | null)[]) =>
 
 /** @param changed  is called when the reader wants other colours */
 export function createLiveLegend(changed: () => void): LiveLegend {
-  const rangeOf = ({ inUnit, least }: (typeof shownFields)[Shown]) => createColourRange(inUnit, least);
-  const ranges: Record<Shown, ColourRange> = {
+  const rangeOf = ({ inUnit, least }: (typeof shownFields)[ShownQuantity]) => createColourRange(inUnit, least);
+  const ranges: Record<ShownQuantity, ColourRange> = {
     displacement: rangeOf(shownFields.displacement),
     difference: rangeOf(shownFields.difference),
     strain: rangeOf(shownFields.strain),
@@ -44,28 +48,32 @@ export function createLiveLegend(changed: () => void): LiveLegend {
   let isExceeded = false;
   let added = '';
   let isMoving = false;
+  let tissue: ColourEntry[] = [];
 
-  const endInUnit = () => Number((ranges[shown].end() / shownFields[shown].inUnit).toPrecision(6));
+  const endInUnit = (field: ShownQuantity) => Number((ranges[field].end() / shownFields[field].inUnit).toPrecision(6));
 
   /** The field and its unit. */
-  function heading(): string {
-    const { name, unit } = shownFields[shown];
-    return `${name}${isMoving && shown === 'difference' ? ', still moving' : ''} [${unit}]`;
+  function heading(field: ShownQuantity): string {
+    const { name, unit } = shownFields[field];
+    return `${name}${isMoving && field === 'difference' ? ', still moving' : ''} [${unit}]`;
   }
 
   function draw(): void {
+    const notes = added && shown !== 'tissue' ? [element('p', { class: 'note' }, added)] : [];
+    endField().disabled = followsBox().disabled = shown === 'tissue';
+    if (shown === 'tissue') return byId('live-legend').replaceChildren(listed(tissue, 'What the body is made of'));
     const { quantity, unit } = shownFields[shown];
     const range = ranges[shown];
-    const end = endInUnit();
+    const end = endInUnit(shown);
     const numbers = ticks(end).map((value) => {
       const isLast = Math.abs(value - end) < 1e-9 * end;
       return element('span', { style: `left: ${(100 * value) / end}%` }, `${isLast && isExceeded ? '≥ ' : ''}${value}`);
     });
     byId('live-legend').replaceChildren(
-      element('div', { class: 'what' }, heading()),
+      element('div', { class: 'what' }, heading(shown)),
       element('div', { class: 'strip', style: `background: ${gradient(quantity)}` }),
       element('div', { class: 'numbers', 'data-end': end }, ...numbers),
-      ...(added ? [element('p', { class: 'note' }, added)] : []));
+      ...notes);
     followsBox().checked = range.follows();
     byId('live-legend-unit').textContent = unit;
     if (document.activeElement !== endField()) endField().value = String(end); // not while somebody types in it
@@ -74,10 +82,10 @@ export function createLiveLegend(changed: () => void): LiveLegend {
   form().addEventListener('submit', (event) => event.preventDefault());
   form().addEventListener('change', (event) => {
     const input = event.target as HTMLInputElement;
-    const range = ranges[shown];
     if (input.name === 'live-shown') shown = input.value as Shown;
-    else if (input === followsBox()) input.checked ? range.follow() : range.fix();
-    else if (input === endField() && input.valueAsNumber > 0 && input.valueAsNumber < Infinity) range.fix(input.valueAsNumber * shownFields[shown].inUnit);
+    else if (shown !== 'tissue' && input === followsBox()) input.checked ? ranges[shown].follow() : ranges[shown].fix();
+    else if (shown !== 'tissue' && input === endField() && input.valueAsNumber > 0 && input.valueAsNumber < Infinity)
+      ranges[shown].fix(input.valueAsNumber * shownFields[shown].inUnit);
     draw();
     changed();
   });
@@ -85,8 +93,9 @@ export function createLiveLegend(changed: () => void): LiveLegend {
 
   return {
     shown: () => shown,
-    end: () => ranges[shown].end(),
+    end: () => (shown === 'tissue' ? 1 : ranges[shown].end()),
     see(values) {
+      if (shown === 'tissue') return false;
       const range = ranges[shown];
       const largest = largestOf(values);
       const isNew = range.see(largest, performance.now() / 1000);
@@ -101,14 +110,20 @@ export function createLiveLegend(changed: () => void): LiveLegend {
       added = sentence;
       draw();
     },
-    now: () => ({ name: heading(), end: endInUnit(), quantity: shownFields[shown].quantity }),
-    fixedEnd: () => (ranges[shown].follows() ? null : endInUnit()),
+    now: () => (shown === 'tissue' ? tissue : { name: heading(shown), end: endInUnit(shown), quantity: shownFields[shown].quantity }),
+    setTissue(entries) {
+      tissue = entries;
+      draw();
+    },
+    fixedEnd: () => (shown === 'tissue' || ranges[shown].follows() ? null : endInUnit(shown)),
     set(next, fixedEnd) {
       if (radio(next).disabled) return;
       shown = next;
       radio(shown).checked = true;
-      if (fixedEnd === null) ranges[shown].follow();
-      else ranges[shown].fix(fixedEnd * shownFields[shown].inUnit);
+      if (next !== 'tissue') {
+        if (fixedEnd === null) ranges[next].follow();
+        else ranges[next].fix(fixedEnd * shownFields[next].inUnit);
+      }
       draw();
       changed();
     },

@@ -2,7 +2,7 @@
 import { cameraText, placeOf } from '../page/link.ts';
 import type { CameraPlace } from '../picture/camera.ts';
 import { liveSkin, type Skin } from '../picture/materials.ts';
-import { shownFields, type Shown } from './shown_field.ts';
+import { allShown, type Shown } from './shown_field.ts';
 import type { LiveSettings } from './types.ts';
 
 export interface LiveLook {
@@ -56,9 +56,8 @@ export function linkedLook(link: URLSearchParams): LiveLook {
   const cutPlace = Number(place ?? 50);
   const isCut = cutAxis >= 0 && cutPlace >= 0 && cutPlace <= 100;
   const end = Number(link.get('live_end') ?? Number.NaN);
-  const shown = link.get('live_colours') ?? '';
   return {
-    shown: Object.hasOwn(shownFields, shown) ? (shown as Shown) : 'displacement',
+    shown: allShown.find((shown) => shown === link.get('live_colours')) ?? 'displacement',
     end: end > 0 && end < Infinity ? end : null,
     cutAxis: isCut ? String(cutAxis) : '',
     cutPlace: isCut ? cutPlace : 50,

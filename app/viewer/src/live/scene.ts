@@ -5,6 +5,7 @@ import { vesselsLeft } from '../data/vessels.ts';
 import { supportedKey } from '../page/conditions_key.ts';
 import { byId } from '../page/elements.ts';
 import type { PictureFrame } from '../page/save.ts';
+import { tissueEntries } from '../page/patch_legend.ts';
 import { partsOf } from '../page/state.ts';
 import { vesselsKey } from '../page/vessels_key.ts';
 import type { Skin } from '../picture/body.ts';
@@ -16,7 +17,7 @@ import { cutControls, cutOf, listenToLiveCut, setCutControls } from './cut_panel
 import { createForceArrow } from './tool/force_arrow.ts';
 import { createLiveLegend } from './live_legend.ts';
 import type { LiveLook } from './live_link.ts';
-import { differences, shownFields, shownValues } from './shown_field.ts';
+import { colouringOf, differences, shownValues } from './shown_field.ts';
 import { nodesThere, surfacesOf } from './tool/blade/cut_body.ts';
 import { needleMark } from './tool/needle/needle_mark.ts';
 import type { Truth } from './truth.ts';
@@ -104,6 +105,10 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
     showVessels();
     redraw();
   }
+  function chooseSkin(chosen: Skin): void {
+    byId('live-skin').querySelector<HTMLInputElement>(`[value=${chosen}]`)!.checked = true;
+    setSkin(chosen);
+  }
   const noteShift = () => legend.note(skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.');
   /** Lesions are seen in glass, and where the body is cut through them. */
   const showNames = (isCut: boolean) => stage.showNames(skin === 'translucent' ? 'all' : isCut ? 'cut' : 'none');
@@ -122,14 +127,14 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
     const field = legend.shown();
     for (const side of sides) {
       const displacement = shown[side];
-      values[side] = displacement && shownValues(field, displacement, difference, () => (mesh ??= strainMesh(body!.points, body!.tetrahedra)));
+      values[side] = displacement && (field === 'tissue' ? opened!.tissue : shownValues(field, displacement, difference, () => (mesh ??= strainMesh(body!.points, body!.tetrahedra))));
     }
     // The colours of both sides mean the same.
     const changed: readonly Side[] = legend.see(values) ? [0, 1] : sides;
     for (const side of changed) {
       const [displacement, coloured] = [shown[side], values[side]];
       if (!displacement || !coloured) continue;
-      stage.show(side, { displacement, values: coloured, end: legend.end(), quantity: shownFields[field].quantity, skin, exaggeration: 1, node });
+      stage.show(side, { displacement, values: coloured, end: legend.end(), quantity: colouringOf(field), skin, exaggeration: 1, node });
     }
   }
 
@@ -157,11 +162,12 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
       arrow = createForceArrow(sizeOf(next));
       [shown[1], difference, toolAt, waiting] = [null, null, null, null];
       shown[0] = new Float32Array(result.points.length);
-      showVessels();
       setViews(1);
       legend.allowDifference(false);
-      noteShift();
-      redraw();
+      legend.setTissue(tissueEntries(result));
+      // A liver looks like one until somebody asks for numbers.
+      if (result.isAnatomical) legend.set('tissue', null);
+      chooseSkin(result.isAnatomical ? 'translucent' : skin);
     },
     setRemains(next) {
       if (!opened) return;
@@ -200,7 +206,7 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
       }
       redraw(legend.shown() === 'difference' ? [0, 1] : [1]);
     },
-    setSkin,
+    setSkin: chooseSkin,
     setNode(chosen) {
       node = chosen;
       redraw();
@@ -211,8 +217,7 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
       vesselsBox().checked = look.showsVessels;
       setCutControls(look.cutAxis, look.cutPlace);
       showCut();
-      byId('live-skin').querySelector<HTMLInputElement>(`[value=${look.skin}]`)!.checked = true;
-      setSkin(look.skin);
+      chooseSkin(look.skin);
       legend.set(look.shown, look.end);
       if (look.camera) stage.setCameraPlace(look.camera);
     },

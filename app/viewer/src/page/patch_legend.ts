@@ -54,7 +54,7 @@ export function tissueEntries({ lesions, isAnatomical }: Result): ColourEntry[] 
   return [{ name: isAnatomical ? 'liver' : 'body', colour: cssOf(tissueColours.parenchyma), size: '' }, ...of('lesion', isAnatomical ? 'lesion' : 'region inside'), ...of('vessel', 'vessel')];
 }
 
-const listed = (entries: ColourEntry[], label: string) =>
+export const listed = (entries: ColourEntry[], label: string) =>
   element('ul', { class: 'patches', 'aria-label': label }, ...entries.map(({ name, colour, size }) =>
     element('li', {}, element('span', { class: 'swatch', style: `background: ${colour}`, 'aria-hidden': 'true' }), [name, size].filter(Boolean).join(', '))));
 

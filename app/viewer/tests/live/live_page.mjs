@@ -48,7 +48,7 @@ export function createLivePage(browser, address) {
       await at.open(options);
       await page.check('#mode [value=live]', { force: true });
       await at.moving();
-      await page.check('[name=live-skin][value=flat]'); // colours are measured
+      for (const one of ['[name=live-shown][value=displacement]', '[name=live-skin][value=flat]']) await page.check(one); // colours are measured
       await at.set('law', law);
       firstNode = await page.locator('#live-node').inputValue();
     },
