@@ -181,8 +181,9 @@ std::map<std::array<int, 3>, double> moduli_behind_facets(const Body &body) {
 
 double FacetSoftness::at(double circle_over_side) const {
     const double faded = circle_over_side / fades_at;
-    // The last digits of exp() are those of a C library; those of a float are the same everywhere.
-    return double{static_cast<float>(std::max(at_first * std::exp(-faded * faded), least))};
+    // The last digits of exp() are those of a C library; what is left of them is the same everywhere.
+    constexpr double kept = 1e12;
+    return std::max(at_first * (std::round(kept * std::exp(-faded * faded)) / kept), least);
 }
 
 std::vector<TouchedFacet> touched_facets(const Body &body, const LoadCase &load_case, const FacetSoftness &softness) {

@@ -46,9 +46,9 @@ test('what a cut leaves stands on what is left of it', async (t) => {
   await live.page.check('[name=tool][value=blade]');
   await live.page.selectOption('#live-blade-stroke', 'blade');
   const [x, y] = await live.place();
-  await live.page.mouse.move(x - 60, y + 40);
+  await live.page.mouse.move(x - 60, y + 60);
   await live.page.mouse.down();
-  await live.page.mouse.move(x + 60, y + 40, { steps: 4 });
+  await live.page.mouse.move(x + 60, y + 60, { steps: 4 });
   await live.page.mouse.up();
   await live.page.waitForSelector('#live-blade-readings:not([hidden])');
   await live.page.check('[name=tool][value=probe]');

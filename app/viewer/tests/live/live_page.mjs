@@ -2,7 +2,7 @@
 // fast it goes.
 import { readFileSync } from 'node:fs';
 import { basename } from 'node:path';
-import { newPage, shippedFolder, startBrowser, startServer } from '../browser.mjs';
+import { frames, newPage, shippedFolder, startBrowser, startServer } from '../browser.mjs';
 
 /** A server with a result of a liver, a browser, and the live page of that file; stop() ends all. @param loadCase  of shippedFolder() */
 export async function startLivePage(body = 'liver_tumours', loadCase = 'palpation') {
@@ -122,6 +122,7 @@ export function createLivePage(browser, address) {
     async pause() {
       await page.click('#live-pause');
       await at.sleeps();
+      await frames(page); // a picture that was asked for before is drawn by now
     },
     /** Pauses. @return what was done, as rows of the file that is saved */
     async saved() {
