@@ -139,6 +139,7 @@ std::vector<BriefBody> brief_bodies(std::span<const Result> results) {
         if (counts_in_means(result))
             if (auto label = body_label(result, results); known.insert(label).second)
                 bodies.push_back({result.problem.body->name, poisson_ratio(result), std::move(label)});
+    std::ranges::stable_sort(bodies, {}, [](const BriefBody &body) { return is_for_checks(body.name); });
     return bodies;
 }
 

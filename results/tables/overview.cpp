@@ -178,8 +178,13 @@ std::vector<std::pair<std::string, std::string>> bodies_and_models(std::span<con
             if (const std::pair entry{result.problem.body->name, model.name};
                 (!takes_part || takes_part(result)) && std::ranges::find(entries, entry) == entries.end())
                 entries.push_back(entry);
-    std::ranges::stable_sort(entries, {}, &std::pair<std::string, std::string>::first);
+    std::ranges::stable_sort(entries, {},
+                             [](const auto &entry) { return std::pair(is_for_checks(entry.first), entry.first); });
     return entries;
+}
+
+bool is_for_checks(const std::string &body) {
+    return body == "beam";
 }
 
 bool has_several_poisson_ratios(std::span<const Result> results) {

@@ -18,8 +18,12 @@ namespace livermark::results {
 /// The name of the body of a result, with Poisson's ratio of its first region where the results have it with several.
 std::string body_label(const Result &result, std::span<const Result> all);
 
-/// The names of bodies and the names of their models, each pair once: bodies by their names, models in the
-/// order in which they appear.
+/// Whether a body is there to check models, as the beam is, whose solution is known. Tables have it behind those that
+/// somebody has come for.
+bool is_for_checks(const std::string &body);
+
+/// The names of bodies and the names of their models, each pair once: bodies by their names, those that are for checks
+/// behind, models in the order in which they appear.
 /// @param takes_part  whether a result takes part; all do if there is none
 std::vector<std::pair<std::string, std::string>> bodies_and_models(std::span<const Result> results,
                                                                    bool (*takes_part)(const Result &) = nullptr);
