@@ -170,7 +170,7 @@ struct Held {
     int num_lost = 0, num_all = 0; ///< constrained triangles
 };
 
-/// Those of the boundary triangles that are left and marked.
+/// Marked ones of the boundary triangles that are left.
 std::set<std::array<int, 3>> marked_faces(const Remains &before, const std::vector<bool> &is_marked) {
     std::set<std::array<int, 3>> marked;
     for (std::size_t f = 0; f < before.facet.size(); ++f)

@@ -112,7 +112,7 @@ class LiveFemTest : public testing::Test {
         return support::find_named(models::all_models(), model, "model").solve({body, load_case});
     }
 
-    /// That of standing.h5, below what is not held.
+    /// Foundation of standing.h5, below what is not held.
     core::Foundation foundation() const {
         std::vector<int> whole(mesh.boundary_triangles.size());
         for (int f = 0; f < mesh.num_boundary_triangles(); ++f)

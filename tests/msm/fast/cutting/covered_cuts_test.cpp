@@ -203,7 +203,7 @@ template <class MakeTerm> CutTerm cut_term(const MakeTerm &make_term, double lea
             tests::without(now, removed)};
 }
 
-/// What bears a body at the side that cuts go into, every third facet along its normal alone.
+/// Foundation of a body at the side that cuts go into, every third facet along its normal alone.
 std::shared_ptr<const msm::ElasticTerm> springs_below(const core::Body &body, double stiffness) {
     const auto &mesh = body.mesh;
     core::Foundation foundation;
@@ -337,7 +337,7 @@ TEST(TermsBesideKernels, FreeTheEndsOfWhatIsCutThrough) {
     expect_free(msm::vessel_lines);
 }
 
-/// Of the highest frequency after a cut, around it and before it.
+/// Highest frequency after a cut, around it and before it.
 struct Frequencies {
     double around, before, after; // [rad/s]
 };
