@@ -35,13 +35,22 @@ function percentile95(values: number[]): number {
   return [...values].sort((a, b) => a - b)[Math.ceil(0.95 * values.length) - 1] ?? Number.NaN;
 }
 
-/** Where the force is read: a body that is slower than life also answers a tool later. */
-function showPace(part: number): void {
+/**
+ * Where the force is read: a body that is slower than life also answers a tool later.
+ * @param part      simulated over real time
+ * @param solving   part of the real time that steps took
+ * @param timeStep  of one of them [s]
+ */
+function showPace(part: number, solving: number, timeStep: number): void {
   const isSlow = part <= 0.97;
   const times = Number((1 / part).toPrecision(2));
+  // Steps alone do not let it be faster, or something else takes the time.
+  const why = solving > part * 0.97 || !(timeStep > 0) ? `each of its ${Math.round(1 / timeStep)} steps takes ${millimetres((solving / part) * timeStep)} ms here` : 'drawing takes the time';
   tell('live-pace-now', part, part.toFixed(2));
-  tell('live-pace', part, isSlow ? `Slower than real time: 1 s of motion takes ${times} s.` : '');
+  tell('live-pace', part, isSlow ? `Slower than real time: 1 s of motion takes ${times} s, because ${why}.` : '');
   byId('live-pace').hidden = !isSlow;
+  const engine = byId<HTMLSelectElement>('live-engine');
+  byId('live-faster').hidden = !isSlow || engine.value === 'native' || engine.options[1]!.disabled;
 }
 
 const span = 1; // that medians and the pace are taken over [s]
@@ -56,7 +65,8 @@ export interface Budget {
   draw(seconds: number): void;
 }
 
-export function createBudget(): Budget {
+/** @param timeStep  of the springs now [s] */
+export function createBudget(timeStep: () => number): Budget {
   let spent: (Timing & { at: number })[] = [];
   let work: { at: number; seconds: number }[] = []; // that each answer took for a frame of motion
   let drawn: { at: number; seconds: number }[] = [];
@@ -78,7 +88,8 @@ export function createBudget(): Budget {
     milliseconds('live-drawing', drawn.map(({ seconds }) => seconds));
     const sum = (of: (t: Timing) => number) => spent.reduce((total, t) => total + of(t), 0);
     // The first steps are few, to see how long they take.
-    if (sum((t) => t.elapsed) > 0.5 * span) showPace(sum((t) => t.simulated) / sum((t) => t.elapsed));
+    const elapsed = sum((t) => t.elapsed);
+    if (elapsed > 0.5 * span) showPace(sum((t) => t.simulated) / elapsed, sum((t) => t.solver) / elapsed, timeStep());
   }
   return {
     spend(timing) {
@@ -89,7 +100,7 @@ export function createBudget(): Budget {
     },
     rest() {
       spent = [];
-      byId('live-pace').hidden = true;
+      byId('live-pace').hidden = byId('live-faster').hidden = true;
     },
     draw: (seconds) => drawn.push({ at: performance.now() / 1000, seconds }),
   };

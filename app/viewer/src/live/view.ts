@@ -60,7 +60,8 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   let wasPaused = false; // before it was hidden
   let numStarted = 0;
   let tracedAt = 0;
-  const budget = createBudget();
+  let timeStep = 0; // [s]
+  const budget = createBudget(() => timeStep);
   const undoing = createUndo();
   const reading = createNodeReading();
   const canvas = document.querySelector<HTMLCanvasElement>('#live-stage canvas')!;
@@ -186,6 +187,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     },
     chosen(asked, chosen) {
       settings = asked;
+      timeStep = chosen.timeStep;
       entries.push({ kind: 'choose', settings: asked, chosen });
       following.choose(asked);
       showSettings(asked);
@@ -277,6 +279,11 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   listenToKeys(canvas, () => scene.stage, { ...handling, touch, pause, step, undo });
   listenToSettings(() => settings, (asked) => (say(''), note(fitting), session?.choose(asked)), say);
   byId('live-engine').addEventListener('change', () => whole && void start(whole));
+  byId('live-faster').addEventListener('click', () => {
+    byId('live-faster').hidden = true;
+    byId<HTMLSelectElement>('live-engine').value = 'native';
+    if (whole) void start(whole);
+  });
   byId('live-pause').addEventListener('click', pause);
   byId('live-step-once').addEventListener('click', step);
   nodeField().addEventListener('input', showWaiting);
