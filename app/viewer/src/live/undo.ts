@@ -1,12 +1,13 @@
 // Back to before the last tool or cut: the tool and what there was of the body then. Where the body was, its engine keeps.
 import { byId } from '../page/elements.ts';
 import type { ToolState } from './tool/tool_state.ts';
-import type { CutAnswer } from './tool/blade/types.ts';
+import type { CutAnswer, CutRequest } from './tool/blade/types.ts';
 
 /** What there was before. */
 export interface Before {
   toolState: ToolState;
   cut: CutAnswer | null; // the last cut then
+  cuts: CutRequest[]; // all of them
 }
 
 export interface Undo {

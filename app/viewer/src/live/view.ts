@@ -7,6 +7,7 @@ import { watchPageColours } from '../picture/page_colours.ts';
 import { showDisc } from './tool/disc.ts';
 import { startFollowing, type Following } from './following.ts';
 import { atRest, goOn, isHolding, letGo, take, toolOf, type ToolState } from './tool/tool_state.ts';
+import { linkedDone, writeDone, type Done, type HeldTool } from './done_link.ts';
 import { linkedLook, linkedSettings, writeLiveLink } from './live_link.ts';
 import { liveFrame } from './live_picture.ts';
 import { chosenStroke, drawStroke, listenToBlade, showCut, showRegions } from './tool/blade/blade_panel.ts';
@@ -50,6 +51,8 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   let body: LiveBody | null = null;
   let whole: LiveBody | null = null; // before all cuts
   let lastCut: CutAnswer | null = null; // whose remains the body is
+  let cuts: CutRequest[] = []; // that have been made
+  let linked: Done | null = null; // what a link says that is still to be done
   let undone: Before | null = null; // that the engine is asked to go back to
   let session: Session | null = null;
   let settings: LiveSettings | null = null;
@@ -75,6 +78,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     showToolState(toolState);
     showWaiting();
     session?.wake();
+    changed();
   }
   /** The probe stands beside the node that it would touch, so that one sees what there is to touch with. */
   function showWaiting(): void {
@@ -88,7 +92,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     return { target, values: valuesOf(toolState.radius.needle, isCapsuleWhole()) };
   }
   function takeAt(place: Parameters<Handling['take']>[0]): void {
-    undoing.keep({ toolState, cut: lastCut });
+    undoing.keep({ toolState, cut: lastCut, cuts });
     session?.keep();
     change(take(toolState, place, toolState.kind === 'needle' ? needleAt(place) : null));
   }
@@ -154,6 +158,19 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     if (next.kind === 'needle' && toolState.kind !== 'needle') showGlass();
     change(next);
   }
+  /** Goes on with what a link says, in its order. */
+  function doLinked(): void {
+    const next = linked?.cuts.shift();
+    if (next) return cut(next);
+    const tool = linked?.tool;
+    linked = null;
+    if (tool) takeLinked(tool);
+  }
+  function takeLinked({ kind, radius, grasp }: HeldTool): void {
+    undoing.keep({ toolState, cut: lastCut, cuts });
+    session?.keep();
+    changeTool({ ...toolState, kind, radius: { ...toolState.radius, [kind]: radius }, grasp });
+  }
   const letToolGo = () => change(letGo(toolState));
   const pause = () => session?.pause(!isPaused);
   const step = () => session?.step();
@@ -195,11 +212,13 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       byId('live').dataset['state'] = 'moving';
       note('');
       changed();
+      doLinked();
     },
     wasReset() {
       entries.push({ kind: 'reset' });
       letToolGo();
       undoing.forget();
+      cuts = [];
       showRemains(null);
     },
     wasKept() {
@@ -207,19 +226,25 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     },
     wasRestored() {
       entries.push({ kind: 'undo' });
+      cuts = undone?.cuts ?? [];
       showRemains(undone?.cut ?? null);
+      changed();
     },
     wasCut(request, answer) {
       entries.push({ kind: 'cut', request, answer });
-      undoing.keep({ toolState: letGo(toolState), cut: lastCut });
+      undoing.keep({ toolState: letGo(toolState), cut: lastCut, cuts });
+      cuts = [...cuts, request];
       showRemains(answer);
+      changed();
       note('');
       // What was cut out of the inside is seen through glass alone.
       if (request.tool.kind === 'region') showGlass();
+      doLinked();
     },
     notCut(error) {
       note('');
       complain(error);
+      doLinked();
     },
     slept(isAsleep, isAtRest) {
       byId('live').dataset['asleep'] = String(isAsleep);
@@ -252,6 +277,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     session?.close();
     session = null;
     entries = [];
+    cuts = [];
     showRemains(null);
     frame = null;
     undoing.forget();
@@ -318,13 +344,21 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       if (!isServed || !HAS_KERNEL) engines.value = isServed ? 'native' : 'wasm';
       if (!isServed && !HAS_KERNEL) return say(`This page has no springs of its own; open the file with \`livermark view\`, or run scripts/live-kernel and make the page again.`);
       settings = isLinked ? linkedSettings(view, settingsOf(next)) : null;
+      linked = isLinked ? linkedDone(view, next.points.length / 3) : null;
       await start(next);
       if (!isLinked || next !== whole) return;
       const look = linkedLook(view);
       if (look.hasElements) following.switchOn();
       scene.setLook(look);
     },
-    link: () => settings && writeLiveLink(settings, { ...scene.look(), hasElements: following.isOn() }),
+    link() {
+      if (!settings) return null;
+      const link = writeLiveLink(settings, { ...scene.look(), hasElements: following.isOn() });
+      // What is not done yet is in the link all the same.
+      if (linked) writeDone(link, [...cuts, ...linked.cuts], linked.tool ? { ...toolState, kind: linked.tool.kind, radius: { ...toolState.radius, [linked.tool.kind]: linked.tool.radius }, grasp: linked.tool.grasp } : toolState);
+      else writeDone(link, cuts, toolState);
+      return link;
+    },
     hide() {
       wasPaused = isPaused;
       letToolGo();

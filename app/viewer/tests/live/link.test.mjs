@@ -56,8 +56,34 @@ test('a link made in Live opens the same springs, colours, cut, camera and FEM i
   assert.equal(await live.isShown('stage'), false);
 });
 
+test('cuts and a tool that stays are in the link, and survive a reload', async () => {
+  await live.goLive({});
+  const { page } = live;
+  await live.set('alpha', '60');
+  await page.check('[name=tool][value=blade]');
+  await page.click('#live-blade-cut');
+  await page.waitForSelector('#live-blade-readings:not([hidden])');
+  const taken = await live.text('blade-taken');
+  await page.check('[name=tool][value=probe]');
+  await live.poke();
+  await live.rests();
+  const force = await live.value('force');
+  assert.match(await fragment(page), /&live_done=region,1,5,1,[01]&live_tool=probe,12,/);
+  await page.reload();
+  await live.moving();
+  await page.waitForSelector('#live-blade-readings:not([hidden])');
+  await live.above('indentation', 0.001);
+  await live.rests();
+  assert.equal(await live.text('blade-taken'), taken);
+  assert.ok(Math.abs((await live.value('force')) / force - 1) < 1e-3, `${await live.value('force')} after ${force} N`);
+  // Whole again, nothing of it is in the link.
+  await page.click('#live-reset');
+  await page.waitForSelector('#live-blade-readings', { state: 'hidden' });
+  assert.doesNotMatch(await fragment(page), /live_done|live_tool/);
+});
+
 test('a live link that makes no sense opens Live as it is at first', async () => {
-  await live.open({}, `${server.address}#${file}?mode=live&law=van_gelder&nu=9&young=-1&alpha=x&live_colours=toString&live_end=-3&live_cut=w,900&live_surface=&live_camera=1,2`);
+  await live.open({}, `${server.address}#${file}?mode=live&law=van_gelder&nu=9&young=-1&alpha=x&live_colours=toString&live_end=-3&live_cut=w,900&live_surface=&live_camera=1,2&live_done=region,99999,x&live_done=blade,1&live_tool=probe,1,1e9`);
   await live.moving();
   assert.equal(await live.page.locator('#message').isVisible(), false);
   assert.deepEqual((await said()).numbers.slice(0, 4), ['van_gelder', '5', '0.45', '10']);
