@@ -1,7 +1,7 @@
 // What of the live page is in a link, as text: the springs, what the colours show, the cut, the camera. Lengths in mm, stress in kPa.
 import { cameraText, placeOf } from '../page/link.ts';
 import type { CameraPlace } from '../picture/camera.ts';
-import { liveSkin, type Skin } from '../picture/materials.ts';
+import type { Skin } from '../picture/materials.ts';
 import { allShown, type Shown } from './shown_field.ts';
 import type { LiveSettings } from './types.ts';
 
@@ -50,18 +50,19 @@ export function linkedSettings(link: URLSearchParams, without: LiveSettings): Li
   return settings;
 }
 
-export function linkedLook(link: URLSearchParams): LiveLook {
+/** @param first  what is seen without a link, which counts for what this does not say */
+export function linkedLook(link: URLSearchParams, first: Pick<LiveLook, 'shown' | 'skin'>): LiveLook {
   const [axis, place] = link.get('live_cut')?.split(',') ?? [];
   const cutAxis = 'xyz'.indexOf(axis || '-');
   const cutPlace = Number(place ?? 50);
   const isCut = cutAxis >= 0 && cutPlace >= 0 && cutPlace <= 100;
   const end = Number(link.get('live_end') ?? Number.NaN);
   return {
-    shown: allShown.find((shown) => shown === link.get('live_colours')) ?? 'displacement',
+    shown: allShown.find((shown) => shown === link.get('live_colours')) ?? first.shown,
     end: end > 0 && end < Infinity ? end : null,
     cutAxis: isCut ? String(cutAxis) : '',
     cutPlace: isCut ? cutPlace : 50,
-    skin: skins.find(([, name]) => name === link.get('live_surface'))?.[0] ?? liveSkin,
+    skin: skins.find(([, name]) => name === link.get('live_surface'))?.[0] ?? first.skin,
     showsVessels: link.get('live_vessels') !== 'off',
     hasElements: link.get('fem') === 'on',
     camera: placeOf(link.get('live_camera')),

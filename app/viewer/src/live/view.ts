@@ -347,7 +347,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       linked = isLinked ? linkedDone(view, next.points.length / 3) : null;
       await start(next);
       if (!isLinked || next !== whole) return;
-      const look = linkedLook(view);
+      const look = linkedLook(view, scene.look());
       if (look.hasElements) following.switchOn();
       scene.setLook(look);
     },

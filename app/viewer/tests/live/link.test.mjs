@@ -87,7 +87,7 @@ test('a live link that makes no sense opens Live as it is at first', async () =>
   await live.moving();
   assert.equal(await live.page.locator('#message').isVisible(), false);
   assert.deepEqual((await said()).numbers.slice(0, 4), ['van_gelder', '5', '0.45', '10']);
-  assert.equal((await said()).colours, 'displacement');
+  assert.deepEqual([(await said()).colours, (await said()).surface], ['tissue', 'translucent']);
 });
 
 test('the picture of Live has twice the pixels of the screen', async () => {
