@@ -24,10 +24,10 @@ try {
   await page.check('#live-stays');
   await page.click('#live-view');
   const { x, y, width, height } = await page.locator('#live-stage canvas').boundingBox();
-  await page.mouse.click(x + 0.17 * width, y + 0.5 * height);
+  await page.mouse.click(x + 0.27 * width, y + 0.58 * height);
   await page.locator('#live-depth').fill('10');
   await page.locator('#live-stage canvas').focus();
-  for (let i = 0; i < 4; i++) await page.keyboard.press('ArrowLeft');
+  for (let i = 0; i < 2; i++) await page.keyboard.press('ArrowLeft');
   for (let i = 0; i < 2; i++) await page.keyboard.press('ArrowDown');
   await page.waitForFunction(() => document.querySelector('#live-fem-readings').dataset.judged === 'true' && Number(document.querySelector('#live-indentation').dataset.value) > 0.005);
   await page.screenshot({ path: out });
