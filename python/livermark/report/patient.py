@@ -82,21 +82,30 @@ def _left_out(result: Result) -> str:
 
 
 def _regions(result: Result, said: Optional[dict[str, Any]]) -> Table:
-    """Volume and material of each region, and where the material comes from."""
+    """Volume and material of each region."""
     with result.open() as file:
         volume = numpy.bincount(file.region, tetrahedron_volumes(file.points, file.tetrahedra), len(file.region_names))
         names, materials = cleaned(file.region_names), file.materials
     rows = []
     for r, region in enumerate(names):
         voxels = _number(said, "image", "volumes", region)
-        of_region = ((said or {}).get("regions") or {}).get(region) if isinstance((said or {}).get("regions"), dict) else None
-        source = with_signs(str(of_region.get("source", "-"))) if isinstance(of_region, dict) else "-"
         off = round(PERCENT * (volume[r] / voxels - 1.0), 1) + 0.0 if voxels > 0.0 else math.nan
         rows.append([region, fixed(1e6 * volume[r], 2), fixed(1e6 * voxels, 2), fixed(off, 1), fixed(1e-3 * materials["young_modulus"][r], 1),
-                     f"{materials['poisson_ratio'][r]:g}", f"{materials['density'][r]:g}", source])
+                     f"{materials['poisson_ratio'][r]:g}", f"{materials['density'][r]:g}"])
     return Table([Column("region"), Column("mesh [mL]", True), Column("voxels [mL]", True), Column("off [%]", True),
-                  Column("Young's modulus [kPa]", True), Column("Poisson's ratio", True), Column("density [kg/m³]", True),
-                  Column("material from")], rows)
+                  Column("Young's modulus [kPa]", True), Column("Poisson's ratio", True), Column("density [kg/m³]", True)],
+                 rows)
+
+
+def _sources(result: Result, said: Optional[dict[str, Any]]) -> list[str]:
+    """Where the material of each region comes from, a sentence for regions with the same source."""
+    tables = (said or {}).get("regions")
+    regions: dict[str, list[str]] = {}
+    for region in result.regions:
+        of_region = tables.get(region) if isinstance(tables, dict) else None
+        if isinstance(of_region, dict) and isinstance(of_region.get("source"), str):
+            regions.setdefault(with_signs(of_region["source"]), []).append(region)
+    return [f"Material of {', '.join(names)}: {source.rstrip('.')}." for source, names in regions.items()]
 
 
 def facts(data: ReportData, label: str, cases: list[Result]) -> Markup:
@@ -105,7 +114,7 @@ def facts(data: ReportData, label: str, cases: list[Result]) -> Markup:
     if not is_patient(first):
         return Markup("")
     said = body_file(first, data.folder)
-    sentences = [_orientation(first), _distance(said, first), _held(cases), _left_out(first)]
+    sentences = [_orientation(first), _distance(said, first), *_sources(first, said), _held(cases), _left_out(first)]
     html = paragraph("A patient's body. What was found, and what was assumed:") + bullets([text for text in sentences if text])
     html += figure("table", table(_regions(first, said)), f"{label}: volume and material of each region.", [first.command])
     return html + Markup("<details>\n<summary>Remarks of the readers of this body</summary>\n{}</details>\n").format(
