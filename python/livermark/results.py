@@ -214,6 +214,12 @@ class ResultFile:
         return _attributes(self._file["mesh"]).get("assumptions", [])
 
     @property
+    def patch_confidence(self) -> Optional[float]:
+        """How clear the orientation of a liver is, from 0 to 1; None where patches were not found by its shape."""
+        confidence = _attributes(self._file["mesh/boundary_patch"]).get("confidence") if "boundary_patch" in self._file["mesh"] else None
+        return None if confidence is None else float(confidence)
+
+    @property
     def boundary_triangles(self) -> NDArray[np.int64]:
         """(T, 3) node numbers, right-handed seen from outside"""
         return self._file["mesh/boundary_triangles"][:]

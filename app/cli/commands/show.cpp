@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -9,6 +10,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
@@ -105,10 +107,16 @@ int print(const TableOptions &options) {
 struct ReportOptions {
     std::string folder;
     std::string output;
+    bool has_figures = false; ///< as files too
 };
 
-std::string page_of(const studies::ReportData &data, const std::string &command_line) {
-    return support::run_python("report", {}, studies::report_tables(data, command_line), "a report",
+/// @param figures  folder for the figures as files; empty for none
+std::string page_of(const studies::ReportData &data, const std::string &command_line,
+                    const std::filesystem::path &figures) {
+    std::vector<std::string> arguments;
+    if (!figures.empty())
+        arguments = {"--figures", std::filesystem::absolute(figures).string()};
+    return support::run_python("report", arguments, studies::report_tables(data, command_line), "a report",
                                "python3-matplotlib python3-jinja2 python3-h5py");
 }
 
@@ -124,22 +132,42 @@ std::optional<std::pair<std::string, std::string>> refused_by_python(const std::
     return std::pair(file, sentence);
 }
 
+/// Takes the names of the figures that were written from the start of what livermark.report prints: a line "figures", a
+/// name in each line, and an empty line before the page.
+std::vector<std::string> take_figures(std::string &page) {
+    constexpr std::string_view start = "figures\n";
+    std::vector<std::string> names;
+    if (!page.starts_with(start))
+        return names;
+    auto place = start.size();
+    for (auto end = page.find('\n', place); end != std::string::npos && end != place; end = page.find('\n', place)) {
+        names.push_back(page.substr(place, end - place));
+        place = end + 1;
+    }
+    page.erase(0, std::min(place + 1, page.size()));
+    return names;
+}
+
 int make_report(const ReportOptions &options, const std::string &command_line) {
     const std::filesystem::path folder = options.folder;
     const std::filesystem::path output =
         options.output.empty() ? folder / "report.html" : std::filesystem::path(options.output);
+    const auto figures = options.has_figures ? output.parent_path() / "figures" : std::filesystem::path();
     auto data = studies::read_report_data(folder);
     support::check_place(output);
     std::map<std::string, std::string> left_out;
-    auto page = page_of(data, command_line);
+    auto page = page_of(data, command_line, figures);
     while (const auto refused = refused_by_python(page)) {
         if (!left_out.insert(*refused).second)
             throw support::InputError(refused->second);
         data = studies::read_report_data(folder, left_out);
-        page = page_of(data, command_line);
+        page = page_of(data, command_line, figures);
     }
+    const auto names = take_figures(page);
     support::write_whole(output, page);
     fmt::print("{}\n", output.string());
+    for (const auto &name : names)
+        fmt::print("{0}.svg\n{0}.pdf\n", (figures / name).string());
     for (const auto &fault : data.faults)
         fmt::print(stderr, "livermark: left out: {}\n", fault);
     return data.faults.empty() ? 0 : 1;
@@ -311,6 +339,10 @@ Command add_report(CLI::App &parent, const std::string &command_line) {
                      "Folder with files of 'livermark run', 'stability' and step_benchmark --hdf5")
         ->capture_default_str();
     command->add_option("-o,--output", options->output, "The HTML file; by default <folder>/report.html");
+    command->add_flag(
+        "--figures", options->has_figures,
+        "Write each figure as .svg and .pdf too, into a folder figures beside the HTML file, and print their "
+        "paths");
     return [options, command_line] { return make_report(*options, command_line); };
 }
 

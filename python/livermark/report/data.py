@@ -10,16 +10,18 @@ import math
 import pathlib
 import re
 from dataclasses import dataclass
-from typing import Any, Iterator, Optional
+from typing import Any, Callable, Iterable, Iterator, Optional, TypeVar
 
 import h5py
 import numpy
 
 from livermark.errors import InputError
 from livermark.hdf5_files import damaged, open_hdf5
+from livermark.report import order
 from livermark.results import ResultFile, _attributes
 from livermark.studies.tables import Column, Table, percent
 
+_T = TypeVar("_T")
 _NO_CHARACTER = re.compile("[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
 
 
@@ -58,7 +60,14 @@ def number(value: Any) -> float:
 
 
 def table_of(layout: dict) -> Table:
-    return Table([Column(column["title"], column["is_number"]) for column in layout["columns"]], layout["rows"])
+    """With the sign of the page for an uncertainty."""
+    return Table([Column(with_signs(column["title"]), column["is_number"]) for column in layout["columns"]],
+                 [[with_signs(cell) for cell in row] for row in layout["rows"]])
+
+
+def with_signs(text: str) -> str:
+    """A text of the program, which prints +- where a page has a sign."""
+    return text.replace("+-", "±")
 
 
 @dataclass(frozen=True)
@@ -72,6 +81,7 @@ class Model:
     max_error: float  #: [m]
     stiffness: float  #: at the tool, force over displacement over that of the reference, minus 1; NaN without one
     is_within_uncertainty: bool
+    summary: str  #: what it is, in a line
     is_spring_model: bool  #: is made of springs or moves in explicit steps: finite elements are what it is measured by
 
     @property
@@ -89,9 +99,11 @@ class Result:
     body: str
     load_case: str
     title: str
+    regions: list[str]  #: names
     has_motion: bool
     poisson_ratio: float
     assumptions: list[str]
+    patch_confidence: Optional[float]  #: from 0 to 1, how clear the orientation of a liver is; None where nobody looked for it
     provenance: dict[str, Any]
     uncertainty: Optional[dict[str, Any]]  #: of the reference, as /reference has it
     models: dict[str, Model]
@@ -140,7 +152,7 @@ def _model(file: ResultFile, name: str) -> Model:
                  relative_l2=comparison.get("relative_l2", math.nan), max_error=comparison.get("max_error", math.nan),
                  stiffness=comparison.get("worst_stiffness_at_tool", comparison.get("stiffness_at_tool", math.nan)),
                  is_within_uncertainty=comparison.get("within_uncertainty", 0) == 1,
-                 is_spring_model=model.moves_in_steps)
+                 summary=cleaned(str(model.attributes.get("summary", ""))), is_spring_model=model.moves_in_steps)
 
 
 def read_result(path: pathlib.Path, told: dict) -> Result:
@@ -150,8 +162,9 @@ def read_result(path: pathlib.Path, told: dict) -> Result:
         models = [_model(result, name) for name in result.models]
         return Result(path=path, file=told["file"], label=told["label"], body=cleaned(result.body),
                       load_case=cleaned(load_case["name"]), title=cleaned(load_case["title"]),
+                      regions=cleaned(result.region_names),
                       has_motion=result.has_motion, poisson_ratio=float(result.materials["poisson_ratio"][0]),
-                      assumptions=cleaned(result.assumptions), provenance=cleaned(result.provenance),
+                      assumptions=cleaned(result.assumptions), patch_confidence=result.patch_confidence, provenance=cleaned(result.provenance),
                       uncertainty=cleaned(result.reference), models={model.name: model for model in models},
                       counts=told["counts"], leaves_regime=told["leaves_regime"], remarks=told["remarks"])
 
@@ -184,11 +197,46 @@ class ReportData:
         self.command: str = told["command"]
         self.faults: list[str] = told["faults"]  #: a sentence for each file that is left out
         self.others: list[str] = told["others"]  #: files of other kinds
-        self.results = [self._result(entry) for entry in told["results"]]  #: of small deformations
-        self.large = [self._result(entry) for entry in told["large"]]  #: never beside the others
-        self.tables = {name: table_of(layout) for name, layout in told["tables"].items()}
+        self._regions: dict[str, list[str]] = {}  # of each body and label
+        results, large = ([self._result(entry) for entry in told[kind]] for kind in ("results", "large"))
+        self.results = self.in_order(results, lambda result: result.label)  #: of small deformations
+        self.large = self.in_order(large, lambda result: result.label)  #: never beside the others
         self.smallest_felt_difference = number(told["smallest_felt_difference"])  #: of stiffness at the tool
-        self.told = told  #: the rest, as livermark::studies::report_tables() says
+        self.told = self._in_order_of_bodies(told)  #: the rest, as livermark::studies::report_tables() says
+        self.tables = {name: self._table_in_order(table_of(layout)) for name, layout in told["tables"].items()}
+
+    def in_order(self, items: Iterable[_T], body_of: Callable[[_T], str]) -> list[_T]:
+        """The same in the order of bodies, which every section has. body_of: the body or the label of an item."""
+        return sorted(items, key=lambda item: order.place(body_of(item), self._regions.get(body_of(item), ())))
+
+    def _in_order_of_bodies(self, told: dict) -> dict:
+        told = dict(told)
+        for kind, key in (("brief", "body"), ("large_brief", "body"), ("large_bodies", "label"), ("slow", "label"),
+                          ("large_slow", "label")):
+            told[kind] = self.in_order(told[kind], lambda item, key=key: item[key])
+        for kind in ("arenas", "experiments", "needles", "stability"):
+            told[kind] = self.in_order(told[kind], lambda item: self._body_of(item["file"]))
+        told["sensitivities"] = self.in_order(told["sensitivities"], self._body_of)
+        told["standings"] = {kind: self.in_order(standings, lambda standing: standing["body"])
+                             for kind, standings in told["standings"].items()}
+        return told | {name: with_signs(text) for name, text in told.items() if name.endswith(("reference", "legend"))}
+
+    def _body_of(self, file: str) -> str:
+        with self.open(file) as opened:
+            return str(attributes_of(opened).get("body", ""))
+
+    def _table_in_order(self, made: Table) -> Table:
+        """Rows by the body in their first cell, or columns by the one in their titles."""
+        titles = [column.title for column in made.columns]
+        if titles[:1] == ["body"]:
+            return Table(made.columns, self.in_order(made.rows, lambda row: row[0]))
+        labels = sorted(self._regions, key=len)
+        of_column = [next((label for label in reversed(labels) if title.startswith((f"{label} [", f"{label}: "))), None)
+                     for title in titles]
+        first = [c for c, label in enumerate(of_column) if label is None]
+        columns = first + self.in_order((c for c, label in enumerate(of_column) if label is not None),
+                                        lambda c: of_column[c] or "")
+        return Table([made.columns[c] for c in columns], [[row[c] for c in columns] for row in made.rows])
 
     @property
     def has_no_results(self) -> bool:
@@ -197,7 +245,9 @@ class ReportData:
         return not any(self.told[kind] for kind in kinds)
 
     def _result(self, entry: dict) -> Result:
-        return read_result(self.folder / entry["file"], entry)
+        result = read_result(self.folder / entry["file"], entry)
+        self._regions[result.label] = self._regions[result.body] = result.regions
+        return result
 
     @contextlib.contextmanager
     def open(self, file: str) -> Iterator[h5py.File]:

@@ -9,14 +9,13 @@ import re
 from typing import Sequence
 
 import matplotlib
-import numpy
 from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
-from livermark.report import colours
+from livermark.report import colours, figure_files
 from livermark.report.data import cleaned
 
 PIXELS_PER_INCH = 72.0  # a point of Matplotlib is a pixel then
@@ -108,8 +107,9 @@ def _add_key(axes: Axes, width: float) -> float:
     return rows * KEY_LINE + 8.0
 
 
-def finish(axes: Axes) -> Markup:
-    """The figure as inline SVG, with a key below it if its series have names."""
+def finish(axes: Axes, kind: str = "") -> Markup:
+    """The figure as inline SVG, with a key below it if its series have names. kind: ends the name of its files; by default its
+    title."""
     figure = axes.figure
     with matplotlib.rc_context(SETTINGS):
         width, height = figure.get_size_inches() * PIXELS_PER_INCH
@@ -118,6 +118,7 @@ def finish(axes: Axes) -> Markup:
             height += key
             figure.set_size_inches(width / PIXELS_PER_INCH, height / PIXELS_PER_INCH)
             figure.subplots_adjust(bottom=(BOTTOM + key) / height, top=1.0 - TOP / height)
+        figure_files.keep(lambda: figure, SETTINGS, kind or axes.get_title("left"))
         return to_svg(figure, axes.get_title("left"), "plot")
 
 
@@ -155,19 +156,3 @@ def numbered(page: str) -> str:
         prefix = f"s{next(numbers)}-"
         return re.sub(r'( id="|href="#|url\(#)', rf"\g<1>{prefix}", svg[0])
     return re.sub(r"<svg.*?</svg>", renamed, page, flags=re.DOTALL)
-
-
-def gradient(colour_map, largest: float, title: str) -> Markup:
-    """A bar of the colours from 0 to a length, with ticks."""
-    with matplotlib.rc_context(SETTINGS):
-        axes = Figure(figsize=(232 / PIXELS_PER_INCH, 52 / PIXELS_PER_INCH)).add_axes((6 / 232, 22 / 52, 220 / 232, 12 / 52))
-        axes.imshow(numpy.linspace(0.0, 1.0, 128)[None], cmap=colour_map, aspect="auto", extent=(0.0, largest, 0.0, 1.0),
-                    interpolation="none")
-        axes.set_title(title, fontsize=TEXT, fontweight="normal", pad=5.0)
-        axes.grid(False)
-        axes.yaxis.set_visible(False)
-        for spine in axes.spines.values():
-            spine.set_visible(False)
-        axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-        axes.xaxis.set_major_formatter(FuncFormatter(tick_label))
-        return to_svg(axes.figure, title, "bar")

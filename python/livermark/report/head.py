@@ -1,19 +1,17 @@
-"""The first page of a report: what each body is, which models to trust there, in words and two figures, and what it was made
-from."""
+"""The first page of a report: a picture, the terms, what each body is, which models to trust there, and what it was made from."""
 from __future__ import annotations
 
 import math
-import statistics
 from typing import NamedTuple, Optional
 
 import matplotlib
 import numpy
 from markupsafe import Markup
 
-from livermark.report import colours, figures, surfaces
+from livermark.report import colours, figures, first_picture, patient, reference, surfaces, words
 from livermark.report.data import ReportData, Result, cleaned, commands_of, number
 from livermark.report.parts import bullets, figure, paragraph, plots, subsection
-from livermark.report.sections import pictures
+from livermark.report.reference import OWN_ERROR, of_reference, own_error, own_error_sentence
 from livermark.studies.tables import MILLIMETRES, PERCENT, fixed
 from livermark.vessels import vessels_of
 from livermark.volumes import tetrahedron_volumes
@@ -41,19 +39,21 @@ def _numbers(rows: list[dict]) -> dict[str, list[Numbers]]:
     return bodies
 
 
-def _best_springs(rows: list[Numbers], felt: float) -> list[str]:
-    """A sentence on the springs whose larger number is smallest, so that both are good; as `livermark run` ends."""
+def best_springs(rows: list[Numbers]) -> list[Numbers]:
+    """Those whose larger number is smallest first, so that both are good; as `livermark run` ends. Without a tool by position."""
     springs = [row for row in rows if row.is_spring_model and math.isfinite(row.error)]
     with_tool = [row for row in springs if math.isfinite(row.stiffness)]
-    if with_tool:
-        with_tool.sort(key=lambda row: max(row.error, row.stiffness))
-        names = ", ".join(f"{row.model} ({fixed(PERCENT * row.stiffness, 1)} and {fixed(PERCENT * row.error, 1)} %)"
-                          for row in with_tool[:MOST_NAMED])
+    return sorted(with_tool or springs, key=lambda row: max(row.error, row.stiffness) if with_tool else row.error)
+
+
+def _best_springs(rows: list[Numbers], felt: float) -> list[str]:
+    best = best_springs(rows)[:MOST_NAMED]
+    if best and math.isfinite(best[0].stiffness):
+        names = ", ".join(f"{row.model} ({fixed(PERCENT * row.stiffness, 1)} and {fixed(PERCENT * row.error, 1)} %)" for row in best)
         return [f"The most accurate springs, by the larger error of that under the tool and that in position, are {names}. "
                 f"A hand feels {PERCENT * felt:.0f} %."]
-    springs.sort(key=lambda row: row.error)
-    names = ", ".join(f"{row.model} {fixed(PERCENT * row.error, 1)} %" for row in springs[:MOST_NAMED])
-    return [f"In position the most accurate springs are {names}."] if springs else []
+    names = ", ".join(f"{row.model} {fixed(PERCENT * row.error, 1)} %" for row in best)
+    return [f"In position the most accurate springs are {names}."] if best else []
 
 
 def _always_felt_right(cases: list[Result], felt: float) -> Optional[tuple[list[str], int]]:
@@ -80,13 +80,11 @@ def _sentences(rows: list[Numbers], cases: list[Result], felt: float) -> list[st
         if row.model in BASELINES and math.isfinite(row.error):
             at_tool = f", and {fixed(PERCENT * row.stiffness, 1)} % under the tool" if math.isfinite(row.stiffness) else ""
             sentences.append(f"Linear tetrahedra ({row.model}) are {fixed(PERCENT * row.error, 1)} % off in position{at_tool}.")
-    known = [result.reference_error for result in cases if result.uncertainty]
-    if known:
-        sentences.append(f"The reference is uncertain by {fixed(PERCENT * statistics.median(known), 2)} % in position.")
+    sentences.append(own_error_sentence(cases))
     failed = sorted({model.name for result in cases for model in result.models.values() if model.status != "ok"})
     if failed:
         sentences.append(f"Without a solution under some load case: {', '.join(failed)}.")
-    return sentences
+    return list(filter(None, sentences))
 
 
 def _regions(result: Result) -> str:
@@ -145,14 +143,17 @@ def _foundation(result: Result) -> str:
     return f"under {result.load_case} {ends} N/m^3 on {fixed(1e4 * area, 1)} cm^2{along}"
 
 
-def _panel(title: str, rows: list[Numbers], felt: float) -> Markup:
-    """Both numbers of each model, the nearest in position first."""
+def _panel(title: str, kind: str, rows: list[Numbers], own_error: float, felt: float) -> Markup:
+    """Both numbers of each model, the nearest in position first, and the reference's own error in position."""
     rows = [row for row in rows if math.isfinite(row.error)]
     rows.sort(key=lambda row: row.error, reverse=True)
     axes = figures.new_rows(title, "error, median over load cases [%]", [row.model for row in rows], 470, 19)
     values = [PERCENT * value for row in rows for value in row[1:3]]
-    figures.set_logarithmic(axes, "x", {"x": [*values, PERCENT * felt]})
+    figures.set_logarithmic(axes, "x", {"x": [*values, PERCENT * felt, PERCENT * own_error]})
     with matplotlib.rc_context(figures.SETTINGS):
+        if own_error > 0.0:
+            axes.axvspan(axes.get_xlim()[0], PERCENT * own_error, color=colours.BAND, linewidth=0, zorder=0,
+                         label=f"{OWN_ERROR}, {of_reference(own_error)} %")
         for y, row in enumerate(rows):
             axes.plot([PERCENT * row.error, PERCENT * row.stiffness], [y, y], color=colours.FAINT, linewidth=1, zorder=1)
         axes.plot([PERCENT * row.error for row in rows], range(len(rows)), linestyle="", marker="o", color=colours.BLUE,
@@ -160,7 +161,7 @@ def _panel(title: str, rows: list[Numbers], felt: float) -> Markup:
         axes.plot([PERCENT * row.stiffness for row in rows], range(len(rows)), linestyle="", marker="D",
                   color=colours.VERMILION, label="under the tool")
         axes.axvline(PERCENT * felt, color=colours.VERMILION, linewidth=1, linestyle=":", zorder=0)
-    return figures.finish(axes)
+    return figures.finish(axes, kind)
 
 
 def _of_label(results: list[Result]) -> dict[str, list[Result]]:
@@ -168,32 +169,70 @@ def _of_label(results: list[Result]) -> dict[str, list[Result]]:
             for label in dict.fromkeys(result.label for result in results)}
 
 
+class _Regime(NamedTuple):
+    """Results of small or of large loads, by body."""
+    size: str
+    title: str
+    cases: dict[str, list[Result]]
+    numbers: dict[str, list[Numbers]]
+
+    def counted(self, label: str) -> list[Result]:
+        return [result for result in self.cases.get(label, ()) if result.counts]
+
+
+def _regimes(data: ReportData) -> list[_Regime]:
+    return [_Regime("small", "Small loads", _of_label(data.results), _numbers(data.told["brief"])),
+            _Regime("large", "Loads of surgical size", _of_label(data.large), _numbers(data.told["large_brief"]))]
+
+
+def _labels(data: ReportData) -> list[str]:
+    """Of all bodies, in their order."""
+    return data.in_order(dict.fromkeys(result.label for result in [*data.results, *data.large]), lambda label: label)
+
+
+def first_picture_of(data: ReportData) -> Markup:
+    """The first body that has a picture, under small loads if it has both."""
+    for label in _labels(data):
+        for regime in _regimes(data):
+            for row in best_springs(regime.numbers.get(label, []))[:1]:
+                if html := first_picture.section(regime.counted(label), row.model, data.smallest_felt_difference):
+                    return html
+    return Markup("")
+
+
+def _body(data: ReportData, label: str, regimes: list[_Regime]) -> Markup:
+    cases = [result for regime in regimes for result in regime.cases.get(label, ())]
+    html = paragraph(_regions(cases[0])) + bullets(_parts(cases)) + patient.facts(data, label, cases)
+    for regime in regimes:
+        if label in regime.numbers:
+            counted = regime.counted(label)
+            html += paragraph(f"{regime.title}, {len(counted)} load case{'s' if len(counted) > 1 else ''}:")
+            html += bullets(_sentences(regime.numbers[label], counted, data.smallest_felt_difference))
+    return subsection(label, html)
+
+
 def verdicts(data: ReportData) -> Markup:
-    """In words what each body is and which springs are near there, then both numbers of all models, and one picture."""
-    felt = data.smallest_felt_difference
-    small, large = _of_label(data.results), _of_label(data.large)
-    brief, large_brief = _numbers(data.told["brief"]), _numbers(data.told["large_brief"])
-    html = Markup("")
-    for label in dict.fromkeys([*small, *large]):
-        cases = [*small.get(label, ()), *large.get(label, ())]
-        text = paragraph(_regions(cases[0])) + bullets(_parts(cases))
-        if label in brief:
-            counted = [result for result in small[label] if result.counts]
-            text += paragraph(f"Small loads, {len(counted)} load case{'s' if len(counted) > 1 else ''}:")
-            text += bullets(_sentences(brief[label], counted, felt))
-        if label in large_brief:
-            counted = [result for result in large[label] if result.counts]
-            text += paragraph(f"Loads of surgical size, {len(counted)} load case{'s' if len(counted) > 1 else ''}:")
-            text += bullets(_sentences(large_brief[label], counted, felt))
-        html += subsection(label, text)
-    panels = [_panel(f"{label}, {size} loads" if brief and large_brief else label, rows, felt)
-              for size, bodies in (("small", brief), ("large", large_brief)) for label, rows in bodies.items()
-              if any(math.isfinite(row.error) for row in rows)]
+    """A picture, the terms, in words what each body is and which springs are near there, then both numbers of all models."""
+    felt, regimes = data.smallest_felt_difference, _regimes(data)
+    html = first_picture_of(data) + words.section(data)
+    for label in _labels(data):
+        html += _body(data, label, regimes)
+    have_both = all(regime.numbers for regime in regimes)
+    panels = []
+    for regime in regimes:
+        for label, rows in regime.numbers.items():
+            if any(math.isfinite(row.error) for row in rows):
+                title = f"{label}, {regime.size} loads" if have_both else label
+                panels.append(_panel(title, f"{label}-{regime.size}_loads-both_numbers", rows, own_error(regime.counted(label)), felt))
     if panels:
+        grey = "Grey: the reference's own error in position. " if any(
+            own_error(regime.counted(label)) > 0.0 for regime in regimes for label in regime.numbers) else ""
+        references = " and ".join(dict.fromkeys(result.reference for result in [*data.results, *data.large] if result.reference))
+        against = f"Errors are against {references}." if references else ""
         html += figure("figure", plots(panels[:MOST_PANELS]),
-                       f"Both numbers of each model. Dotted: the {PERCENT * felt:.0f} % that a hand feels. {data.told['reference']}",
+                       f"Both numbers of each model. Dotted: the {PERCENT * felt:.0f} % that a hand feels. {grey}{against}",
                        commands_of([*data.results, *data.large])[:1])
-    return html + pictures.most_telling(data)
+    return html
 
 
 def title(data: ReportData) -> str:
@@ -205,7 +244,7 @@ def lead(data: ReportData) -> str:
     """What the report is about, in a sentence."""
     if data.has_no_results:
         return "Deformable models beside measurements of real bodies, needles in bodies, and what is not known of a patient."
-    return "How far models of soft tissue are from finite elements whose own error is known."
+    return reference.lead(data)
 
 
 def facts(data: ReportData) -> list[tuple[str, str]]:

@@ -39,6 +39,7 @@ paragraph = _macros.paragraph
 share = _macros.share
 subsection = _macros.subsection
 table = _macros.table
+terms = _macros.terms
 
 
 def plots(pictures: list[Markup]) -> Markup:

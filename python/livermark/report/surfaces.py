@@ -62,12 +62,23 @@ def _looking_along(azimuth: float, elevation: float) -> View:
     return View(right, numpy.cross(toward, right), toward)
 
 
-def fitted(view: View, shapes: list[numpy.ndarray], width: int) -> View:
-    """The same with all shapes in the picture, in the middle."""
+def looking_from(direction: numpy.ndarray, tilt: float = 0.0) -> View:
+    """From a direction of unit length, raised by an angle [rad]. z is up, or y where one looks down or up along z."""
+    across = numpy.cross([0.0, 0.0, 1.0], direction)
+    if numpy.linalg.norm(across) < 0.7:
+        across = numpy.cross([0.0, 1.0, 0.0], direction)
+    right = across / numpy.linalg.norm(across)
+    up = numpy.cross(direction, right)
+    toward = math.cos(tilt) * direction + math.sin(tilt) * up
+    return View(right, numpy.cross(toward, right), toward)
+
+
+def fitted(view: View, shapes: list[numpy.ndarray], width: int, tallest: float = TALLEST) -> View:
+    """The same with all shapes in the picture, in the middle. tallest: height over width."""
     across = numpy.concatenate([numpy.stack([shape @ view.right, shape @ view.up], axis=1) for shape in shapes])
     low, size = across.min(axis=0), numpy.ptp(across, axis=0)
     room = width - 2 * MARGIN
-    pixel = max(size[0], size[1] / TALLEST) / room
+    pixel = max(size[0], size[1] / tallest) / room
     corner = (low[0] - 0.5 * (room * pixel - size[0]) - MARGIN * pixel, low[1] - MARGIN * pixel)
     return replace(view, low=corner, pixel=pixel, width=width, height=math.ceil(size[1] / pixel) + 2 * MARGIN)
 

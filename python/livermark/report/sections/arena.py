@@ -6,7 +6,7 @@ import math
 import matplotlib
 from markupsafe import Markup
 
-from livermark.report import colours, figures
+from livermark.report import colours, figure_files, figures
 from livermark.report.data import ReportData, attributes_of, table_of, texts_of
 from livermark.report.parts import Section, figure, paragraph, plots, subsection, table
 from livermark.studies.tables import PERCENT
@@ -53,7 +53,7 @@ def _budget_plot(runs: list[dict], tetrahedra: int, methods: list[str]) -> Marku
     with matplotlib.rc_context(figures.SETTINGS):
         for budget in sorted({run["budget"] for run in runs if math.isfinite(run["budget"])}):
             axes.axvline(MILLISECONDS * budget, color=colours.FAINT, linewidth=1, linestyle=":", zorder=0)
-    return figures.finish(axes)
+    return figures.finish(axes, f"error_against_time-{tetrahedra}")
 
 
 def _force_plot(file, runs: list[dict], tetrahedra: int, methods: list[str]) -> Markup:
@@ -94,7 +94,7 @@ def _forces(attributes: dict, arena: dict, told: dict) -> Markup:
 
 
 def _arena(data: ReportData, told: dict) -> Markup:
-    with data.open(told["file"]) as file:
+    with data.open(told["file"]) as file, figure_files.about(attributes_of(file)["body"], "arena"):
         attributes = attributes_of(file)
         if not attributes_of(file["arena"])["reference"]:
             return _forces(attributes, attributes_of(file["arena"]), told)

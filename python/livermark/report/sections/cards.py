@@ -8,7 +8,7 @@ from typing import Callable, NamedTuple
 import matplotlib
 from markupsafe import Markup
 
-from livermark.report import colours, figures
+from livermark.report import colours, figure_files, figures
 from livermark.report.data import ReportData, Table, attributes_of, table_of, texts_of
 from livermark.report.parts import Section, bullets, choice, figure, paragraph, plots, subsection, table
 from livermark.report.sections.arena import best_runs, runs_of, touching_shape
@@ -217,7 +217,8 @@ def _card(arenas: list[Arena], method: str) -> Markup:
                          f"Converges to {words['converge_to']}.", f"Objections: {words['objections']}"])
     for arena in arenas:
         if _of(arena.runs, method) or _of(arena.series, method):
-            html += _of_arena(arena, method)
+            with figure_files.about(arena.title, method):
+                html += _of_arena(arena, method)
     return choice("cards", method, html)
 
 

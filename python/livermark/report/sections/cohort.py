@@ -9,12 +9,12 @@ from markupsafe import Markup
 from matplotlib.lines import Line2D
 
 from livermark.report import colours, figures
-from livermark.report.data import ReportData, attributes_of, cleaned
+from livermark.report.data import ReportData, attributes_of, cleaned, with_signs
 from livermark.report.parts import Section, figure, missing, paragraph, table
 from livermark.studies.cohort import HALVES as IN_WORDS
 from livermark.studies.cohort import Statistics, apart, errors_of_file, statistics_of
 from livermark.studies.cohort import table as statistics_table
-from livermark.studies.tables import PERCENT, Table
+from livermark.studies.tables import PERCENT, Column, Table
 
 TITLE = "Livers of other people"
 COMMAND = "livermark cohort --bodies 1-8 --output FOLDER"  # makes the files
@@ -65,7 +65,7 @@ def _plot(group: list[Statistics]) -> Optional[Markup]:
         axes.spines["left"].set_visible(False)
         for half, style in HALVES.items():
             axes.add_line(Line2D([], [], linestyle="", marker=style.marker, markersize=6, color=style.colour, label=IN_WORDS[half]))
-    return figures.finish(axes)
+    return figures.finish(axes, f"cohort-{group[0].regime}-{group[0].poisson_ratio:g}")
 
 
 def _bodies(file) -> str:
@@ -90,11 +90,11 @@ def _cohort(data: ReportData, name: str) -> Markup:
                            "median and a bar for its interval of 95 %, where there are bodies enough. The smallest "
                            "median comes first.", [command])
         made = statistics_table(group, data.smallest_felt_difference)
-        html += figure("table", table(Table(made.columns, cleaned(made.rows))),
+        html += figure("table", table(Table([Column(with_signs(column.title), column.is_number) for column in made.columns], cleaned(made.rows))),
                        f"Deformations of the {regime} regime: mean relative L2 error over load cases"
                        + (f", against {reference}" if reference else "") + ", in brackets the interval "
                        "of 95 % by bootstrap where there are bodies enough; tool: the same of the absolute value of the "
-                       "stiffness at the tool; +-, tool +-: the reference's own uncertainty. "
+                       "stiffness at the tool; ±, tool ±: the reference's own error. "
                        f"Load cases: {', '.join(sorted(cases))}.", [command])
     for failure in failures:
         html += missing("Failed: " + failure)

@@ -40,7 +40,7 @@ def _plot(title: str, group: list[dict], models: list[str], error_label: str) ->
             style = colours.style_of(group[k]["model"], models)
             axes.plot([cost[k]], [error[k]], linestyle="", marker=style.marker, color=style.colour)
     name_points(axes, [cost[k] for k in shown], [error[k] for k in shown], [_name(group[k], group) for k in shown])
-    return figures.finish(axes)
+    return figures.finish(axes, f"{title.replace(', ', '-')}-{error_label.rpartition(' [')[0]}_against_cost")
 
 
 def _plots(standings: list[dict], models: list[str], error_label: str) -> Markup:

@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from livermark.report.data import Column, ReportData, Result, Table, commands_of, not_told_from_best
 from livermark.report.parts import Section, figure, missing, paragraph, subsection, table
+from livermark.report.reference import OWN_ERROR, of_reference
 from livermark.studies.tables import PERCENT, fixed, mean, percent
 
 TITLE = "How far each model is off"
@@ -35,7 +36,7 @@ def _errors(cases: list[Result], name: str) -> list[float]:
 
 def _table(data: ReportData, cases: list[Result]) -> Markup:
     """A row for each model, a column for each load case, and the mean over those that count; of what is no finite
-    element, what is smallest within the uncertainty of the reference is strong."""
+    element, what is smallest within the reference's own error is strong."""
     names = [name for name in data.models if any(name in result.models for result in cases)]
     counted = [result for result in cases if result.counts]
     rows, strong, means = [], set(), {}
@@ -53,9 +54,8 @@ def _table(data: ReportData, cases: list[Result]) -> Markup:
         strong |= {(names.index(name), 1 + c) for name in not_told_from_best(springs, result.reference_error)}
     uncertainty = mean([result.reference_error for result in counted]) if counted else 0.0
     strong |= {(names.index(name), len(cases) + 1) for name in not_told_from_best(means, uncertainty)}
-    uncertainties = ["± " + percent(result.uncertainty["reference_uncertainty"]) if result.uncertainty else "not known"
-                     for result in cases]
-    rows.append(["uncertainty of the reference", *uncertainties, ""])
+    own = [of_reference(result.reference_error if result.uncertainty else math.nan) for result in cases]
+    rows.append([OWN_ERROR, *own, ""])
     columns = [Column("model"), *(Column(result.load_case, True) for result in cases), Column("mean", True)]
     return table(Table(columns, rows), strong)
 
@@ -93,8 +93,7 @@ def _tool_table(data: ReportData, cases: list[Result]) -> Optional[Markup]:
             cell += f" ({len(sizes)} of {len(counted)})"
         rows.append([name, *(_stiffness(value, data.smallest_felt_difference) for value in found), cell])
     known = [(result.uncertainty or {}).get("stiffness_uncertainty", math.nan) for result in cases]
-    rows.append(["uncertainty of the reference",
-                 *(f"± {PERCENT * value:.1f}" if math.isfinite(value) else "not known" for value in known), ""])
+    rows.append([OWN_ERROR, *map(of_reference, known), ""])
     columns = [Column("model"), *(Column(result.load_case, True) for result in cases), Column("mean size", True)]
     return table(Table(columns, rows))
 
@@ -109,7 +108,7 @@ def _remarks(cases: list[Result]) -> Markup:
                 html += missing(f"{result.load_case}, {model.name}: {model.status}: {model.message}")
     unsure = [result.load_case for result in cases if not result.uncertainty]
     if unsure:
-        html += missing(f"The uncertainty of the reference is unknown under {', '.join(unsure)}: it was not solved on "
+        html += missing(f"The reference's own error is not known under {', '.join(unsure)}: it was not solved on "
                         "the refined mesh.", "livermark run, without --reference-on-mesh")
     return html
 
@@ -118,15 +117,15 @@ def section(data: ReportData) -> Section | None:
     if not data.results:
         return None
     html = paragraph(
-        f"Relative L2 error of the displacement at rest, weighted by nodal volume. {data.told['reference']} The "
+        f"Error in position at rest. {data.told['reference']} The "
         "smallest error among the springs is in bold type, and so are all that differ from it by less than the "
-        "uncertainty of the reference; the same goes for means. A star marks a model that is closer to the reference "
-        "than that uncertainty. A load case with motion shows its static start here, which no mean counts. A mean over "
+        "reference's own error; the same goes for means. A star marks a model that is closer to the reference "
+        "than that. A load case with motion shows its static start here, which no mean counts. A mean over "
         "some of the load cases has their number behind it, and is not ranked. An exclamation mark behind an error "
         "stands where a load leaves its regime.") + paragraph(
         "Tissue under a tool is a small part of the volume, so it hardly changes this error. " + data.told["tool_legend"])
     for label, cases in data.by_label():
-        caption = f"{label}: error of each model under each load case [%], and uncertainty of the reference."
+        caption = f"{label}: error of each model under each load case [%], and the reference's own."
         content = figure("table matrix", _table(data, cases), caption, commands_of(cases))
         if at_tool := _tool_table(data, cases):
             content += figure("table matrix", at_tool,

@@ -2,12 +2,13 @@
 from __future__ import annotations
 
 import math
+import pathlib
 
 import matplotlib
 import numpy
 from markupsafe import Markup
 
-from livermark.report import colours, figures
+from livermark.report import colours, figure_files, figures
 from livermark.report.data import ReportData, attributes_of, scaled_forces, table_of, texts_of
 from livermark.report.parts import Section, bullets, figure, paragraph, plots, subsection, table
 from livermark.studies.tables import MILLIMETRES, fixed
@@ -213,5 +214,6 @@ def section(data: ReportData) -> Section | None:
     html = paragraph("Somebody loaded real bodies and measured where markers went. Models are compared with these "
                      "measurements, and not with a reference.")
     for told in data.told["experiments"]:
-        html += _experiment(data, told)
+        with figure_files.about(pathlib.PurePath(told["file"]).stem):
+            html += _experiment(data, told)
     return Section("experiments", TITLE, html)

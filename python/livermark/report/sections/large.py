@@ -32,7 +32,7 @@ def _plot(result: Result, place: str, curves: list[dict], models: list[str]) -> 
         if place != "load":  # where the force is given, what is uncertain is the way
             _reference_band(axes, result, curve["model"], depth, force)
     axes.set_xlim(left=0.0)
-    return figures.finish(axes)
+    return figures.finish(axes, f"{result.label}-{result.load_case}-force-{place}")
 
 
 def _forces(results: list[Result], told: dict, models: list[str]) -> Markup:
@@ -43,7 +43,7 @@ def _forces(results: list[Result], told: dict, models: list[str]) -> Markup:
         return Markup("")
     return figure("figure", plots(drawn),
                   f"{told['label']}: force of each model on what moves, against its way; under a load, the way of what is loaded in "
-                  "each model. The grey band around the line of the reference is its uncertainty, where that is known; it may be "
+                  "each model. The grey band around the line of the reference is its own error, where that is known; it may be "
                   "narrower than the line.",
                   commands_of(results))
 

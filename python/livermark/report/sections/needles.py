@@ -5,7 +5,7 @@ import matplotlib
 import numpy
 from markupsafe import Markup
 
-from livermark.report import colours, figures
+from livermark.report import colours, figure_files, figures
 from livermark.report.data import ReportData, attributes_of, cleaned, table_of
 from livermark.report.parts import Section, figure, paragraph, plots, subsection, table
 from livermark.studies.tables import MILLIMETRES, fixed
@@ -76,7 +76,7 @@ def _needle(needle, command: str) -> Markup:
 
 
 def _file(data: ReportData, told: dict) -> Markup:
-    with data.open(told["file"]) as file:
+    with data.open(told["file"]) as file, figure_files.about(attributes_of(file)["body"], "needle"):
         made = attributes_of(file)
         html = Markup("").join(_needle(file["needles"][name], made["command"])
                                for name in sorted(file["needles"], key=int))

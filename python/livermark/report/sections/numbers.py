@@ -21,11 +21,12 @@ def section(data: ReportData) -> Section:
     if data.results:
         all_numbers = figure(
             "table", table(data.tables["errors"]),
-            "Every model under every load case: peak displacement, errors, stiffness at the tool, uncertainty of the reference (+-), nonlinearity "
+            "Every model under every load case: peak displacement, errors, stiffness at the tool, the reference's own error (±), nonlinearity "
             "and times.")
         files = figure("table", table(_files(data)), "The result files.")
         html += Markup('<div class="small">\n{}{}</div>\n').format(all_numbers, files)
-    assumed = sorted({f"{result.body}: {assumption}" for result in data.results for assumption in result.assumptions})
+    assumed = list(dict.fromkeys(f"{result.body}: {assumption}" for result in [*data.results, *data.large]
+                                 for assumption in sorted(result.assumptions)))
     if assumed:
         html += subsection("Assumed of bodies", bullets(assumed))
     if data.others:

@@ -9,8 +9,9 @@ from typing import Optional
 import numpy
 from markupsafe import Markup
 
-from livermark.report import colours, figures, surfaces
+from livermark.report import colours, figure_files, figures, picture_sheets, surfaces
 from livermark.report.data import Model, ReportData, Result
+from livermark.report.picture_sheets import Panel, Scale
 from livermark.report.parts import Section, choice, figure, missing, name, paragraph
 from livermark.studies.tables import MILLIMETRES, PERCENT, rounded_up
 from livermark.vessels import Vessels, vessels_of
@@ -78,13 +79,15 @@ class Scene:
     at_rest: numpy.ndarray  #: outline
     what: str  #: body and load case
 
-    def picture(self, points, field, colour_map, scale: float, of: str, title: str, detail: str,
-                vessels: Optional[Vessels] = None) -> Markup:
+    def panel(self, points, field, colour_map, scale: float, title: str, detail: str, vessels: Optional[Vessels] = None) -> Panel:
         part = numpy.clip(numpy.linalg.norm(field, axis=1) / scale, 0.0, 1.0)
         corners = colour_map(part)[self.body.triangles][..., :3]
         drawn = surfaces.draw_surface(self.body.triangles, points, corners, self.view, self.at_rest, vessels)
+        return Panel(drawn, title, detail)
+
+    def element(self, panel: Panel, of: str, scale: float) -> Markup:
         words = f"{self.what}: {of} from 0 to {MILLIMETRES * scale:.3g} mm"
-        return Markup("<div>{}{}<span>{}</span></div>\n").format(surfaces.image(drawn, words), name(title), detail)
+        return Markup("<div>{}{}<span>{}</span></div>\n").format(surfaces.image(panel.drawn, words), name(panel.title), panel.detail)
 
 
 def _pictures(result: Result, body: Body, reference: Field, fields: list[Field]) -> Markup:
@@ -100,21 +103,22 @@ def _pictures(result: Result, body: Body, reference: Field, fields: list[Field])
     # Errors beyond the displacement itself would leave no colours to the other model.
     error_scale = min(worst, peak) if worst > 0.0 else peak
     vessels = body.vessels and body.vessels.moved(body.points, body.tetrahedra, factor * reference.displacement)
-    html = scene.picture(shapes[0], reference.displacement, colours.DISPLACEMENT, peak,
-                         "displacement of " + reference.model.name, reference.model.name,
-                         f"reference, up to {MILLIMETRES * peak:.3f} mm", vessels)
-    for field, shape in zip(fields, shapes[1:]):
-        html += scene.picture(shape, field.displacement, colours.DISPLACEMENT, peak, "displacement of " + field.model.name,
-                              field.model.name, f"up to {MILLIMETRES * _largest(field.displacement):.3f} mm")
+    moved = [scene.panel(shapes[0], reference.displacement, colours.DISPLACEMENT, peak, reference.model.name,
+                         f"reference, up to {MILLIMETRES * peak:.3f} mm", vessels)]
+    moved += [scene.panel(shape, field.displacement, colours.DISPLACEMENT, peak, field.model.name,
+                          f"up to {MILLIMETRES * _largest(field.displacement):.3f} mm") for field, shape in zip(fields, shapes[1:])]
+    wrong = [scene.panel(shape, field.error, colours.ERROR, error_scale, "error of " + field.model.name,
+                         f"{PERCENT * field.model.relative_l2:.2f} %, up to {MILLIMETRES * field.model.max_error:.3f} mm")
+             for field, shape in zip(fields, shapes[1:])]
+    scales = [Scale(colours.DISPLACEMENT, MILLIMETRES * peak, "displacement [mm]"),
+              Scale(colours.ERROR, MILLIMETRES * error_scale, "error [mm]")]
+    figure_files.keep(lambda: picture_sheets.sheet([moved, [None, *wrong]], scales), figures.SETTINGS,
+                      f"{result.label}-{result.load_case}-picture")
+    html = Markup("").join(scene.element(panel, "displacement of " + panel.title, peak) for panel in moved)
     if len(fields) == 1:
         html += Markup("<div></div>\n")  # so that errors stand below displacements
-    html += Markup('<div class="legend">{}{}</div>\n').format(
-        figures.gradient(colours.DISPLACEMENT, MILLIMETRES * peak, "displacement [mm]"),
-        figures.gradient(colours.ERROR, MILLIMETRES * error_scale, "error [mm]"))
-    for field, shape in zip(fields, shapes[1:]):
-        html += scene.picture(
-            shape, field.error, colours.ERROR, error_scale, "error of " + field.model.name, "error of " + field.model.name,
-            f"{PERCENT * field.model.relative_l2:.2f} %, up to {MILLIMETRES * field.model.max_error:.3f} mm")
+    html += Markup('<div class="legend">{}{}</div>\n').format(*map(picture_sheets.gradient, scales))
+    html += Markup("").join(scene.element(panel, panel.title, error_scale) for panel in wrong)
     start = " (the static start)" if result.has_motion else ""
     length = f"{factor:g} times as long on" if factor > 1.0 else "as long as they are on"
     through = " Blue: vessels that are lines, seen through the surface, as wide as they are." if vessels else ""
@@ -140,19 +144,12 @@ def _drawn(result: Result) -> Markup:
     return _pictures(result, body, reference, fields)
 
 
-def most_telling(data: ReportData) -> Markup:
-    """The pictures of the load case under which the nearest springs are farthest off."""
-    best = [(springs.error, r) for r, result in enumerate(data.results)
-            if result.counts and (springs := result.best_springs) and result.reference in result.models]
-    return _drawn(data.results[max(best)[1]]) if best else Markup("")
-
-
 def _shown_ratios(data: ReportData) -> dict[str, float]:
     """For each body the Poisson's ratio that most of its results have; of several such ratios the largest."""
     counts: dict[str, collections.Counter] = {}
     for result in data.results:
         counts.setdefault(result.body, collections.Counter())[result.poisson_ratio] += 1
-    return {body: max(ratios, key=lambda ratio, of=ratios: (of[ratio], ratio)) for body, ratios in sorted(counts.items())}
+    return {body: max(ratios, key=lambda ratio, of=ratios: (of[ratio], ratio)) for body, ratios in counts.items()}
 
 
 def section(data: ReportData) -> Section | None:

@@ -19,7 +19,7 @@ def _by_body(data: ReportData) -> dict[str, Cases]:
     bodies: dict[str, Cases] = {}
     for result in filter(lambda result: result.counts, data.results):
         bodies.setdefault(result.body, {}).setdefault(result.poisson_ratio, {})[result.load_case] = result
-    return dict(sorted(bodies.items()))
+    return bodies
 
 
 def _error(results: dict[str, Result], load_cases: list[str], name: str) -> float:
@@ -37,7 +37,7 @@ def _plot(body: str, cases: Cases, load_cases: list[str], models: list[str]) -> 
     # The key has the order of the right ends of the lines.
     for name, values in sorted(errors.items(), key=lambda item: -item[1][-1] if math.isfinite(item[1][-1]) else -math.inf):
         figures.draw_line(axes, ratios, values, name, colours.style_of(name, models))
-    return figures.finish(axes)
+    return figures.finish(axes, f"{body}-error_against_poissons_ratio")
 
 
 def section(data: ReportData) -> Section | None:

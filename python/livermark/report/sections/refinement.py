@@ -33,7 +33,7 @@ def _families(data: ReportData) -> dict[str, list[Result]]:
         if data.has_several_ratios:
             title += f", nu {result.poisson_ratio:g}"
         families.setdefault(title, {})[result.body] = result
-    return {title: list(family.values()) for title, family in sorted(families.items()) if len(family) > 1}
+    return {title: list(family.values()) for title, family in families.items() if len(family) > 1}
 
 
 def _plot(title: str, family: list[Result], models: list[str]) -> Markup:
@@ -48,7 +48,7 @@ def _plot(title: str, family: list[Result], models: list[str]) -> Markup:
     figures.set_logarithmic(axes, "xy", {"x": sizes, "y": [value for values in errors.values() for value in values]})
     for name, values in errors.items():
         figures.draw_line(axes, sizes, values, name, colours.style_of(name, models))
-    return figures.finish(axes)
+    return figures.finish(axes, f"{title.replace(', ', '-')}-error_against_refinement")
 
 
 def _reference(data: ReportData) -> Optional[Markup]:
@@ -59,7 +59,7 @@ def _reference(data: ReportData) -> Optional[Markup]:
     if not rows:
         return None
     columns = [Column("body"), Column("load case"), Column("reference"), Column("change by refinement [%]", True),
-               Column("uncertainty [%]", True)]
+               Column("own error [%]", True)]
     return figure("table", table(Table(columns, rows)), "The change of the reference when each tetrahedron is cut into "
                   "eight, and the estimate of the error that remains.", commands_of(data.results))
 

@@ -6,7 +6,7 @@ import math
 import matplotlib
 from markupsafe import Markup
 
-from livermark.report import colours, figures
+from livermark.report import colours, figure_files, figures
 from livermark.report.data import ReportData, Result, model_names, number, table_of
 from livermark.report.parts import Section, figure, paragraph, plots, subsection, table
 from livermark.studies.tables import MILLIMETRES
@@ -41,13 +41,14 @@ def _plot(result: Result, time: list[float], curves: list[dict], models: list[st
             axes.plot(time[:len(values)], values, color=colours.INK if is_reference else style.colour,
                       linestyle="-" if is_reference else style.dash, linewidth=3.0 if is_reference else 1.4, label=curve["model"])
         axes.set_xlim(0.0, time[-1])
-    return figures.finish(axes)
+    return figures.finish(axes, f"over_time-{curves[0]['place']}")
 
 
 def _case(result: Result, told: dict, models: list[str]) -> Markup:
     places = list(dict.fromkeys(curve["place"] for curve in told["curves"]))
-    drawn = [_plot(result, told["time"], [curve for curve in told["curves"] if curve["place"] == place], models)
-             for place in places]
+    with figure_files.about(result.label, result.load_case):
+        drawn = [_plot(result, told["time"], [curve for curve in told["curves"] if curve["place"] == place], models)
+                 for place in places]
     html = figure("figure", plots(drawn), f"Response at the tool over time, of {result.reference} and of the models nearest to it.",
                   [result.command]) if drawn else Markup("")
     html += figure("table", table(table_of(told["table"])), "Every model.", [result.command])

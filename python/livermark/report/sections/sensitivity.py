@@ -6,7 +6,7 @@ import math
 import matplotlib
 from markupsafe import Markup
 
-from livermark.report import colours, figures
+from livermark.report import colours, figure_files, figures
 from livermark.report.data import ReportData, cleaned
 from livermark.report.parts import Section, bullets, figure, paragraph, plots, subsection, table
 from livermark.studies.sensitivity.record import Sensitivity, read_whole
@@ -71,7 +71,9 @@ def _file(data: ReportData, name: str) -> Markup:
         found = read_whole(data.folder / name, file)
     command = cleaned(found.provenance["command"])
     html = _verdict(found)
-    html += figure("figure", plots([_budget_plot(found, o) for o in range(len(found.outputs))]),
+    with figure_files.about(cleaned(found.body), "sensitivity"):
+        drawn = [_budget_plot(found, o) for o in range(len(found.outputs))]
+    html += figure("figure", plots(drawn),
                    "What makes each answer uncertain: the mesh of the reference, errors of models (blue), law and measurement, and "
                    f"the patient (red; orange: each group of parameters alone). {len(found.values)} patients, "
                    f"solved by {cleaned(found.model)}.", [command])

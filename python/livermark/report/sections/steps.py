@@ -49,7 +49,7 @@ def _plot(limits: list[Limit], first_body: str) -> Markup:
             axes.plot([x], [y], linestyle="", marker="^" if limit.is_damped else "o",
                       color=colours.BLUE if limit.body == first_body else colours.VERMILION)
     name_points(axes, predicted, observed, [limit.name for limit in limits])
-    return figures.finish(axes)
+    return figures.finish(axes, "stable_steps")
 
 
 def _caption(made: dict) -> str:
