@@ -90,10 +90,12 @@ def _draw(result: Result, model: str) -> Optional[Picture]:
     with result.open() as file:
         body = Body(file.points, file.boundary_triangles, file.tetrahedra, vessels_of(file.vessels))
         displacement, error, tool = file[model].displacement, file[model].error, _tool(file, model)
-    if not body.can_draw(displacement) or not body.can_draw(error):
+        judged = file[result.reference].displacement
+    if not all(body.can_draw(field) for field in (displacement, error, judged)):
         return None
     longest, scale = (float(numpy.linalg.norm(field, axis=1).max()) for field in (displacement, error))
-    if longest < LEAST_DRAWN * body.size or scale <= 0.0:
+    moves = min(longest, float(numpy.linalg.norm(judged, axis=1).max()))
+    if moves < LEAST_DRAWN * body.size or scale <= 0.0:
         return None
     factor = max(1.0, 1.0 / rounded_up(longest / (DRAWN_PART * body.size)))
     moved = body.points + factor * displacement

@@ -33,6 +33,8 @@ def _number(table: Any, *names: str) -> float:
 def body_file(result: Result, folder: pathlib.Path) -> Optional[dict[str, Any]]:
     """What the .toml of a body says, where `livermark run` puts it: beside the folder of its results. None where there is
     none, or where it is of another mesh."""
+    if pathlib.PurePath(result.body).name != result.body:  # a file may say any name
+        return None
     with result.open() as file:
         counts = len(file.tetrahedra), len(file.points)
     for place in dict.fromkeys((result.path.parent.parent, result.path.parent, folder)):
