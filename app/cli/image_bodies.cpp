@@ -194,11 +194,15 @@ void build_segment_program(const fs::path &program) {
                                               is_needed, command_that_builds, source.string()));
 }
 
+fs::path segment_program() {
+    return fs::read_symlink("/proc/self/exe").parent_path() / segment_target;
+}
+
 /// Lets the program that is linked with ITK and CGAL do something; its errors go where ours go. Builds it first if it
 /// is missing.
 /// @return its exit status, 0 or 1, and what it has printed
 support::Printed segment(std::vector<std::string> words) {
-    const auto program = fs::read_symlink("/proc/self/exe").parent_path() / segment_target;
+    const auto program = segment_program();
     if (!fs::exists(program))
         build_segment_program(program);
     words.insert(words.begin(), {program.string(), "--parent", std::to_string(getpid())});
@@ -340,6 +344,25 @@ bool is_made_of(const BodySources &sources, const fs::path &body_file) {
     }
 }
 
+/// The label image that a body was made of, where it is what it was then; empty otherwise.
+std::string image_of(const fs::path &body_file) {
+    if (support::file_ending(body_file) != ".toml")
+        return "";
+    try {
+        const auto known = sources_in(body_file);
+        std::error_code error;
+        if (!known || !known->options.starts_with("labels,") || known->files.size() != 1 ||
+            !fs::exists(known->files.front(), error))
+            return "";
+        support::FnvHash hash;
+        for (const auto &file : all_files(known->files.front()))
+            add_content(hash, file);
+        return fmt::format("{:016x}", hash.value()) == known->content ? known->files.front() : "";
+    } catch (const support::InputError &) {
+        return ""; // there is no such body file, or it is damaged
+    }
+}
+
 /// The body file of these sources: the one that is there, or a name that no other body has.
 fs::path place_of(const fs::path &folder, const std::string &stem, const BodySources &sources) {
     auto plain = folder / (stem + ".toml");
@@ -394,6 +417,18 @@ class Mesher {
 };
 
 } // namespace
+
+std::string slices_of_image(const fs::path &body_file, const core::Vector3 &at) {
+    const auto image = image_of(body_file);
+    if (image.empty() || !fs::exists(segment_program()))
+        return "";
+    const support::ScratchFolder scratch;
+    const auto file = scratch.path / "slices.json";
+    // = because a coordinate below zero looks like an option.
+    segment(
+        {"slices", image, fmt::format("--at={:.9g},{:.9g},{:.9g}", at.x(), at.y(), at.z()), "--output", file.string()});
+    return support::read_text(file);
+}
 
 int make_body_of_labels(const SegmentCommand &command) {
     std::vector<std::string> words{"labels", command.labels};

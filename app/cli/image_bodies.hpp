@@ -60,6 +60,13 @@ struct VesselsCommand {
 /// @throws support::InputError
 void write_vessel_lines(VesselsCommand command);
 
+/// JSON of three slices of the label image that a body was made of, as livermark.report.slices reads them; empty where
+/// the body file names no image, or the image went or has changed since, or `livermark-segment` is not built.
+/// @param body_file  a .toml, which may be missing
+/// @param at         place that the slices go through [m]
+/// @throws support::InputError if the image cannot be read
+std::string slices_of_image(const std::filesystem::path &body_file, const core::Vector3 &at);
+
 /// Figures of a label image, or of a surface, for `livermark mesh check`: lines of "name value unit".
 /// @throws support::InputError
 std::string figures_of_labels(const std::string &file);

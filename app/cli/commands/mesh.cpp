@@ -90,14 +90,20 @@ struct BoxCommand {
 /// Draws the patches and vessels of a body from four sides, and prints which colour is which.
 void write_picture(const std::string &body_file, const std::string &picture) {
     support::check_place(picture);
-    const auto body = meshes::read_body(studies::find_toml_files({body_file}, studies::bodies_folder, "body").front());
+    const auto found = studies::find_toml_files({body_file}, studies::bodies_folder, "body").front();
+    const auto body = meshes::read_body(found);
     const support::ScratchFolder scratch;
     const auto mesh = scratch.path / "body.msh", drawn = scratch.path / "picture.png";
     meshes::write_msh(mesh, body.mesh);
     std::vector<std::string> files{mesh.string(), drawn.string()};
     if (body.vessels) {
-        files.push_back((scratch.path / "vessels.swc").string());
+        files.insert(files.end(), {"--vessels", (scratch.path / "vessels.swc").string()});
         support::write_whole(files.back(), meshes::swc_text(*body.vessels, "vessels of the body"));
+    }
+    const auto box = core::bounding_box(body.mesh.points);
+    if (const auto slices = slices_of_image(found, box.center()); !slices.empty()) {
+        files.insert(files.end(), {"--slices", (scratch.path / "slices.json").string()});
+        support::write_whole(files.back(), slices);
     }
     const auto legend =
         support::run_python("report.patches", files, {}, "a picture", "python3-matplotlib python3-meshio");
@@ -255,7 +261,9 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
     command.add_option("--tetrahedra", options->body.tetrahedra, "Approximate number of tetrahedra")
         ->check(CLI::Range(2000, 2000000))
         ->capture_default_str();
-    command.add_option("--picture", options->picture, "A .png file to draw the patches and vessels of the body into");
+    command.add_option("--picture", options->picture,
+                       "A .png file to draw the patches and vessels of the body into, and slices of its image with the "
+                       "contour of the mesh");
     command.add_flag("--force", options->body.force, "Overwrite an existing body");
     command.add_flag("--phantom", options->is_phantom, "Write a label image of the liver that ships, with its lesions");
     command.add_option("--spacing", options->phantom.spacing, "Size of the phantom's voxels [m]")

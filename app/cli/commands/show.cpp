@@ -4,9 +4,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <fstream>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -17,12 +19,14 @@
 #include <vector>
 
 #include "app/cli/commands.hpp"
+#include "app/cli/image_bodies.hpp"
 #include "app/server/sessions/live_fem.hpp"
 #include "app/server/sessions/live_springs.hpp"
 #include "app/server/site.hpp"
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
+#include "core/tool/tool_stiffness.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "msm/integrator.hpp"
@@ -110,12 +114,78 @@ struct ReportOptions {
     bool has_figures = false; ///< as files too
 };
 
+/// A text in JSON; bytes that are no UTF-8 become U+FFFD.
+std::string json_text(const std::string &text) {
+    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+/// A place below the tool of a load case, for slices of the image of its body.
+struct PlaceBelow {
+    std::string load_case;
+    double radius = 0.0;      ///< of the tool [m]
+    core::Vector3 at;         ///< [m]
+    std::filesystem::path by; ///< the result file
+};
+
+/// The place below the first tool of a load case, a little inside the body, where planes along its surface cut it.
+std::optional<PlaceBelow> place_below(const results::Result &result, const std::filesystem::path &file) {
+    constexpr double deepest = 0.01; // [m]
+    const auto &mesh = result.problem.body->mesh;
+    const auto tools = core::tool_places(mesh, result.problem.load_case);
+    if (tools.empty())
+        return std::nullopt;
+    const auto &tool = tools.front();
+    core::Vector3 outward = core::Vector3::Zero();
+    for (const int facet : tool.facets) {
+        const auto &[a, b, c] = mesh.boundary_triangles[facet];
+        outward += (mesh.points[b] - mesh.points[a]).cross(mesh.points[c] - mesh.points[a]);
+    }
+    const double length = outward.norm();
+    const core::Vector3 inward = length > 0.0 ? core::Vector3(-outward / length) : core::Vector3::Zero();
+    return PlaceBelow{result.problem.load_case.name, tool.radius, tool.middle + std::min(tool.radius, deepest) * inward,
+                      file};
+}
+
+/// Slices of the images of bodies, below the smallest tool on each, as JSON: by body, with the load case.
+std::string slices_of(const studies::ReportData &data) {
+    std::map<std::string, PlaceBelow> by_body;
+    const auto look = [&](const std::vector<results::Result> &all, const std::vector<std::string> &files) {
+        for (std::size_t r = 0; r < all.size(); ++r) {
+            const auto &body = all[r].problem.body->name;
+            if (std::filesystem::path(body).filename() != body)
+                continue; // a file may say any name
+            const auto place = place_below(all[r], data.folder / files[r]);
+            if (const auto known = by_body.find(body);
+                place && (known == by_body.end() || place->radius < known->second.radius))
+                by_body.insert_or_assign(body, *place);
+        }
+    };
+    look(data.results, data.files.results);
+    look(data.large, data.files.large);
+    std::vector<std::string> entries;
+    for (const auto &[body, place] : by_body) {
+        auto slices = slices_of_image(place.by.parent_path().parent_path() / (body + ".toml"), place.at);
+        if (slices.empty())
+            slices = slices_of_image(data.folder / (body + ".toml"), place.at);
+        if (!slices.empty())
+            entries.push_back(fmt::format("{}: {{\"load_case\": {}, \"slices\": {}}}", json_text(body),
+                                          json_text(place.load_case), slices));
+    }
+    return entries.empty() ? "" : fmt::format("{{{}}}", fmt::join(entries, ", "));
+}
+
 /// @param figures  folder for the figures as files; empty for none
+/// @param slices   as slices_of(); empty for none
 std::string page_of(const studies::ReportData &data, const std::string &command_line,
-                    const std::filesystem::path &figures) {
+                    const std::filesystem::path &figures, const std::string &slices) {
     std::vector<std::string> arguments;
     if (!figures.empty())
         arguments = {"--figures", std::filesystem::absolute(figures).string()};
+    const support::ScratchFolder scratch;
+    if (!slices.empty()) {
+        arguments.insert(arguments.end(), {"--slices", (scratch.path / "slices.json").string()});
+        support::write_whole(arguments.back(), slices);
+    }
     return support::run_python("report", arguments, studies::report_tables(data, command_line), "a report",
                                "python3-matplotlib python3-jinja2 python3-h5py");
 }
@@ -156,12 +226,13 @@ int make_report(const ReportOptions &options, const std::string &command_line) {
     auto data = studies::read_report_data(folder);
     support::check_place(output);
     std::map<std::string, std::string> left_out;
-    auto page = page_of(data, command_line, figures);
+    const auto slices = slices_of(data);
+    auto page = page_of(data, command_line, figures, slices);
     while (const auto refused = refused_by_python(page)) {
         if (!left_out.insert(*refused).second)
             throw support::InputError(refused->second);
         data = studies::read_report_data(folder, left_out);
-        page = page_of(data, command_line, figures);
+        page = page_of(data, command_line, figures, slices);
     }
     const auto names = take_figures(page);
     support::write_whole(output, page);

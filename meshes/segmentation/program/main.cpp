@@ -32,6 +32,7 @@
 #include "meshes/segmentation/images/segmentation.hpp"
 #include "meshes/segmentation/images/stiffness_map.hpp"
 #include "meshes/segmentation/meshing/patient_body.hpp"
+#include "meshes/segmentation/program/image_slices.hpp"
 #include "meshes/segmentation/program/vessel_lines.hpp"
 #include "meshes/segmentation/surfaces/surface_file.hpp"
 
@@ -369,6 +370,13 @@ int run(int argc, char **argv) {
     lines->add_option("--largest-radius", vessels.largest_radius);
     lines->add_option("--output", vessels.output)->required();
     lines->callback([&] { action = [&] { return segmentation::write_vessel_lines(vessels); }; });
+
+    segmentation::SliceCommand slices;
+    auto *planes = app.add_subcommand("slices", "Three planes of a label image");
+    planes->add_option("file", slices.labels)->required();
+    planes->add_option("--at", slices.at)->delimiter(',')->expected(3)->required();
+    planes->add_option("--output", slices.output)->required();
+    planes->callback([&] { action = [&] { return segmentation::write_slices(slices); }; });
 
     app.add_option_function<int>("--parent", end_with, "Process that this one ends with");
     CLI11_PARSE(app, argc, argv);

@@ -191,8 +191,9 @@ def texts_of(group, name: str) -> list[str]:
 class ReportData:
     """All that sections are made of. Files that the program has found to be damaged are not among them."""
 
-    def __init__(self, told: dict):
+    def __init__(self, told: dict, slices: Optional[dict] = None):
         told = cleaned(told)
+        self.slices: dict[str, dict] = cleaned(slices or {})  #: by body: a load case, and slices as slices.planes_of() reads them
         self.folder = pathlib.Path(told["folder"])
         self.command: str = told["command"]
         self.faults: list[str] = told["faults"]  #: a sentence for each file that is left out

@@ -1,9 +1,13 @@
-"""Draws the patches of a body from four sides, and its vessels: python3 -m livermark.report.patches BODY.msh PICTURE.png [VESSELS.swc]
+"""Draws the patches of a body from four sides, and its vessels:
 
-The picture has their names below, each beside its colour. Prints these too, a line for each patch.
+    python3 -m livermark.report.patches BODY.msh PICTURE.png [--vessels VESSELS.swc] [--slices SLICES.json]
+
+The picture has their names below, each beside its colour. Prints these too, a line for each patch. Below the names are slices of
+the image that the body was made of, where there are some, with the contour of the mesh.
 """
+import argparse
+import io
 import pathlib
-import sys
 from typing import Optional
 
 import matplotlib
@@ -13,8 +17,9 @@ import numpy
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from PIL import Image
 
-from livermark.report import colours, figures, surfaces
+from livermark.report import colours, figures, slices, surfaces
 from livermark.vessels import Vessels, read_swc
 
 WIDTH = 400  # of each of the four [pixel]
@@ -70,7 +75,21 @@ def save_with_key(drawn: numpy.ndarray, names: list[str], of_patches: numpy.ndar
         page.savefig(path, dpi=figures.PIXELS_PER_INCH, metadata={"Software": None})
 
 
-def main(mesh_file: str, picture: str, vessel_file: str = "") -> None:
+def add_below(path: pathlib.Path, below: Figure) -> None:
+    """Puts a figure below the picture of a file, both in the middle, on white."""
+    stream = io.BytesIO()
+    below.savefig(stream, format="png", dpi=1.2 * figures.PIXELS_PER_INCH)
+    parts = [Image.open(path).convert("RGB"), Image.open(stream).convert("RGB")]
+    width = max(part.width for part in parts)
+    whole = Image.new("RGB", (width, sum(part.height for part in parts)), "white")
+    top = 0
+    for part in parts:
+        whole.paste(part, ((width - part.width) // 2, top))
+        top += part.height
+    whole.save(path, "png")
+
+
+def main(mesh_file: str, picture: str, vessel_file: str = "", slice_file: str = "") -> None:
     mesh = meshio.read(mesh_file)
     triangles, patch, names = patches_of(mesh)
     of_patches = colours.patch_colours(len(names))
@@ -79,9 +98,17 @@ def main(mesh_file: str, picture: str, vessel_file: str = "") -> None:
     if vessels is not None:
         names, of_patches = [*names, "vessels"], numpy.concatenate([of_patches, [numpy.array(colours.VESSELS) / 255.0]])
     save_with_key(drawn, names, of_patches, pathlib.Path(picture))
+    if slice_file:
+        add_below(pathlib.Path(picture), slices.sheet(slices.read(pathlib.Path(slice_file)), triangles, mesh.points))
     for colour, name in zip(of_patches, names):
         print(f"{matplotlib.colors.to_hex(colour)}  {name}")
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    parser = argparse.ArgumentParser(prog="livermark.report.patches")
+    for place in ("body", "picture"):
+        parser.add_argument(place)
+    for option in ("--vessels", "--slices"):
+        parser.add_argument(option, default="")
+    options = parser.parse_args()
+    main(options.body, options.picture, options.vessels, options.slices)

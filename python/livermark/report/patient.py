@@ -9,9 +9,11 @@ from typing import Any, Optional
 import numpy
 from markupsafe import Markup
 
+from livermark.report import figure_files, figures, slices
 from livermark.report.data import Column, ReportData, Result, Table, cleaned, with_signs
 from livermark.report.parts import bullets, figure, paragraph, table
-from livermark.studies.tables import MILLIMETRES, PERCENT, fixed
+from livermark.report.sections.pictures import DRAWN_PART, LEAST_DRAWN
+from livermark.studies.tables import MILLIMETRES, PERCENT, fixed, rounded_up
 from livermark.volumes import tetrahedron_volumes
 
 MADE_OF = "made of the segmentation "  # how the reader of bodies begins its remark on the image
@@ -110,6 +112,30 @@ def _sources(result: Result, said: Optional[dict[str, Any]]) -> list[str]:
     return [f"Material of {', '.join(names)}: {source.rstrip('.')}." for source, names in regions.items()]
 
 
+def _slices(data: ReportData, cases: list[Result]) -> Markup:
+    """Three slices of the image with the contour of the mesh at rest and as the best springs move it; nothing without an image."""
+    told = data.slices.get(cases[0].body, {})
+    result = next((case for case in cases if case.load_case == told.get("load_case")), None)
+    if result is None:
+        return Markup("")
+    planes, springs = slices.planes_of(told["slices"]), result.best_springs
+    with result.open() as file:
+        points, triangles = file.points, file.boundary_triangles
+        moved = file[springs.name].displacement if springs else None
+    words, deformed, moves = "", None, ""
+    size = float(numpy.linalg.norm(numpy.ptp(points, axis=0)))
+    longest = float(numpy.linalg.norm(moved, axis=1).max()) if springs else 0.0
+    if springs and LEAST_DRAWN * size < longest < 100.0 * size:
+        factor = max(1.0, 1.0 / rounded_up(longest / (DRAWN_PART * size)))
+        words = f"as {springs.name} deforms it" + (f", {factor:g} times as far" if factor > 1.0 else "")
+        deformed, moves = points + factor * moved, f"; red: {words} under {result.load_case}"
+    sheet = slices.sheet(planes, triangles, points, deformed, words)
+    figure_files.keep(lambda: sheet, figures.SETTINGS, f"{result.label}-{result.load_case}-slices")
+    return figure("figure", figures.to_svg(sheet, f"{result.label}: slices of its image", "plot"),
+                  f"{result.label}: slices of the label image below the tool. Blue: the contour of the mesh{moves}. "
+                  "R, L, A, P, I and S are the patient's right, left, front, back, feet and head.", [result.command])
+
+
 def facts(data: ReportData, label: str, cases: list[Result]) -> Markup:
     """Nothing for a body that ships."""
     first = cases[0]
@@ -119,5 +145,6 @@ def facts(data: ReportData, label: str, cases: list[Result]) -> Markup:
     sentences = [_orientation(first), _distance(said, first), *_sources(first, said), _held(cases), _left_out(first)]
     html = paragraph("A patient's body. What was found, and what was assumed:") + bullets([text for text in sentences if text])
     html += figure("table", table(_regions(first, said)), f"{label}: volume and material of each region.", [first.command])
+    html += _slices(data, cases)
     return html + Markup("<details>\n<summary>Remarks of the readers of this body</summary>\n{}</details>\n").format(
         bullets(list(dict.fromkeys(remark for result in cases for remark in result.assumptions))))
