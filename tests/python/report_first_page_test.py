@@ -94,7 +94,7 @@ def test_the_page_begins_with_the_error_of_the_best_springs_in_words(several):
     said = "".join(header.find(f".//{XHTML}div").itertext())
     error, stiffness = springs[best]["relative_l2"], springs[best]["stiffness_at_tool"]
     assert said.startswith(f"With {best}, the best springs here, points of liver_tumours end {100 * error:.1f} % of their way"), said
-    assert f"{100 * abs(stiffness):.1f} % too {'stiff' if stiffness > 0.0 else 'soft'}. A hand feels a difference from 7 % on" in said
+    assert f"{100 * abs(stiffness):.1f} % too {'stiff' if stiffness > 0.0 else 'soft'} (the error under the tool). A hand feels a difference from 7 % on" in said
     assert f"so it {'feels' if abs(stiffness) > 0.07 else 'does not feel'} that" in said
     assert "± 0.34 % in position and ± 0.12 % under the tool" in said
     image = next(header.iter(f"{XHTML}img"))
@@ -120,7 +120,7 @@ def test_terms_are_defined_before_bodies_and_once(several):
 
 def test_subtitle_figure_and_table_agree_on_the_reference(several, tmp_path):
     header = several.find(f".//{XHTML}header")
-    assert "own error is known: ± 0.34 % in position." in next(
+    assert "own error is known: ± 0.34 % of how far a body moves." in next(
         item for item in header.iter(f"{XHTML}p") if item.get("class") == "lead").text
     assert sum("The reference's own error is ± 0.34 % in position and ± 0.12 % under the tool." in text
                for text in sentences(several)) == 4

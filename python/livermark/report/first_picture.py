@@ -117,11 +117,12 @@ def sentence(result: Result, model: str, felt: float) -> str:
     """Which model, how far off in position and under the tool, whether a hand feels it, and who judges."""
     found = result.models[model]
     text = (f"With {model}, the best springs here, points of {result.label} end {fixed(PERCENT * found.error, 1)} % of their way from "
-            "where they should be")
+            "where they should be (the error in position)")
     if math.isfinite(found.stiffness):
         size = fixed(PERCENT * abs(found.stiffness), 1)
-        text += (f", and the tool meets a body that is {size} % too {'stiff' if found.stiffness > 0.0 else 'soft'}. A hand feels a difference "
-                 f"from {PERCENT * felt:.0f} % on, so it {'feels' if abs(found.stiffness) > felt else 'does not feel'} that")
+        way = "stiff" if found.stiffness > 0.0 else "soft"
+        text += (f", and the tool meets a body that is {size} % too {way} (the error under the tool). A hand feels a difference from "
+                 f"{PERCENT * felt:.0f} % on, so it {'feels' if abs(found.stiffness) > felt else 'does not feel'} that")
     text += f". The judge is {result.reference}: finite elements"
     own = result.uncertainty
     if not own:

@@ -57,4 +57,4 @@ def lead(data: ReportData) -> str:
     if not found:
         return text + " whose own error is known."
     ends = " to ".join(dict.fromkeys(fixed(PERCENT * error, 2) for error in (found[0], found[-1])))
-    return text + f" whose own error is known: ± {ends} % in position."
+    return text + f" whose own error is known: ± {ends} % of how far a body moves."
