@@ -94,8 +94,7 @@ TEST_F(Report, SaysWhatIsMissingInItsPlaceAndNamesEmptyPartsAtTheEnd) {
     }
     write("result.h5", result);
     const auto text = page();
-    expect_parts(text, {"own error is not known under pull_and_hang",
-                        "blown_up: diverged: a node left the room",
+    expect_parts(text, {"own error is not known under pull_and_hang", "blown_up: diverged: a node left the room",
                         "unfinished: not_converged: 100 iterations were not enough", "What else a report can show",
                         "Livers of other people: <code>livermark cohort",
                         "Time steps, predicted and observed: <code>livermark stability"});
