@@ -247,7 +247,6 @@ void advance(Equilibrium &state, double to, const Simulation &simulation, const 
         }
     }
     state.converged = state.fraction == to;
-    state.energy = energy.value(state.positions);
     state.elastic_forces.setZero();
     energy.add_forces(state.positions, state.elastic_forces);
 }

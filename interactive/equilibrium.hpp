@@ -55,7 +55,6 @@ Field predict(const Energy &energy, const std::vector<bool> &is_free, const Fiel
 /// A static solution.
 struct Equilibrium {
     Field positions;      ///< shape (3, N) [m], as far as the load went
-    double energy = 0.0;  ///< that is least, without the work of the external forces [J]
     Field elastic_forces; ///< shape (3, N) [N]; minus these and the external forces is what constrained nodes need
     bool converged = false;
     double fraction = 0.0; ///< of the load that was reached, that which was wanted if converged
@@ -71,7 +70,7 @@ struct Equilibrium {
 /// @param fractions   of the load, ascending, > 0
 /// @param press_depth  if not 0, the external forces are those of one newton, and are multiplied by what it takes until
 ///   the sum of their products with the displacements is this depth [m]; targets are where nodes are at rest then
-/// @param foundation  that the body stands on, or null; its springs are among the energy and the elastic forces
+/// @param foundation  that the body stands on, or null; its springs are among the elastic forces
 /// @return one for each fraction; the last is not converged, and there are none behind it, where the path ended early
 std::vector<Equilibrium> equilibria(const Simulation &simulation, const std::vector<double> &fractions,
                                     double tolerance = 1e-9, double press_depth = 0.0,

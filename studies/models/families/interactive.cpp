@@ -98,7 +98,7 @@ core::Solution solve(const core::Problem &problem, const Method &method) {
     }
     solution.displacement = displacements(problem, last.positions);
     solution.reaction = reactions(problem, nodal, *simulation, last);
-    solution.strain_energy = last.energy;
+    solution.strain_energy = simulation->energy().value(last.positions); // of the body, as of other models
     solution.degrees_of_freedom = static_cast<std::int64_t>(last.positions.size());
     solution.solver = fmt::format("Newton, {} iterations, CHOLMOD", last.iterations);
     for (const auto &state : states)
@@ -107,7 +107,7 @@ core::Solution solve(const core::Problem &problem, const Method &method) {
             for (const auto &displacement : displacements(problem, state.positions))
                 point.displacement.push_back(displacement.cast<float>());
             point.reaction = reactions(problem, nodal, *simulation, state);
-            point.strain_energy = state.energy;
+            point.strain_energy = simulation->energy().value(state.positions);
         }
     solution.solve_seconds = core::seconds_since(start) - solution.setup_seconds;
     return solution;
