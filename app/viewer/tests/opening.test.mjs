@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, beforeEach, test } from 'node:test';
 import * as hdf5 from 'h5wasm/node';
-import { andDraw, createVisits, frames, pixels, sampleFolder, shown, startBrowser, startServer } from './browser.mjs';
+import { andDraw, createVisits, frames, inColours, pixels, sampleFolder, shown, startBrowser, startServer } from './browser.mjs';
 
 let samples, server, browser, visits, page;
 const file = (name) => join(samples.folder, name);
@@ -35,7 +35,7 @@ after(async () => {
   samples?.remove();
 });
 beforeEach(async () => {
-  await visits.open('#one.h5');
+  await visits.open(`#one.h5?${inColours}`); // quicker to draw than tissue and glass
   page = visits.page;
 });
 
