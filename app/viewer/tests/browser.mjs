@@ -29,11 +29,11 @@ export function sampleFolder() {
   return { folder, remove: () => rmSync(folder, { recursive: true }) };
 }
 
-/** A new folder with a result of each of some bodies that ship: <name>/palpation.h5. @param loadCase  another one, by its name or its file */
-export function shippedFolder(names, loadCase = 'palpation') {
+/** A new folder with a result of a body that ships: <name>/palpation.h5. @param loadCase  another one, by its name or its file */
+export function shippedFolder(name, loadCase = 'palpation') {
   const run = program(livermark);
   const folder = mkdtempSync(join(tmpdir(), 'livermark_shipped_'));
-  execFileSync(run, ['run', '--static', '--reference-on-mesh', '--body', ...[names].flat(), '--load-case', loadCase, '--model', 'lloyd', '--output', folder]);
+  execFileSync(run, ['run', '--static', '--reference-on-mesh', '--body', name, '--load-case', loadCase, '--model', 'lloyd', '--output', folder]);
   return { folder, remove: () => rmSync(folder, { recursive: true }) };
 }
 
