@@ -10,7 +10,7 @@ if(NOT NODE)
   message(STATUS "The page of `livermark view` is not tested: no node (Debian package nodejs)")
   return()
 endif()
-set(parts page opening conditions patches vessels node_factor loads view server live live/needle live/cut live/load_case live/link live/rest live/picture trial experiment/markers)
+set(parts page opening conditions patches vessels node_factor loads view server live live/needle live/cut live/load_case live/tumours live/link live/rest live/picture trial experiment/markers)
 # The springs of the live page, compiled for this machine from the lines that WebAssembly is made of. Machines of other
 # kinds have fused multiplications in all of their vectors, and other last digits.
 if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
@@ -22,8 +22,9 @@ if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND NOT CMAKE_BUILD_TYPE STREQUAL "D
   list(APPEND parts springs)
 endif()
 set(not_there 77)
-# A thousand pokes and pulls, pictures of every frame, and cuts that are compared with those at rest, take minutes.
-set(nightly_parts live/rest live/picture live/cut springs)
+# A thousand pokes and pulls, pictures of every frame, cuts that are compared with those at rest, and finite elements in contact on another
+# body than that of live/load_case, take minutes.
+set(nightly_parts live/rest live/picture live/cut live/tumours springs)
 foreach(part IN LISTS parts)
   set(tier full)
   if(part IN_LIST nightly_parts)

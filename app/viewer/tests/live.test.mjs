@@ -44,7 +44,10 @@ test('pressing on the body is answered by a force, and letting go ends it', asyn
 });
 
 test('what was done is saved step by step, with the numbers of the page', async () => {
-  await live.goLive({});
+  await live.open();
+  await live.page.check('#mode [value=live]', { force: true });
+  await live.moving();
+  await live.set('law', 'van_gelder');
   await live.poke();
   await live.set('nu', '0.3');
   await live.above('indentation', 0.001);

@@ -5,9 +5,9 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, beforeEach, test } from 'node:test';
 import * as hdf5 from 'h5wasm/node';
-import { andDraw, frames, newPage, pixels, sampleFolder, shown, startBrowser, startServer } from './browser.mjs';
+import { andDraw, createVisits, frames, inColours, pixels, sampleFolder, shown, startBrowser, startServer } from './browser.mjs';
 
-let samples, server, browser, page;
+let samples, server, browser, visits, page;
 const file = (name) => join(samples.folder, name);
 
 const python = process.env.PYTHON ?? '/usr/bin/python3';
@@ -27,6 +27,7 @@ before(async () => {
   variant('without_place.h5', { nan: ['mesh/points', 7, 1] });
   server = await startServer(samples.folder);
   browser = await startBrowser();
+  visits = createVisits(browser, server.address, 'body[data-state=ready] #stage[data-drawn]');
 });
 after(async () => {
   await browser?.close();
@@ -34,11 +35,8 @@ after(async () => {
   samples?.remove();
 });
 beforeEach(async () => {
-  await page?.context().close();
-  page = await newPage(browser);
-  await page.goto(`${server.address}#one.h5`);
-  await page.waitForSelector('#stage[data-drawn]');
-  await settled();
+  await visits.open(`#one.h5?${inColours}`); // quicker to draw than tissue and glass
+  page = visits.page;
 });
 
 const settled = async () => {

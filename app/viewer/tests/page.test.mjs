@@ -4,14 +4,15 @@ import { execFileSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, beforeEach, test } from 'node:test';
-import { andDraw, builtPage, frames, inColours, newPage, pixels, sampleFolder, shown, startBrowser, startServer } from './browser.mjs';
+import { andDraw, builtPage, createVisits, frames, inColours, pixels, sampleFolder, shown, startBrowser, startServer } from './browser.mjs';
 
-let samples, server, browser, page;
+let samples, server, browser, visits, page;
 
 before(async () => {
   samples = sampleFolder();
   server = await startServer(samples.folder);
   browser = await startBrowser();
+  visits = createVisits(browser, server.address, 'body[data-state=ready] #stage[data-drawn]');
 });
 after(async () => {
   await browser?.close();
@@ -20,11 +21,8 @@ after(async () => {
 });
 
 async function openPage(options = {}, view = inColours) {
-  await page?.context().close();
-  page = await newPage(browser, options);
-  await page.goto(`${server.address}#sample_result.h5?${view}`);
-  await page.waitForSelector('#stage[data-drawn]');
-  await frames(page);
+  await visits.open(`#sample_result.h5?${view}`, options);
+  page = visits.page;
 }
 beforeEach(() => openPage());
 

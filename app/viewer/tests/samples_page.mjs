@@ -1,26 +1,23 @@
 // The page with the sample result open, as several test files need it.
 import { execFileSync } from 'node:child_process';
 import { join } from 'node:path';
-import { frames, inColours, newPage, pixels, sampleFolder, startBrowser, startServer } from './browser.mjs';
+import { createVisits, inColours, pixels, sampleFolder, startBrowser, startServer } from './browser.mjs';
 
 const python = process.env.PYTHON ?? '/usr/bin/python3';
 
-/** Starts server and browser; `open` makes a new page, which `page` then is, in exact colours where the fragment has no view. */
+/** Starts server and browser; after `open`, `page` shows what a new page would, in exact colours where the fragment has no view. */
 export async function startSamples() {
   const samples = sampleFolder();
   const server = await startServer(samples.folder);
   const browser = await startBrowser();
+  const visits = createVisits(browser, server.address, 'body[data-state=ready] #stage[data-drawn]');
   const all = {
-    page: null,
+    get page() {
+      return visits.page;
+    },
     folder: samples.folder,
     address: server.address,
-    async open(options = {}, fragment = '#sample_result.h5') {
-      await all.page?.context().close();
-      all.page = await newPage(browser, options);
-      await all.page.goto(server.address + (fragment.includes('?') || fragment === '' ? fragment : `${fragment}?${inColours}`));
-      await all.page.waitForSelector('body[data-state=ready] #stage[data-drawn]');
-      await frames(all.page);
-    },
+    open: (options = {}, fragment = '#sample_result.h5') => visits.open(fragment.includes('?') || fragment === '' ? fragment : `${fragment}?${inColours}`, options),
     h5py: (question, name = 'sample_result.h5') => JSON.parse(execFileSync(python, [join(import.meta.dirname, 'ask_h5py.py'), join(samples.folder, name)],
       { input: JSON.stringify(question), maxBuffer: 2 ** 27 }).toString().replaceAll('NaN', 'null')),
     /** A copy of a sample with changes. */

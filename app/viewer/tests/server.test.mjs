@@ -6,14 +6,18 @@ import { delimiter, dirname, join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { builtPage, newPage, sampleFolder, startBrowser, startServer } from './browser.mjs';
 
-let samples, server, cookie;
+let samples, server, browser, cookie;
 before(async () => {
   samples = sampleFolder();
   server = await startServer(samples.folder);
+  browser = await startBrowser();
   const first = await ask(`/${new URL(server.address).search}`);
   cookie = first.headers['set-cookie'][0].split(';')[0];
 });
-after(() => samples?.remove());
+after(async () => {
+  await browser?.close();
+  samples?.remove();
+});
 
 /** With the cookie of the first visit, as a browser does. */
 function ask(path, { headers = {}, ...options } = {}) {
@@ -54,9 +58,8 @@ test('the page breaks none of its own rules', async () => {
   const { headers } = await ask('/');
   assert.equal(headers['cross-origin-opener-policy'], 'same-origin');
   assert.match(headers['content-security-policy'], /^default-src 'none'; /);
-  const browser = await startBrowser();
+  const page = await newPage(browser);
   try {
-    const page = await newPage(browser);
     const said = [];
     page.on('console', (message) => message.type() === 'error' && said.push(message.text()));
     page.on('pageerror', (error) => said.push(String(error)));
@@ -77,7 +80,7 @@ test('the page breaks none of its own rules', async () => {
     assert.equal(await page.evaluate(() => globalThis.hasRun), undefined);
     assert.deepEqual(said.filter((text) => !text.includes('127.0.0.1:1/') && !/inline script/.test(text)), []);
   } finally {
-    await browser.close();
+    await page.context().close();
   }
 });
 
@@ -92,14 +95,13 @@ test('it opens a browser with a file for its user alone, and not with the token 
   const token = new URL(opening.address).searchParams.get('token');
   assert.ok(!file.includes(token));
   assert.equal(statSync(dirname(file)).mode & 0o077, 0, 'nobody else may look into its folder');
-  const browser = await startBrowser();
+  const page = await newPage(browser);
   try {
-    const page = await newPage(browser);
     await page.goto(`file://${file}`);
     await page.locator('#stage[data-drawn]').waitFor();
     assert.equal(new URL(page.url()).origin, new URL(opening.address).origin);
   } finally {
-    await browser.close();
+    await page.context().close();
   }
   assert.equal(await opening.stop(), 0);
   assert.equal(existsSync(file), false);

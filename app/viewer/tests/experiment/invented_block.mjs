@@ -3,7 +3,7 @@ import { execFileSync } from 'node:child_process';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { frames, livermark, newPage, startBrowser, startServer } from '../browser.mjs';
+import { createVisits, frames, livermark, startBrowser, startServer } from '../browser.mjs';
 
 const python = process.env.PYTHON ?? '/usr/bin/python3';
 const script = (name) => join(import.meta.dirname, '..', name);
@@ -58,15 +58,13 @@ export async function startBlock(prepare = () => {}) {
   prepare(folder, change);
   const server = await startServer(folder);
   const browser = await startBrowser();
+  const visits = createVisits(browser, server.address, 'body[data-state=ready]');
   const all = {
-    page: null,
-    folder,
-    async open(options = {}, fragment = '#jelly.h5') {
-      await all.page?.context().close();
-      all.page = await newPage(browser, options);
-      await all.page.goto(server.address + fragment);
-      await all.settled();
+    get page() {
+      return visits.page;
     },
+    folder,
+    open: (options = {}, fragment = '#jelly.h5') => visits.open(fragment, options),
     async settled() {
       await all.page.waitForSelector('body[data-state=ready]');
       await frames(all.page);

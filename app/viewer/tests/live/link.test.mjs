@@ -2,23 +2,17 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
-import { fragment, frames, shippedFolder, startBrowser, startServer } from '../browser.mjs';
-import { createLivePage } from './live_page.mjs';
+import { fragment, frames } from '../browser.mjs';
+import { startLivePage } from './live_page.mjs';
 
-let shipped, server, browser, live;
+let site, server, live;
 const file = encodeURIComponent('liver_tumours/palpation.h5');
 
 before(async () => {
-  shipped = shippedFolder('liver_tumours');
-  server = await startServer(shipped.folder);
-  browser = await startBrowser();
-  live = createLivePage(browser, `${server.address}#${file}`);
+  site = await startLivePage();
+  ({ server, live } = site);
 });
-after(async () => {
-  await browser?.close();
-  await server?.stop();
-  shipped?.remove();
-});
+after(() => site?.stop());
 
 const fieldOf = (name) => live.page.locator(`#live-${name}`).inputValue();
 const said = async () => ({

@@ -27,6 +27,7 @@ export async function startLivePage(body = 'liver_tumours', loadCase = 'palpatio
 export function createLivePage(browser, address) {
   let page = null;
   let firstNode = ''; // that the page offers to touch
+  const linkTo = (law) => `${address}?mode=live&law=${law}&live_colours=displacement&live_surface=exact`;
   const at = {
     get page() {
       return page;
@@ -42,15 +43,29 @@ export function createLivePage(browser, address) {
       await page.waitForSelector('#stage[data-drawn]', { state: 'attached' }); // a link may lead to Live
     },
     moving: () => page.waitForSelector('#live[data-state=moving]'),
-    /** The body at rest, on a new page if there are options for one. @param law  quicker than the law that the page begins with */
+    /**
+     * The body at rest in colours that can be measured, on a new page if there are options for one. It is opened by a link, because springs of the law
+     * that a page begins with take seconds to be fitted. @param law  a quicker one
+     */
     async goLive(options, law = 'van_gelder') {
       if (!options && (await at.goBack())) return;
-      await at.open(options);
-      await page.check('#mode [value=live]', { force: true });
+      await at.open(options, linkTo(law));
       await at.moving();
-      for (const one of ['[name=live-shown][value=displacement]', '[name=live-skin][value=flat]']) await page.check(one); // colours are measured
-      await at.set('law', law);
       firstNode = await page.locator('#live-node').inputValue();
+    },
+    /** The same body from the beginning, with nothing done to it: its file is opened again in the page of the test before, or in a new one. */
+    async goAnew(law = 'van_gelder') {
+      if (!(await page?.locator('#live[data-state=moving]').isVisible())) return at.goLive({}, law);
+      await page.check('[name=tool][value=probe]');
+      for (const id of ['#live-fem', '#live-stays']) await page.uncheck(id);
+      await page.evaluate((link) => {
+        document.querySelector('#live').dataset.state = 'before';
+        document.querySelector('#live-needle-capsule').checked = false;
+        document.querySelector('#live-engine').value = 'wasm'; // as of the next start
+        history.replaceState(null, '', link);
+        dispatchEvent(new HashChangeEvent('hashchange'));
+      }, new URL(linkTo(law)).hash);
+      await at.moving();
     },
     /** What the page of the test before has become is as at first again. @return whether it can go on */
     async goBack() {

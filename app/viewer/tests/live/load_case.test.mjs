@@ -1,121 +1,38 @@
-// The ball of the live page and that of a load case which goes as deep: both livers push back with the same force.
+// The ball of the live page and that of a load case which goes as deep: the liver pushes back with the same force. tumours.test.mjs takes the other one.
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
-import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import * as hdf5 from 'h5wasm/node';
-import { livermark, shippedFolder, startBrowser, startServer } from '../browser.mjs';
-import { createLivePage } from './live_page.mjs';
+import { startTouch } from './touch_of_run.mjs';
 
-const margin = 0.1; // of the force at the same depth: the direction of a load case is the mean normal of a disc, that of the page the normal of a node
-const radius = 0.012; // of a finger [m]
-let browser;
-before(async () => {
-  await hdf5.ready;
-  browser = await startBrowser();
-});
-after(() => browser?.close());
+let touch;
+before(async () => (touch = await startTouch('liver_healthy')));
+after(() => touch?.stop());
 
-/** What `livermark run` says to a ball that is set down there and goes as deep. @return its force [N] */
-function forceOfRun(body, model, { point, depth }) {
-  const folder = mkdtempSync(join(tmpdir(), 'livermark_live_'));
-  const numbers = (vector) => `[${vector.map((x) => x.toExponential(16)).join(', ')}]`;
-  const lines = [
-    'title = "What the live page did"', 'regime = "large"', 'path = [0.25, 0.5, 0.75, 1.0]', 'target_peak_displacement = 0.01',
-    '[[condition]]', 'patch = "posterior"', 'displacement = [0.0, 0.0, 0.0]',
-    '[touch]', `disc = { point = ${numbers(point)}, radius = ${radius} }`, `radius = ${radius}`, `depth = ${depth.toExponential(16)}`, 'friction = 0.3', ''];
-  try {
-    writeFileSync(join(folder, 'live.toml'), lines.join('\n'));
-    execFileSync(livermark, ['run', '--static', '--reference-on-mesh', '--body', body, '--load-case', join(folder, 'live.toml'), '--model', model, '--output', folder], { stdio: 'ignore' });
-    const file = new hdf5.File(join(folder, body, 'live.h5'), 'r');
-    const reactions = file.get(`solutions/${model}/reaction`).to_array();
-    file.close();
-    return Math.hypot(...reactions.at(-1));
-  } finally {
-    rmSync(folder, { recursive: true });
-  }
-}
-
-/** Opens Live. Seconds of motion take long where the page does all by itself, and the server moves the same springs. */
-async function movedByServer(live) {
-  await live.open();
-  const { page } = live;
-  await page.check('#mode [value=live]', { force: true });
-  await live.moving();
-  await live.take('native');
-  return page;
-}
-
-async function agreesWithRun(t, body) {
-  const shipped = shippedFolder(body);
-  const server = await startServer(shipped.folder);
-  const live = createLivePage(browser, `${server.address}#${encodeURIComponent(`${body}/palpation.h5`)}`);
-  try {
-    const page = await movedByServer(live);
-    const model = await page.locator('#live-law').inputValue();
-    assert.equal(await live.value('radius-shown'), radius, 'a finger at first');
-    await live.set('alpha', '40');
-    await page.check('#live-stays');
-    await page.click('#live-touch');
-    await live.above('indentation', 0.002);
-    await live.rests();
-    const force = await live.value('force');
-    assert.equal(await live.value('disc'), radius);
-    const centre = (await page.locator('#live-disc').getAttribute('data-middle')).split(',').map(Number);
-    const { rows } = await live.saved();
-    // The ball is led from where it just touches to 5 mm below, straight inwards.
-    const targets = rows.filter(({ tool }) => tool === 'probe').map((row) => ['target_x', 'target_y', 'target_z'].map((name) => Number(row[name])));
-    const way = targets.at(-1).map((x, i) => x - targets[0][i]);
-    const inwards = way.map((x) => x / Math.hypot(...way));
-    const start = targets.at(-1).map((x, i) => x - 0.005 * inwards[i]);
-    const depth = centre.reduce((sum, x, i) => sum + (x - start[i]) * inwards[i], 0);
-    const expected = forceOfRun(body, model, { point: start.map((x, i) => x + radius * inwards[i]), depth });
-    t.diagnostic(`${model}: ${(1000 * depth).toFixed(2)} mm, in Live ${force.toFixed(4)} N, in livermark run ${expected.toFixed(4)} N`);
-    assert.ok(Math.abs(force / expected - 1) < margin, `${force} N, and ${expected} N in livermark run`);
-  } finally {
-    await live.close();
-    await server.stop();
-    shipped.remove();
-  }
-}
-
-for (const body of ['liver_healthy', 'liver_tumours'])
-  test(`${body} at rest under a finger has the force of livermark run`, (t) => agreesWithRun(t, body));
+test('liver_healthy at rest under a finger has the force of livermark run', (t) => touch.agreesWithRun(t));
 
 test('a contact that is smaller than an edge is said in a sentence, and what finite elements say of the stiffness', async () => {
-  const shipped = shippedFolder('liver_healthy');
-  const server = await startServer(shipped.folder);
-  const live = createLivePage(browser, `${server.address}#${encodeURIComponent('liver_healthy/palpation.h5')}`);
-  try {
-    const page = await movedByServer(live);
-    await live.set('alpha', '40');
-    await page.check('#live-fem');
-    await page.check('#live-stays');
-    await page.click('#live-touch');
-    await live.above('indentation', 0.002);
-    assert.equal(await live.isShown('coarse'), false, 'a finger is larger than an edge');
-    await live.isJudged();
-    const [springs, elements, off] = [await live.value('fem-springs'), await live.value('fem-elements'), await live.value('fem-off')];
-    assert.ok(Math.abs(off - (elements / springs - 1)) < 1e-12);
-    assert.ok(Math.abs(off) < 0.25, `stiffness off by ${off}`);
-    const verdict = async (judge, by) => assert.match(await live.text('fem-words'),
-      new RegExp(`^The springs are (as stiff as ${judge} FEM here|\\d+ % too ${by < 0 ? 'soft' : 'stiff'} here beside ${judge} FEM); a hand feels 7 %\\.$`));
-    await verdict('hyperelastic', off);
-    // So shallow that linear elements judge.
-    await page.locator('#live-depth').fill('1');
-    await live.isJudged();
-    await verdict('linear', await live.value('fem-off'));
-    await page.locator('#live-radius').fill('5');
-    await page.waitForSelector('#live-coarse:not([hidden])');
-    assert.match(await live.text('coarse'), /^The tool is smaller than an edge: its radius is 5 mm, the edges there are [\d.]+ mm long/);
-    await page.click('#live-let-go');
-    await live.below('force', 1e-12);
-    assert.equal(await live.isShown('coarse'), false);
-  } finally {
-    await live.close();
-    await server.stop();
-    shipped.remove();
-  }
+  const { live } = touch;
+  const page = await touch.movedByServer();
+  await live.set('alpha', '40');
+  await page.check('#live-fem');
+  await page.check('#live-stays');
+  await page.click('#live-touch');
+  await live.above('indentation', 0.002);
+  assert.equal(await live.isShown('coarse'), false, 'a finger is larger than an edge');
+  await live.isJudged();
+  const [springs, elements, off] = [await live.value('fem-springs'), await live.value('fem-elements'), await live.value('fem-off')];
+  assert.ok(Math.abs(off - (elements / springs - 1)) < 1e-12);
+  assert.ok(Math.abs(off) < 0.25, `stiffness off by ${off}`);
+  const verdict = async (judge, by) => assert.match(await live.text('fem-words'),
+    new RegExp(`^The springs are (as stiff as ${judge} FEM here|\\d+ % too ${by < 0 ? 'soft' : 'stiff'} here beside ${judge} FEM); a hand feels 7 %\\.$`));
+  await verdict('hyperelastic', off);
+  // So shallow that linear elements judge.
+  await page.locator('#live-depth').fill('1');
+  await live.isJudged();
+  await verdict('linear', await live.value('fem-off'));
+  await page.locator('#live-radius').fill('5');
+  await page.waitForSelector('#live-coarse:not([hidden])');
+  assert.match(await live.text('coarse'), /^The tool is smaller than an edge: its radius is 5 mm, the edges there are [\d.]+ mm long/);
+  await page.click('#live-let-go');
+  await live.below('force', 1e-12);
+  assert.equal(await live.isShown('coarse'), false);
 });

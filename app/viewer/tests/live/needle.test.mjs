@@ -32,7 +32,7 @@ const numBlue = async () => {
 
 for (const engine of ['wasm', 'native'])
   test(`a needle goes to a tumour, and hand and target are read (${engine})`, async () => {
-    await live.goLive({});
+    await live.goAnew();
     if (engine === 'native') {
       await live.take('native');
     }
@@ -58,7 +58,7 @@ for (const engine of ['wasm', 'native'])
   });
 
 test('finite elements say how far the same needle moves the target', async () => {
-  await live.goLive({});
+  await live.goAnew();
   await takeNeedle(25);
   await live.above('needle-inside', 0.015);
   await live.page.check('#live-fem');
@@ -72,7 +72,7 @@ test('finite elements say how far the same needle moves the target', async () =>
 });
 
 test('a whole capsule holds for longer', async () => {
-  await live.goLive({});
+  await live.goAnew();
   await live.page.check('[name=tool][value=needle]');
   await live.page.check('#live-needle-capsule');
   await takeNeedle(6);
@@ -111,7 +111,7 @@ async function thinnest() {
 }
 
 test('a way that leaves the body is refused in a sentence, and another needle goes', async () => {
-  await live.goLive({});
+  await live.goAnew();
   await live.page.check('[name=tool][value=needle]');
   await live.page.selectOption('#live-needle-target', '');
   await live.page.locator('#live-node').fill(String(await thinnest()));
