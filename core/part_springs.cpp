@@ -39,13 +39,8 @@ Eigen::SparseMatrix<double> foundation_stiffness(const TetraMesh &mesh, const Fo
     std::vector<Eigen::Triplet<double>> entries;
     for (std::size_t which = 0; which < foundation.facets.size(); ++which) {
         const int facet = foundation.facets[which];
-        const auto &nodes = mesh.boundary_triangles[facet];
-        const Eigen::Matrix3d part = area_vector(mesh, facet).norm() / 12.0 * foundation.stiffness_on(mesh, which);
-        for (const int a : nodes)
-            for (const int b : nodes)
-                for (int i = 0; i < 3; ++i)
-                    for (int j = 0; j < 3; ++j)
-                        entries.emplace_back(3 * a + i, 3 * b + j, (a == b ? 2.0 : 1.0) * part(i, j));
+        add_blocks(entries, mesh.boundary_triangles[facet], linear_shares,
+                   area_vector(mesh, facet).norm() / 12.0 * foundation.stiffness_on(mesh, which));
     }
     const auto size = static_cast<Eigen::Index>(3 * mesh.points.size());
     Eigen::SparseMatrix<double> stiffness(size, size);

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <array>
+#include <cstddef>
 #include <vector>
 
 namespace livermark::core {
@@ -33,8 +34,21 @@ struct CapsuleEdges {
     std::vector<double> stiffness;         ///< (S) [N/m], > 0
 };
 
-/// Stiffness of a foundation on nodes between which displacements are linear: the integral of N_a N_b over a facet of
-/// the area A is A (1 + delta_ab) / 12.
+/// Integral of N_a N_b over a triangle on whose corners displacements are linear, in parts of A / 12.
+constexpr std::array<std::array<double, 3>, 3> linear_shares{{{2, 1, 1}, {1, 2, 1}, {1, 1, 2}}};
+
+/// Adds the block shares[a][b] part for each pair of nodes, entry (3 a + i, 3 b + j) for their components.
+template <std::size_t N>
+void add_blocks(std::vector<Eigen::Triplet<double>> &entries, const std::array<int, N> &nodes,
+                const std::array<std::array<double, N>, N> &shares, const Eigen::Matrix3d &part) {
+    for (std::size_t a = 0; a < N; ++a)
+        for (std::size_t b = 0; b < N; ++b)
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 3; ++j)
+                    entries.emplace_back(3 * nodes[a] + i, 3 * nodes[b] + j, shares[a][b] * part(i, j));
+}
+
+/// Stiffness of a foundation on nodes between which displacements are linear.
 /// @return shape (3 N, 3 N), symmetric, entry (3 a + i, 3 b + j) of components of nodes [N/m]
 Eigen::SparseMatrix<double> foundation_stiffness(const TetraMesh &mesh, const Foundation &foundation);
 

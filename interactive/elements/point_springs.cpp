@@ -221,13 +221,8 @@ Eigen::SparseMatrix<double> quadratic_foundation_stiffness(const Scene &scene, c
         const int facet = foundation.facets[which];
         const auto [a, b, c] = mesh.boundary_triangles[facet];
         const std::array nodes{a, b, c, middle.between(a, b), middle.between(b, c), middle.between(c, a)};
-        const Matrix3 part = core::area_vector(mesh, facet).norm() / 180.0 * foundation.stiffness_on(mesh, which);
-        for (std::size_t row = 0; row < nodes.size(); ++row)
-            for (std::size_t column = 0; column < nodes.size(); ++column)
-                for (int i = 0; i < 3; ++i)
-                    for (int j = 0; j < 3; ++j)
-                        entries.emplace_back(3 * nodes[row] + i, 3 * nodes[column] + j,
-                                             part_of_area[row][column] * part(i, j));
+        core::add_blocks(entries, nodes, part_of_area,
+                         core::area_vector(mesh, facet).norm() / 180.0 * foundation.stiffness_on(mesh, which));
     }
     const Eigen::Index size = 3 * num_nodes(scene);
     Eigen::SparseMatrix<double> stiffness(size, size);

@@ -160,9 +160,7 @@ class CoupledCapsule : public ElasticTerm {
     std::shared_ptr<const ElasticTerm> after_cut(const CutTetrahedra &left) const override {
         auto term = std::make_shared<CoupledCapsule>(*this);
         term->rest_ = left.rest;
-        std::erase_if(term->facets_, [&](const CoveredFacet &facet) { return facet.face.is_gone(left); });
-        for (auto &facet : term->facets_)
-            facet.nodes = facet.face.nodes(left);
+        take_cut(term->facets_, left);
         return term;
     }
 

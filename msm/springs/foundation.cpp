@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/events.hpp"
+#include "core/part_springs.hpp"
 #include "msm/springs/springs.hpp"
 #include "msm/springs/tetrahedron.hpp"
 
@@ -61,11 +62,7 @@ class FoundationSprings : public ElasticTerm {
         std::vector<Eigen::Triplet<double>> entries;
         entries.reserve(81 * facets_.size());
         for (const auto &facet : facets_)
-            for (const int a : facet.nodes)
-                for (const int b : facet.nodes)
-                    for (int i = 0; i < 3; ++i)
-                        for (int j = 0; j < 3; ++j)
-                            entries.emplace_back(3 * a + i, 3 * b + j, (a == b ? 2.0 : 1.0) * facet.stiffness(i, j));
+            core::add_blocks(entries, facet.nodes, core::linear_shares, facet.stiffness);
         return square_matrix(entries, rest_.size());
     }
 
@@ -92,9 +89,7 @@ class FoundationSprings : public ElasticTerm {
     std::shared_ptr<const ElasticTerm> after_cut(const CutTetrahedra &left) const override {
         auto term = std::make_shared<FoundationSprings>(*this);
         term->rest_ = left.rest;
-        std::erase_if(term->facets_, [&](const StandingFacet &facet) { return facet.face.is_gone(left); });
-        for (auto &facet : term->facets_)
-            facet.nodes = facet.face.nodes(left);
+        take_cut(term->facets_, left);
         return term;
     }
 

@@ -83,6 +83,13 @@ struct OuterFace {
 /// @throws support::InputError if one of them is no face of a tetrahedron
 std::vector<OuterFace> outer_faces_of(const core::TetraMesh &mesh, std::span<const int> facets);
 
+/// Facets with a face and nodes after a cut: one goes with its tetrahedron, or gets the nodes of it.
+template <class Facet> void take_cut(std::vector<Facet> &facets, const CutTetrahedra &left) {
+    std::erase_if(facets, [&](const Facet &facet) { return facet.face.is_gone(left); });
+    for (auto &facet : facets)
+        facet.nodes = facet.face.nodes(left);
+}
+
 /// The covered faces of a body, in the order of its boundary triangles.
 /// @return empty where the body has no capsule
 std::vector<OuterFace> covered_faces(const core::Body &body);

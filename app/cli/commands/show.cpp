@@ -136,10 +136,8 @@ std::optional<PlaceBelow> place_below(const results::Result &result, const std::
         return std::nullopt;
     const auto &tool = tools.front();
     core::Vector3 outward = core::Vector3::Zero();
-    for (const int facet : tool.facets) {
-        const auto &[a, b, c] = mesh.boundary_triangles[facet];
-        outward += (mesh.points[b] - mesh.points[a]).cross(mesh.points[c] - mesh.points[a]);
-    }
+    for (const int facet : tool.facets)
+        outward += core::area_vector(mesh, facet);
     const double length = outward.norm();
     const core::Vector3 inward = length > 0.0 ? core::Vector3(-outward / length) : core::Vector3::Zero();
     return PlaceBelow{result.problem.load_case.name, tool.radius, tool.middle + std::min(tool.radius, deepest) * inward,
