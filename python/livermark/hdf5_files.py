@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import os
 import pathlib
 from typing import Any, Iterator, Optional
 
@@ -12,7 +11,7 @@ import numpy
 
 from livermark.errors import InputError
 from livermark.hdf5_trial import read_all, try_apart
-from livermark.plain_files import limits_of, plain_file
+from livermark.plain_files import limits_of, plain_file, whole_file
 
 RUN = "livermark run"  # the command that writes most files
 SCHEMA_VERSION = 1
@@ -158,17 +157,13 @@ def put_dataset(place: Any, name: str, values: Any, units: str = "") -> None:
 def new_hdf5(path: pathlib.Path, provenance: dict[str, Any]) -> Iterator[Any]:
     """An h5py.File to fill, which takes the place of an earlier one when it is whole. provenance: attributes of the root that
     say where it comes from. Raises InputError if it cannot be written."""
-    part = path.with_name(f"{path.name}.{os.getpid()}.partial")
     try:
-        with library().File(part, "w", libver=("v110", "v110")) as file:
+        with whole_file(path) as part, library().File(part, "w", libver=("v110", "v110")) as file:
             for name, value in {"schema_version": SCHEMA_VERSION, **provenance}.items():
                 put_attribute(file, name, value)
             yield file
-        os.replace(part, path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error}); choose another place") from error
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def read_attribute(place: Any, name: str) -> Any:

@@ -1,10 +1,12 @@
 """Files that somebody else has made: what is asked before one is opened, and what reading it may take."""
 from __future__ import annotations
 
+import contextlib
 import os
+import pathlib
 import resource
 import stat
-from typing import Any
+from typing import Any, Iterator
 
 from livermark.errors import InputError
 
@@ -21,6 +23,17 @@ def plain_file(path: Any, remedy: str) -> str:
     if not stat.S_ISREG(os.stat(name).st_mode):
         raise InputError(f"{name}: this is not a plain file; {remedy}")
     return name
+
+
+@contextlib.contextmanager
+def whole_file(path: pathlib.Path) -> Iterator[pathlib.Path]:
+    """A file beside the path, to be written, which takes the place of an earlier one when it is whole. Errors stay OSError."""
+    part = path.with_name(f"{path.name}.{os.getpid()}.partial")
+    try:
+        yield part
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def limits_of(path: str, least_seconds: int = LEAST_SECONDS) -> tuple[int, int]:

@@ -6,7 +6,6 @@ import contextlib
 import functools
 import io
 import logging
-import os
 import pathlib
 import re
 from typing import Callable, Iterator, Optional
@@ -14,6 +13,8 @@ from typing import Callable, Iterator, Optional
 import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont
+
+from livermark.plain_files import whole_file
 
 FAMILY = "DejaVu Sans"  # which Matplotlib brings
 WEIGHTS = {400: "normal", 600: "semibold"}
@@ -84,14 +85,10 @@ def keep(make: Callable[[], Figure], settings: dict, kind: str) -> None:
 
 
 def _write_whole(path: pathlib.Path, content: bytes) -> None:
-    part = path.with_name(f"{path.name}.{os.getpid()}.partial")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        try:
+        with whole_file(path) as part:
             part.write_bytes(content)
-            os.replace(part, path)
-        finally:
-            part.unlink(missing_ok=True)
     except OSError as error:
         raise NotWritten(f"{path}: cannot be written ({error.strerror}); choose another folder with --output") from error
 

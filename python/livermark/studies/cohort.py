@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 import math
-import os
 import pathlib
 import shutil
 import sys
@@ -20,6 +19,7 @@ import numpy
 
 from livermark.errors import InputError
 from livermark.hdf5_files import library, put_attribute, put_dataset, read_attribute
+from livermark.plain_files import whole_file
 from livermark.studies.tables import PERCENT, Column, Table, fixed, printable
 
 FEWEST_BODIES = 6
@@ -281,18 +281,15 @@ def put_statistics(file: Any, found: list[Statistics]) -> None:
 
 def finish(path: pathlib.Path) -> None:
     """Adds the statistics to a file that the program has just written, which stays as it was if that fails."""
-    part = path.with_name(f"{path.name}.{os.getpid()}.partial")
     try:
-        shutil.copyfile(path, part)
-        with library().File(part, "r+", libver=("v110", "v110")) as file:
-            if "statistics" in file:
-                del file["statistics"]
-            put_statistics(file, statistics_of(errors_of_file(file)))
-        os.replace(part, path)
+        with whole_file(path) as part:
+            shutil.copyfile(path, part)
+            with library().File(part, "r+", libver=("v110", "v110")) as file:
+                if "statistics" in file:
+                    del file["statistics"]
+                put_statistics(file, statistics_of(errors_of_file(file)))
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error}); choose another place") from error
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def main(arguments: list[str]) -> int:
