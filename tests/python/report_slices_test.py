@@ -55,10 +55,21 @@ def test_a_sheet_has_both_contours_and_the_sides_of_the_patient(bar):
     planes = slices.planes_of({"planes": [told(), told(up=(0.0, 0.001, 0.0), origin=(0.0005, 0.0005, 0.005))]})
     sheet = slices.sheet(planes, FACES, points, points + 0.001, "as springs deform it")
     assert {text.get_text() for text in sheet.texts} == {"contour of the mesh", "as springs deform it"}
-    coronal, axial = ({text.get_text(): text.get_position()[1] for text in axes.texts} for axes in sheet.axes)
+    axial, coronal = ({text.get_text(): text.get_position()[1] for text in axes.texts} for axes in sheet.axes)
     assert coronal["S"] > coronal["I"] and axial["A"] > axial["P"] and {"R", "L"} <= coronal.keys() & axial.keys()
-    assert sheet.axes[1].yaxis_inverted() and not sheet.axes[0].yaxis_inverted()
+    assert sheet.axes[0].yaxis_inverted() and not sheet.axes[1].yaxis_inverted()
     assert [len(axes.collections) for axes in sheet.axes] == [2, 2]
+
+
+def test_each_side_of_the_patient_stands_at_one_end_however_the_image_is_turned(bar):
+    """Two axes of this image are nearest to left, and none to the back."""
+    points, _ = bar
+    first, last = numpy.array([0.70, 0.69, 0.18]) / numpy.linalg.norm([0.70, 0.69, 0.18]), numpy.array([0.70, -0.52, -0.49])
+    last = (last - (last @ first) * first) / numpy.linalg.norm(last - (last @ first) * first)
+    axes = 0.001 * numpy.array([first, last, numpy.cross(first, last)])
+    assert [numpy.abs(axis).argmax() for axis in axes] == [0, 0, 2]
+    sheet = slices.sheet(slices.planes_of({"planes": [told(axes[i], axes[j]) for i, j in ((0, 1), (0, 2), (1, 2))]}), FACES, points)
+    assert [{text.get_text() for text in each.texts} for each in sheet.axes] == [{*"RLAP"}, {*"RLIS"}, {*"APIS"}]
 
 
 @pytest.mark.parametrize("change", [{"size": [0, 8]}, {"size": [10**6, 10**6]}, {"label": [1, 2]}, {"up": [0, 0, 0]}, {"origin": None},
