@@ -53,8 +53,8 @@ export interface CompareView {
 
 export interface CompareHooks {
   complain(name: string, error: unknown): void;
-  /** Another choice is drawn. */
-  drawn(): void;
+  /** Another choice is drawn. @param fields  of the two models */
+  drawn(result: Result, choice: Choice, fields: [Field, Field]): void;
 }
 
 /** What a reader sees of a side besides the body. */
@@ -129,7 +129,7 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
       refill(byId('comparison'), comparison(seen, choice.models, load, showOnTheRight));
     drawn = choice;
     byId('stage').dataset['drawn'] = String(++numDrawn);
-    hooks.drawn();
+    hooks.drawn(result, choice, fields);
   }
 
   function drawMotion(result: Result, choice: Choice, motions: ProbeMotion[]): void {
