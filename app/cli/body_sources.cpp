@@ -94,7 +94,7 @@ std::string quoted_text(const std::string &text) {
     return stream.str();
 }
 
-/// What `livermark-segment` writes into a file when it is given these words and --output.
+/// File that `livermark-segment` writes when it is given these words and --output.
 std::string json_of(std::vector<std::string> words) {
     const support::ScratchFolder scratch;
     const auto file = scratch.path / "image.json";
@@ -111,11 +111,11 @@ std::string content_of(const std::vector<std::string> &sources) {
     return fmt::format("{:016x}", hash.value());
 }
 
-/// How the options of a body of labels begin, and the words between what they say; see sources_of().
+/// Start of the options of a body of labels, and the words between what they say; see sources_of().
 constexpr std::string_view labels_start = "labels, liver ", tumours_start = ", tumours ", roles_start = ", roles ",
                            tetrahedra_start = ", tetrahedra ";
 
-/// What is in front of a mark, and what is behind it.
+/// Parts of a text in front of a mark and behind it.
 std::pair<std::string_view, std::string_view> split_at(std::string_view text, std::string_view mark) {
     const auto at = text.find(mark);
     if (at == std::string_view::npos)

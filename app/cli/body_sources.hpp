@@ -8,7 +8,7 @@
 #include "app/cli/image_bodies.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 
-/// What bodies were made of, and what is shown of that.
+/// Sources of bodies, and what is shown of them.
 namespace livermark::cli {
 
 /// Sources of a body. Bodies are the same if their content and options are, whatever the files are called.
@@ -31,7 +31,7 @@ std::string sources_toml(const BodySources &sources);
 /// @throws support::InputError if it cannot be read
 std::optional<BodySources> sources_in(const std::filesystem::path &body_file);
 
-/// Where the .toml of the body of a result file may be: beside the folder of its results, where `livermark run` puts
+/// Places of the .toml of the body of a result file: beside the folder of its results, where `livermark run` puts
 /// it, or in the folder that is looked at. Nothing for a body with a name that no file has.
 std::vector<std::filesystem::path> body_files_of(const std::filesystem::path &result, const std::string &body,
                                                  const std::filesystem::path &folder);

@@ -51,7 +51,7 @@ std::string plane_across(int axis, const std::array<int, 3> &through, const Labe
                        grid.size[up], numbers(origin), numbers(step(right)), numbers(step(up)), fmt::join(label, ","));
 }
 
-/// What a voxel may be in pictures; the index is what is written.
+/// Names of what a voxel may be in pictures; the index is what is written.
 constexpr std::array part_names{"outside", "liver", "lesion", "vessel", "other"};
 
 int part_of(const LabelPart &part) {
