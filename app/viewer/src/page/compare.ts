@@ -164,7 +164,7 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
   /** What the colours mean. @param notes  beside numbers; the last stands beside patches as well */
   function legendOf(result: Result, { quantity }: Choice, end: number, largest: Largest[], notes: [load: string, shade: string]): Node[] {
     if (quantity === 'patches') return patchLegend(result, notes[1]);
-    return quantity === 'tissue' ? tissueLegend(result, '') : scaleOf(quantity, end, largest, notes);
+    return quantity === 'tissue' ? [tissueLegend(result)] : scaleOf(quantity, end, largest, notes);
   }
 
   function scaleOf(quantity: Quantity, end: number, largest: Largest[], notes: string[]): Node[] {

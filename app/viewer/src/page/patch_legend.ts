@@ -59,9 +59,7 @@ export const listed = (entries: ColourEntry[], label: string) =>
   element('ul', { class: 'patches', 'aria-label': label }, ...entries.map(({ name, colour, size }) =>
     element('li', {}, element('span', { class: 'swatch', style: `background: ${colour}`, 'aria-hidden': 'true' }), [name, size].filter(Boolean).join(', '))));
 
-export function tissueLegend(result: Result, note: string): Node[] {
-  return [listed(tissueEntries(result), 'What the body is made of'), ...(note ? [element('p', { class: 'note' }, note)] : [])];
-}
+export const tissueLegend = (result: Result): Node => listed(tissueEntries(result), 'What the body is made of');
 
 export function patchLegend(result: Result, note: string): Node[] {
   const { confidence } = result.patches;
