@@ -8,7 +8,7 @@ import { insideImage, placeOfVoxel, sliceViews, turnOf, voxelsOf, type SliceView
 import { short } from '../picture/scale.ts';
 import { byId, element } from './elements.ts';
 import { numbersOf } from './link.ts';
-import { offer } from './save.ts';
+import { comparedFrame, offer } from './save.ts';
 import { exaggerationOf, type Choice } from './state.ts';
 
 export interface Slices {
@@ -159,24 +159,24 @@ export function createSlices(changed: () => void): Slices {
     byId('slices-legend').replaceChildren(
       ...shapes.map(({ name, colour }) => element('li', {}, element('span', { class: 'swatch line', style: `--colour: ${colour}`, 'aria-hidden': 'true' }), name)),
       ...parts.map((part) => element('li', {}, element('span', { class: 'swatch', style: `background: ${cssOf(partColours[part]!)}`, 'aria-hidden': 'true' }), spoken[part])));
-    byId('slices-about').textContent = aboutSlices(image, shown.choice);
+    byId('slices-about').textContent = `Displacements are drawn ${byId('factor').textContent}. ${sidesIn(image)}`;
   }
 
-  function aboutSlices(of: LabelImage, choice: Choice): string {
-    const factor = exaggerationOf(choice);
+  function sidesIn(of: LabelImage): string {
     const turned = isTurned(of) ? ` The image is turned by ${turnOf(of).toFixed(0)}° against the axes of the patient, so letters name the nearest side.` : '';
-    return `Displacements are drawn ${factor === 0 ? 'not at all' : factor === 1 ? 'as they are' : `${factor} times as large`}. R, L, A, P, I and S are the patient’s right, left, front, back, feet and head.${turned}`;
+    return `R, L, A, P, I and S are the patient’s right, left, front, back, feet and head.${turned}`;
   }
 
   async function save(): Promise<void> {
     if (!image || !shown) return;
-    const of = image, { result } = shown, [foot, gap] = [58, 8];
+    const of = image, { result, choice } = shown, [foot, gap] = [58, 8];
+    const { file, title } = comparedFrame(result, choice);
     const panels = views.map((made) => panelOf(made, of)), width = panels.reduce((sum, panel) => sum + panel.width + gap, gap), height = panels[0]!.height;
     const whole = element('canvas', { width: Math.round(panelTimes * width), height: Math.round(panelTimes * (height + 2 * gap + foot)) });
     const context = whole.getContext('2d')!;
     context.scale(panelTimes, panelTimes);
     context.fillStyle = '#101418';
-    context.fillRect(0, 0, width, height + 2 * gap + foot);
+    context.fillRect(0, 0, width + 1, height + 2 * gap + foot + 1);
     views.forEach(({ view }, i) => drawSlice(context, of, view, through(of), surfaces(), shapes, { ...panels[i]!, x: gap + panels.slice(0, i).reduce((sum, panel) => sum + panel.width + gap, 0), y: gap }));
     context.font = '13px system-ui, sans-serif';
     let x = gap;
@@ -187,9 +187,9 @@ export function createSlices(changed: () => void): Slices {
       x += 28 + context.measureText(name).width + 20;
     }
     context.fillStyle = '#d5dade';
-    context.fillText(`${result.body}: ${result.loadCase}. ${byId('slices-about').textContent}`, gap, height + 3 * gap + 32, width - 2 * gap);
+    context.fillText(`${title}. ${sidesIn(of)}`, gap, height + 3 * gap + 32, width - 2 * gap);
     const blob = await new Promise<Blob | null>((done) => whole.toBlob(done, 'image/png'));
-    if (blob) offer(`${result.body}_${result.loadCase}_slices.png`, blob);
+    if (blob) offer(`${file}_slices.png`, blob);
   }
 
   details.addEventListener('toggle', () => {

@@ -74,7 +74,7 @@ export function drawSlice(context: CanvasRenderingContext2D, image: LabelImage, 
   const [crossX, crossY] = placed(placeInSlice(image, view, through));
   stroke(new Path2D(`M${crossX} ${y + margin}V${y + height - margin}M${x + margin} ${crossY}H${x + width - margin}`), cross, 0.6);
   context.lineCap = 'round';
-  for (const { colour, width: lineWidth, voxels } of shapes) {
+  const contours = shapes.map(({ voxels }) => {
     const path = new Path2D();
     for (const surface of surfaces) {
       const lines = contourOf(image, view, at, surface, voxels);
@@ -83,9 +83,10 @@ export function drawSlice(context: CanvasRenderingContext2D, image: LabelImage, 
         path.lineTo(...placed(lines.subarray(i + 2, i + 4) as unknown as number[]));
       }
     }
-    stroke(path, halo, lineWidth + 1.6);
-    stroke(path, colour, lineWidth);
-  }
+    return path;
+  });
+  shapes.forEach((shape, i) => stroke(contours[i]!, halo, shape.width + 1.6)); // below all lines, so that each is seen beside the next
+  shapes.forEach((shape, i) => stroke(contours[i]!, shape.colour, shape.width));
   context.fillStyle = letters;
   context.font = '600 13px system-ui, sans-serif';
   context.textAlign = 'center';
