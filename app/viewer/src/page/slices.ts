@@ -65,6 +65,7 @@ export function createSlices(changed: () => void): Slices {
   let asked: string | null = null; // path of the file whose image is asked for
   let hasFailed = false; // and is asked for again when the slices are unfolded again
   let views: ViewOnPage[] = [];
+  let parts: VoxelPart[] = []; // that the image has
   let shapes: SliceShape[] = [];
 
   const say = (sentence: string) => (byId('slices-note').textContent = sentence);
@@ -84,6 +85,7 @@ export function createSlices(changed: () => void): Slices {
       const found = await fetchLabelImage(path);
       if (asked !== path) return;
       image = found;
+      parts = voxelParts.filter((part, index) => partColours[part] && found.part.includes(index));
       say('');
       makeViews(found);
       draw();
@@ -155,7 +157,6 @@ export function createSlices(changed: () => void): Slices {
     if (!image) return void ask();
     makeShapes(image, shown);
     drawViews();
-    const parts = voxelParts.filter((part, index) => partColours[part] && image!.part.includes(index));
     byId('slices-legend').replaceChildren(
       ...shapes.map(({ name, colour }) => element('li', {}, element('span', { class: 'swatch line', style: `--colour: ${colour}`, 'aria-hidden': 'true' }), name)),
       ...parts.map((part) => element('li', {}, element('span', { class: 'swatch', style: `background: ${cssOf(partColours[part]!)}`, 'aria-hidden': 'true' }), spoken[part])));
