@@ -160,7 +160,7 @@ export function createSlices(changed: () => void): Slices {
     byId('slices-legend').replaceChildren(
       ...shapes.map(({ name, colour }) => element('li', {}, element('span', { class: 'swatch line', style: `--colour: ${colour}`, 'aria-hidden': 'true' }), name)),
       ...parts.map((part) => element('li', {}, element('span', { class: 'swatch', style: `background: ${cssOf(partColours[part]!)}`, 'aria-hidden': 'true' }), spoken[part])));
-    byId('slices-about').textContent = `Displacements are drawn ${byId('factor').textContent}. ${sidesIn(image)}`;
+    byId('slices-about').textContent = `Displacement drawn ${byId('factor').textContent}. ${sidesIn(image)}`;
   }
 
   function sidesIn(of: LabelImage): string {
