@@ -1,21 +1,17 @@
 #include "app/cli/image_bodies.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fstream>
 #include <optional>
 #include <sstream>
-#include <stdexcept>
 #include <string_view>
-#include <sys/file.h>
-#include <unistd.h>
 
+#include "app/cli/body_sources.hpp"
 #include "app/cli/commands.hpp"
+#include "app/cli/segment_program.hpp"
 #include "core/support/files.hpp"
 #include "core/support/input_error.hpp"
 #include "core/support/processes/child_process.hpp"
@@ -31,79 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void add_content(support::FnvHash &hash, const fs::path &file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::array<char, 1 << 16> buffer{};
-    while (stream.read(buffer.data(), buffer.size()) || stream.gcount() > 0)
-        hash.add_bytes({buffer.data(), static_cast<std::size_t>(stream.gcount())});
-    hash.add(""); // the end of the file
-}
-
-std::vector<fs::path> files_in(const fs::path &folder) {
-    std::vector<fs::path> files;
-    std::error_code error;
-    for (auto entry = fs::directory_iterator(folder, error); !error && entry != fs::directory_iterator();
-         entry.increment(error))
-        if (std::error_code ignored; entry->is_regular_file(ignored))
-            files.push_back(entry->path());
-    std::ranges::sort(files);
-    return files;
-}
-
-/// Names that a line of a header may have: each of its words, all of it, and all behind its key, because names have
-/// spaces.
-std::vector<std::string> names_in(const std::string &line) {
-    std::vector<std::string> names;
-    std::istringstream words(line);
-    for (std::string word; words >> word;)
-        names.push_back(word);
-    for (const auto begin : {std::size_t{0}, line.find_first_of(":=") + 1}) {
-        const auto first = line.find_first_not_of(" \t\r=", begin);
-        if (names.size() > 1 && first != std::string::npos)
-            names.push_back(line.substr(first, line.find_last_not_of(" \t\r") + 1 - first));
-    }
-    return names;
-}
-
-/// Files beside a header that are named in it; all of them if it names a pattern, such as slice_%03d.raw.
-std::vector<fs::path> data_files(const fs::path &header) {
-    std::vector<fs::path> files;
-    const auto folder = fs::absolute(header).parent_path();
-    std::ifstream stream(header);
-    for (std::string line; std::getline(stream, line) && files.size() < 10000;) {
-        if (line.find('%') != std::string::npos)
-            return files_in(folder);
-        for (const auto &name : names_in(line))
-            if (std::error_code error; fs::is_regular_file(folder / name, error))
-                files.push_back(folder / name);
-    }
-    return files;
-}
-
-/// Files that belong to a file or folder, in an order that does not depend on the disk.
-std::vector<fs::path> all_files(const fs::path &source) {
-    std::vector<fs::path> files;
-    std::error_code error;
-    const auto ending = support::file_ending(source);
-    if (fs::is_directory(source, error))
-        return files_in(source);
-    files.push_back(source);
-    if (ending == ".mhd" || ending == ".nhdr")
-        std::ranges::copy(data_files(source), std::back_inserter(files));
-    if (ending == ".hdr" || ending == ".img")
-        for (const auto *other : {".hdr", ".img", ".img.gz", ".HDR", ".IMG", ".IMG.GZ"})
-            if (auto pair = fs::path(source).replace_extension(other);
-                pair != source && fs::is_regular_file(pair, error))
-                files.push_back(std::move(pair));
-    return files;
-}
-
-std::string quoted_text(const std::string &text) {
-    std::ostringstream stream;
-    stream << toml::value<std::string>(text);
-    return stream.str();
-}
-
 fs::path body_file_of(const std::string &output) {
     const fs::path mesh = output;
     if (mesh.extension() != ".msh")
@@ -112,110 +35,6 @@ fs::path body_file_of(const std::string &output) {
     auto body = mesh;
     body.replace_extension(".toml");
     return body;
-}
-
-constexpr const char *segment_target = "livermark-segment";
-constexpr const char *is_needed = "bodies of images and surfaces need the program livermark-segment";
-constexpr const char *command_that_builds = "scripts/bootstrap --program --segmentation";
-
-/// The source tree of a build folder of CMake and Ninja; empty if it is none, or the tree went.
-fs::path source_of(const fs::path &build_folder) {
-    constexpr std::string_view key = "CMAKE_HOME_DIRECTORY:INTERNAL=";
-    std::ifstream cache(build_folder / "CMakeCache.txt");
-    for (std::string line; std::getline(cache, line);)
-        if (line.starts_with(key)) {
-            const fs::path source = line.substr(key.size());
-            std::error_code error;
-            return fs::exists(source / "scripts" / "bootstrap", error) ? source : fs::path();
-        }
-    return {};
-}
-
-bool has_segment_target(const fs::path &build_folder) {
-    std::ifstream rules(build_folder / "build.ninja");
-    for (std::string line; std::getline(rules, line);)
-        if (line.find(segment_target) != std::string::npos)
-            return true;
-    return false;
-}
-
-/// Runs CMake with what it prints on standard error, because standard output is a result.
-bool run_cmake(std::vector<std::string> words) {
-    words.insert(words.begin(), {"sh", "-c", "exec cmake \"$@\" 1>&2", "sh"});
-    return support::run_printing(words).status == 0;
-}
-
-/// Waits while another process builds in the same folder.
-class BuildLock {
-  public:
-    explicit BuildLock(const fs::path &folder)
-        : file_(open((folder / ".livermark-segment.lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0666)) {
-        if (file_ >= 0)
-            flock(file_, LOCK_EX);
-    }
-    ~BuildLock() {
-        if (file_ >= 0)
-            close(file_);
-    }
-    BuildLock(const BuildLock &) = delete;
-    BuildLock &operator=(const BuildLock &) = delete;
-    bool is_held() const { return file_ >= 0; }
-
-  private:
-    int file_;
-};
-
-/// Builds the program that is missing, in the build folder that this one lies in. Packages are left alone.
-/// @throws support::InputError with the command that does it, where it cannot be built here
-void build_segment_program(const fs::path &program) {
-    const auto folder = program.parent_path();
-    const auto source = source_of(folder);
-    if (source.empty())
-        throw support::InputError(
-            fmt::format("{}, which is not built here; build it with {}", is_needed, command_that_builds));
-    const BuildLock lock(folder);
-    if (!lock.is_held())
-        throw support::InputError(fmt::format("{}, and {} cannot be written to; build it with {}", is_needed,
-                                              folder.string(), command_that_builds));
-    if (fs::exists(program))
-        return; // another process has built it meanwhile
-    if (!has_segment_target(folder)) {
-        fmt::print(stderr, "livermark: {}; cmake looks for ITK and CGAL\n", is_needed);
-        if (!run_cmake({"-S", source.string(), "-B", folder.string()}) || !has_segment_target(folder))
-            throw support::InputError(fmt::format("{}, which needs ITK and CGAL, and they are not installed or are "
-                                                  "switched off; install and build with {} in {}",
-                                                  is_needed, command_that_builds, source.string()));
-    }
-    fmt::print(stderr, "livermark: {}, which is compiled now, once, in some minutes: cmake --build {} --target {}\n",
-               is_needed, folder.string(), segment_target);
-    if (!run_cmake({"--build", folder.string(), "--target", segment_target}) || !fs::exists(program))
-        throw support::InputError(fmt::format("{}, which could not be compiled; what cmake says stands above, and {} "
-                                              "in {} does it with all that it needs",
-                                              is_needed, command_that_builds, source.string()));
-}
-
-fs::path segment_program() {
-    return fs::read_symlink("/proc/self/exe").parent_path() / segment_target;
-}
-
-/// Lets the program that is linked with ITK and CGAL do something; its errors go where ours go. Builds it first if it
-/// is missing.
-/// @return its exit status, 0 or 1, and what it has printed
-support::Printed segment(std::vector<std::string> words) {
-    const auto program = segment_program();
-    if (!fs::exists(program))
-        build_segment_program(program);
-    words.insert(words.begin(), {program.string(), "--parent", std::to_string(getpid())});
-    auto printed = support::run_printing(words);
-    constexpr int refused = 2;
-    if (printed.status == refused)
-        throw support::InputError(printed.output);
-    if (printed.status < 0 || printed.status > refused)
-        throw std::runtime_error(
-            printed.output.empty()
-                ? fmt::format("{} was ended from outside; is there too little memory?", program.string())
-                : printed.output);
-    return printed;
 }
 
 /// A command line without the option that only says to do it again.
@@ -231,61 +50,6 @@ std::string without_force(const std::string &command_line) {
 std::string arguments_of(const std::string &command_line) {
     const auto space = command_line.find(' ');
     return space == std::string::npos ? "" : without_force(command_line).substr(space);
-}
-
-/// Sources of a body. Bodies are the same if their content and options are, whatever the files are called.
-struct BodySources {
-    std::vector<std::string> files; ///< absolute paths, as they were given
-    std::string options;            ///< all that decides besides the files
-    std::string content;            ///< sixteen digits that stand for the bytes of the files
-
-    bool is_same_body(const BodySources &other) const { return options == other.options && content == other.content; }
-};
-
-/// Sources of a command: every file of a folder, and the voxels that a header leaves to another file.
-/// @throws support::InputError if one of them cannot be read
-BodySources sources_of(const SegmentCommand &command) {
-    const bool is_image = !command.labels.empty();
-    BodySources sources;
-    sources.options = is_image ? fmt::format("labels, liver {}, tumours {}", fmt::join(command.liver, ","),
-                                             fmt::join(command.tumours, ","))
-                               : fmt::format("surfaces, unit {}", command.unit.value_or("guessed"));
-    if (!command.roles.empty())
-        sources.options += fmt::format(", roles {}", fmt::join(command.roles, ","));
-    sources.options += fmt::format(", tetrahedra {}", command.tetrahedra);
-    support::FnvHash hash;
-    for (const auto &source : is_image ? std::vector{command.labels} : command.surfaces) {
-        std::error_code error;
-        if (!fs::is_directory(source, error))
-            support::check_readable(source);
-        sources.files.push_back(fs::absolute(source).lexically_normal().string());
-        for (const auto &file : all_files(source))
-            add_content(hash, file);
-    }
-    sources.content = fmt::format("{:016x}", hash.value());
-    return sources;
-}
-
-/// The same as a table of a body file, [image.made_of].
-std::string sources_toml(const BodySources &sources) {
-    auto text = std::string("[image.made_of] # the body is made anew where options or content differ\nfiles = [\n");
-    for (const auto &file : sources.files)
-        text += fmt::format("  {},\n", quoted_text(file));
-    return text + fmt::format("]\noptions = {}\ncontent = \"{}\"\n", quoted_text(sources.options), sources.content);
-}
-
-/// Sources as a body file has them; nothing if it does not say them.
-/// @throws support::InputError if it cannot be read
-std::optional<BodySources> sources_in(const fs::path &body_file) {
-    const auto body = support::parse_toml(support::read_text(body_file), body_file);
-    const auto *table = body["image"]["made_of"].as_table();
-    if (!table)
-        return std::nullopt;
-    BodySources sources{{}, (*table)["options"].value_or(std::string()), (*table)["content"].value_or(std::string())};
-    if (const auto *files = (*table)["files"].as_array())
-        for (const auto &file : *files)
-            sources.files.push_back(file.value_or(std::string()));
-    return sources;
 }
 
 /// Looks whether a body is there already.
@@ -344,25 +108,6 @@ bool is_made_of(const BodySources &sources, const fs::path &body_file) {
     }
 }
 
-/// The label image that a body was made of, where it is what it was then; empty otherwise.
-std::string image_of(const fs::path &body_file) {
-    if (support::file_ending(body_file) != ".toml")
-        return "";
-    try {
-        const auto known = sources_in(body_file);
-        std::error_code error;
-        if (!known || !known->options.starts_with("labels,") || known->files.size() != 1 ||
-            !fs::exists(known->files.front(), error))
-            return "";
-        support::FnvHash hash;
-        for (const auto &file : all_files(known->files.front()))
-            add_content(hash, file);
-        return fmt::format("{:016x}", hash.value()) == known->content ? known->files.front() : "";
-    } catch (const support::InputError &) {
-        return ""; // there is no such body file, or it is damaged
-    }
-}
-
 /// The body file of these sources: the one that is there, or a name that no other body has.
 fs::path place_of(const fs::path &folder, const std::string &stem, const BodySources &sources) {
     auto plain = folder / (stem + ".toml");
@@ -417,18 +162,6 @@ class Mesher {
 };
 
 } // namespace
-
-std::string slices_of_image(const fs::path &body_file, const core::Vector3 &at) {
-    const auto image = image_of(body_file);
-    if (image.empty() || !fs::exists(segment_program()))
-        return "";
-    const support::ScratchFolder scratch;
-    const auto file = scratch.path / "slices.json";
-    // = because a coordinate below zero looks like an option.
-    segment(
-        {"slices", image, fmt::format("--at={:.9g},{:.9g},{:.9g}", at.x(), at.y(), at.z()), "--output", file.string()});
-    return support::read_text(file);
-}
 
 int make_body_of_labels(const SegmentCommand &command) {
     std::vector<std::string> words{"labels", command.labels};

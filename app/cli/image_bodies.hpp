@@ -1,12 +1,9 @@
 #pragma once
 
 #include <cstdio>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "core/mesh/tetra_mesh.hpp"
 
 /// Bodies of segmentations, for `livermark mesh` and all that takes bodies. The program `livermark-segment` makes them,
 /// in a process of its own; where it is not built yet it is built first, and where that cannot be done each says how.
@@ -59,13 +56,6 @@ struct VesselsCommand {
 /// Writes the lines of the vessels of a label image, and prints how large they are and how a body takes them.
 /// @throws support::InputError
 void write_vessel_lines(VesselsCommand command);
-
-/// JSON of three slices of the label image that a body was made of, as livermark.report.slices reads them; empty where
-/// the body file names no image, or the image went or has changed since, or `livermark-segment` is not built.
-/// @param body_file  a .toml, which may be missing
-/// @param at         place that the slices go through [m]
-/// @throws support::InputError if the image cannot be read
-std::string slices_of_image(const std::filesystem::path &body_file, const core::Vector3 &at);
 
 /// Figures of a label image, or of a surface, for `livermark mesh check`: lines of "name value unit".
 /// @throws support::InputError

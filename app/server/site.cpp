@@ -161,6 +161,14 @@ Response list(const Site &site) {
             .file = {}};
 }
 
+Response image_for(const fs::path &file, const Site &site) {
+    try {
+        return {.status = 200, .content_type = "application/json", .text = site.image_of(file), .file = {}};
+    } catch (const support::InputError &why_not) {
+        return refusal(404, why_not.what());
+    }
+}
+
 using State = std::tuple<dev_t, ino_t, off_t, time_t, long>; ///< device, inode, size, time of change [s], [ns]
 
 std::optional<State> state_of(const std::filesystem::path &path) {
@@ -232,12 +240,15 @@ Response respond(const Request &request, const Site &site) {
                 .set_cookie = address_has_token(request, site) ? cookie_of_token(site.port, site.token) : ""};
     if (*path == "/files.json")
         return list(site);
-    constexpr std::string_view files = "/files/";
-    if (!path->starts_with(files))
+    constexpr std::string_view files = "/files/", image = "/image/";
+    const bool is_image = path->starts_with(image);
+    if (!is_image && !path->starts_with(files))
         return not_there();
-    auto file = shown_file(path->substr(files.size()), site.folder);
+    auto file = shown_file(path->substr((is_image ? image : files).size()), site.folder);
     if (!file || !site.is_result_file(*file))
         return not_there();
+    if (is_image)
+        return image_for(*file, site);
     return {.status = 200, .content_type = "application/x-hdf5", .text = {}, .file = std::move(*file)};
 }
 

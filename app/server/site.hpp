@@ -43,6 +43,9 @@ struct Site {
     /// Asked of each .h5 file that is to be listed or sent, by several threads; see remembered(). May throw InputError
     /// where nobody can say now.
     std::function<bool(const std::filesystem::path &)> is_result_file;
+    /// JSON of the label image that the body of a result file was made of; called by several threads. Throws InputError
+    /// with why there is none.
+    std::function<std::string(const std::filesystem::path &)> image_of{};
     std::map<std::string, BeginSession> sessions{}; ///< by the path that WebSockets ask for
 };
 
@@ -66,7 +69,8 @@ struct Response {
 
 /// Decides on a request. `/` is the page, `/files.json` the list of the result files as [{"path":"...","bytes":0}],
 /// and `/files/<path>` one of them, which has to end in .h5, lie below the folder once symlinks are followed, and be a
-/// result file. It reads the folder, and changes nothing.
+/// result file. `/image/<path>` is the label image that its body was made of, or a sentence on why there is none. It
+/// reads the folder, and changes nothing.
 ///
 /// Any page of the web may send requests to a port of this machine, so Host, and Origin where there is one, have to be
 /// exactly 127.0.0.1:PORT or localhost:PORT (at port 80 also without it), and Sec-Fetch-Site, where there is one,

@@ -75,6 +75,10 @@ std::vector<std::filesystem::path> hdf5_files_below(const std::filesystem::path 
 /// @throws support::InputError if a folder cannot be listed, a file that is named cannot be read, or nothing is there
 std::vector<Result> read_results(std::span<const std::filesystem::path> paths);
 
+/// Name of the body of a result file, without the rest of it.
+/// @throws support::InputError as read_result(); FileInUse
+std::string body_in(const std::filesystem::path &path);
+
 /// Whether a file says that it contains what the page of `livermark view` shows: solutions of models, or models beside
 /// an experiment. Reading it may still find a fault.
 /// @throws FileInUse if another program has it open to write, so that nobody can say

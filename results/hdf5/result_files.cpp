@@ -118,6 +118,10 @@ std::vector<Result> read_results(std::span<const std::filesystem::path> paths) {
     return results;
 }
 
+std::string body_in(const std::filesystem::path &path) {
+    return hdf5::read_once_tried(path, [&] { return hdf5::InputFile(path).text("/", "body"); });
+}
+
 bool is_shown_on_page(const std::filesystem::path &path) {
     try {
         const auto kind = kind_of_file(path);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/cli/body_sources.hpp"
 #include "app/cli/commands.hpp"
 #include "app/cli/image_bodies.hpp"
 #include "core/mesh/plausible_liver.hpp"

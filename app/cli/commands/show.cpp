@@ -18,8 +18,8 @@
 #include <utility>
 #include <vector>
 
+#include "app/cli/body_sources.hpp"
 #include "app/cli/commands.hpp"
-#include "app/cli/image_bodies.hpp"
 #include "app/server/sessions/live_fem.hpp"
 #include "app/server/sessions/live_springs.hpp"
 #include "app/server/site.hpp"
@@ -150,8 +150,6 @@ std::string slices_of(const studies::ReportData &data) {
     const auto look = [&](const std::vector<results::Result> &all, const std::vector<std::string> &files) {
         for (std::size_t r = 0; r < all.size(); ++r) {
             const auto &body = all[r].problem.body->name;
-            if (std::filesystem::path(body).filename() != body)
-                continue; // a file may say any name
             const auto place = place_below(all[r], data.folder / files[r]);
             if (const auto known = by_body.find(body);
                 place && (known == by_body.end() || place->radius < known->second.radius))
@@ -162,9 +160,10 @@ std::string slices_of(const studies::ReportData &data) {
     look(data.large, data.files.large);
     std::vector<std::string> entries;
     for (const auto &[body, place] : by_body) {
-        auto slices = slices_of_image(place.by.parent_path().parent_path() / (body + ".toml"), place.at);
-        if (slices.empty())
-            slices = slices_of_image(data.folder / (body + ".toml"), place.at);
+        std::string slices;
+        for (const auto &file : body_files_of(place.by, body, data.folder))
+            if (slices.empty())
+                slices = slices_of_image(file, place.at);
         if (!slices.empty())
             entries.push_back(fmt::format("{}: {{\"load_case\": {}, \"slices\": {}}}", json_text(body),
                                           json_text(place.load_case), slices));
@@ -317,6 +316,10 @@ int view(const ViewOptions &options) {
         .port = options.port,
         .token = server::new_token(),
         .is_result_file = server::remembered(results::is_shown_on_page),
+        .image_of =
+            [folder](const fs::path &file) {
+                return voxels_of_image(body_files_of(file, results::body_in(file), folder));
+            },
         .sessions = {
             {"/live/fem",
              [folder](const server::Fields &query, const server::ReportProgress &report) {

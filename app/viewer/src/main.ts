@@ -12,6 +12,7 @@ import { linkTo, placeOf, readLink, type Link } from './page/link.ts';
 import { createOpening } from './page/opening.ts';
 import { createPlayer } from './page/player.ts';
 import { comparedFrame, savePicture, saveTable } from './page/save.ts';
+import { createSlices } from './page/slices.ts';
 import { atLoad, validModels } from './page/state.ts';
 import { listenToTheme } from './page/theme.ts';
 import { vesselsInWords } from './page/vessels_key.ts';
@@ -24,7 +25,8 @@ let linkTimer = 0;
 
 listenToTheme();
 const stage = startStage();
-const compare = createCompareView(stage, { complain, drawn: writeLink });
+const slices = createSlices(writeLink);
+const compare = createCompareView(stage, { complain, drawn: (...drawn) => (slices.show(...drawn), writeLink()) });
 const modes = createModes({ say, complain, changed: writeLink });
 const experiment = createExperimentView({ complain, changed: writeLink });
 const player = createPlayer(() => compare.result()?.frameTimes ?? [], () => compare.choice()?.frame ?? 0, (frame) => compare.apply({ frame }));
@@ -54,7 +56,8 @@ const fragment = () => {
   const [result, choice] = [compare.result(), compare.choice()];
   if (!result || !choice) return '';
   const live = modes.liveLink()?.toString().replaceAll('%2C', ',');
-  return linkTo(path, result, choice, stage.cameraPlace()) + (live ? `&${live}` : '');
+  const through = slices.link();
+  return linkTo(path, result, choice, stage.cameraPlace()) + (through ? `&slices=${through}` : '') + (live ? `&${live}` : '');
 };
 
 /** The address is that of the view, a moment after it came to rest: browsers count changes. */
@@ -83,6 +86,7 @@ function showResult(prepared: Prepared, link: Link): void {
   experiment.hide();
   byId('compare').hidden = false;
   describe(prepared.file.result);
+  slices.open(prepared.file.result, path, link.view);
   compare.show(prepared);
   const camera = placeOf(link.view.get('camera'));
   if (camera) stage.setCameraPlace(camera);

@@ -19,4 +19,19 @@ struct SliceCommand {
 /// @throws support::InputError
 int write_slices(const SliceCommand &command);
 
+struct VoxelCommand {
+    std::string labels{};                ///< file, or folder of a DICOM series
+    std::vector<int> liver{}, tumours{}; ///< labels
+    std::vector<std::string> roles{};    ///< NAME=ROLE
+    std::string output{};                ///< the .json file
+};
+
+/// Writes the voxels around a body that was made of a label image by this choice, which may end 10 mm beside it. JSON:
+/// size (along each axis of the image), origin (centre of the first voxel in the world [m]), steps (3, from voxel to
+/// voxel along each axis [m]), parts (names of what a voxel may be), and runs: index of a part and how many voxels in
+/// a row are of it, in turns, with the first axis fastest.
+/// @return the exit status
+/// @throws support::InputError, also if there is too much of it for a browser
+int write_voxels(const VoxelCommand &command);
+
 } // namespace livermark::segmentation

@@ -378,6 +378,15 @@ int run(int argc, char **argv) {
     planes->add_option("--output", slices.output)->required();
     planes->callback([&] { action = [&] { return segmentation::write_slices(slices); }; });
 
+    segmentation::VoxelCommand voxels;
+    auto *volume = app.add_subcommand("voxels", "The voxels around the body of a label image");
+    volume->add_option("file", voxels.labels)->required();
+    volume->add_option("--liver", voxels.liver)->delimiter(',');
+    volume->add_option("--tumours", voxels.tumours)->delimiter(',');
+    volume->add_option("--role", voxels.roles)->expected(1)->take_all();
+    volume->add_option("--output", voxels.output)->required();
+    volume->callback([&] { action = [&] { return segmentation::write_voxels(voxels); }; });
+
     app.add_option_function<int>("--parent", end_with, "Process that this one ends with");
     CLI11_PARSE(app, argc, argv);
     return action();

@@ -4,6 +4,7 @@
 """
 from __future__ import annotations
 
+import itertools
 import json
 import pathlib
 from typing import Any, NamedTuple, Optional
@@ -46,9 +47,15 @@ def _plane(told: dict[str, Any]) -> Plane:
     return _as_read(Plane(label, origin, right, up))
 
 
+def _patient_axes(plane: Plane) -> tuple[int, int, int]:
+    """The axes of LPS that are nearest to right, up and normal: of all ways to pair them, because several may be nearest to one alone."""
+    near = [numpy.abs(axis) / numpy.linalg.norm(axis) for axis in (plane.right, plane.up, plane.normal)]
+    return max(itertools.permutations(range(3)), key=lambda axes: round(float(sum(part[axis] for part, axis in zip(near, axes))), 9))
+
+
 def _as_read(plane: Plane) -> Plane:
     """The same with left to the right, posterior to the right or down, and superior up, as radiologists look at a patient in LPS."""
-    axes = [int(numpy.abs(axis).argmax()) for axis in (plane.right, plane.up)]
+    axes = _patient_axes(plane)[:2]
     if axes[0] > axes[1]:
         plane, axes = Plane(plane.label.T, plane.origin, plane.up, plane.right), axes[::-1]
     if plane.right[axes[0]] < 0.0:
@@ -59,9 +66,9 @@ def _as_read(plane: Plane) -> Plane:
 
 
 def planes_of(told: dict[str, Any]) -> list[Plane]:
-    """Raises InputError for what is no three planes."""
+    """Across the patient's axis from head to feet first, then front to back, then left to right. Raises InputError for what is no planes."""
     try:
-        return [_plane(plane) for plane in told["planes"]]
+        return sorted((_plane(plane) for plane in told["planes"]), key=lambda plane: -_patient_axes(plane)[2])
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"slices of an image: they cannot be read ({error})") from error
 
@@ -101,7 +108,7 @@ def _draw_plane(axes, plane: Plane, shapes: list[tuple[numpy.ndarray, str, str]]
                 aspect=float(numpy.linalg.norm(plane.up) / numpy.linalg.norm(plane.right)))
     for points, colour, _ in shapes:
         axes.add_collection(LineCollection(contour(triangles, points, plane), colors=colour, linewidths=1.2))
-    across, along = (int(numpy.abs(axis).argmax()) for axis in (plane.right, plane.up))
+    across, along, _ = _patient_axes(plane)
     labelled = numpy.argwhere(plane.label > 0)
     if len(labelled):
         margin = 0.06 * max(width, height)

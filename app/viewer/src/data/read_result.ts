@@ -13,6 +13,7 @@ import { Fault, type Comparison, type Model, type Result } from './types.ts';
 import { tissueOfNodes } from '../picture/tissue.ts';
 
 const knownSchema = 1;
+const madeOfImage = 'made of the segmentation '; // how the reader of bodies begins its remark on the image
 
 /** Livermark writes other files too, in which there is no body to be drawn. */
 function refuseOtherFiles(file: File): void {
@@ -103,6 +104,7 @@ export function readResult(file: File, name: string): Result {
     },
     tetrahedra: Int32Array.from(tetrahedra),
     lesions: lesionsOf(regions, points, tetrahedra, region),
+    isOfImage: texts(file, '/mesh', 'assumptions').some((remark) => remark.startsWith(madeOfImage)),
     isAnatomical: regions[0] === 'parenchyma',
     conditions,
     patches,

@@ -73,6 +73,7 @@ export interface Result {
   surfaces: Surfaces;
   tetrahedra: Int32Array; // (M,4)
   lesions: Lesion[]; // all regions but the first
+  isOfImage: boolean; // the body was made of a segmentation
   isAnatomical: boolean; // x to the left, y to the back, z to the head of a patient (LPS)
   conditions: NamedConditions;
   patches: Patches;

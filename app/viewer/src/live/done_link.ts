@@ -17,7 +17,7 @@ export interface Done {
 
 const millimetres = (values: readonly number[]) => values.map((x) => Number((1000 * x).toFixed(4)));
 const digits = (values: readonly number[]) => values.map((x) => Number(x.toPrecision(7)));
-const kinds = { region: 5, 'half-space': 8, blade: 15 } as const; // and how many numbers each has
+const kinds = { region: 4, 'half-space': 7, blade: 14 } as const; // and how many numbers each has behind its name
 
 function numbersOf({ tool, takesLoose }: CutRequest): (number | string)[] {
   const loose = Number(takesLoose);
@@ -26,13 +26,16 @@ function numbersOf({ tool, takesLoose }: CutRequest): (number | string)[] {
   return [tool.kind, ...millimetres(tool.corners.flat()), ...millimetres([tool.thickness]), loose];
 }
 
-export function writeDone(link: URLSearchParams, cuts: readonly CutRequest[], { kind, radius, grasp }: ToolState): void {
+/** The tool that holds on; null if none does. */
+export const heldTool = ({ kind, radius, grasp }: ToolState): HeldTool | null => (grasp && isHolding(kind) ? { kind, radius: radius[kind], grasp } : null);
+
+export function writeDone(link: URLSearchParams, { cuts, tool }: Done): void {
   for (const cut of cuts) link.append('live_done', numbersOf(cut).join(','));
-  if (!grasp || !isHolding(kind)) return;
-  const { point, inwards, node, moved, goal, needle } = grasp;
+  if (!tool) return;
+  const { point, inwards, node, moved, goal, needle } = tool.grasp;
   const values = needle?.values;
   const ofNeedle = needle && values ? [...millimetres(needle.target), ...digits([values.diameter, values.spread, values.toughness, values.friction, values.punctureForce])] : [];
-  link.set('live_tool', [kind, ...millimetres([radius[kind]]), node, ...millimetres(point), ...digits(inwards), ...millimetres([...moved, goal]), ...ofNeedle].join(','));
+  link.set('live_tool', [tool.kind, ...millimetres([tool.radius]), node, ...millimetres(point), ...digits(inwards), ...millimetres([...moved, goal]), ...ofNeedle].join(','));
 }
 
 /** The name and the numbers behind it; null if these are not numbers. */
@@ -44,7 +47,7 @@ function partsOf(text: string): [name: string, numbers: number[]] | null {
 
 function cutOf(text: string): CutRequest | null {
   const [kind, numbers] = partsOf(text) ?? ['', []];
-  if (!Object.hasOwn(kinds, kind) || numbers.length !== kinds[kind as CutTool['kind']] - 1) return null;
+  if (!Object.hasOwn(kinds, kind) || numbers.length !== kinds[kind as CutTool['kind']]) return null;
   const metres = numbers.map((x) => x / 1000), vector = (from: number, of = metres) => of.slice(from, from + 3) as Vector;
   const takesLoose = numbers.at(-1) === 1;
   if (kind === 'region') return { tool: { kind, region: numbers[0]!, margin: metres[1]!, keepsMargin: numbers[2] === 1 }, takesLoose };

@@ -7,7 +7,7 @@ import { watchPageColours } from '../picture/page_colours.ts';
 import { showDisc } from './tool/disc.ts';
 import { startFollowing, type Following } from './following.ts';
 import { atRest, goOn, isHolding, letGo, take, toolOf, type ToolState } from './tool/tool_state.ts';
-import { linkedDone, writeDone, type Done, type HeldTool } from './done_link.ts';
+import { heldTool, linkedDone, writeDone, type Done, type HeldTool } from './done_link.ts';
 import { linkedLook, linkedSettings, writeLiveLink } from './live_link.ts';
 import { liveFrame } from './live_picture.ts';
 import { chosenStroke, drawStroke, listenToBlade, showCut, showRegions } from './tool/blade/blade_panel.ts';
@@ -91,9 +91,13 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     const target = targetFrom(point, inwards, chosenTarget(body!, result!.lesions));
     return { target, values: valuesOf(toolState.radius.needle, isCapsuleWhole()) };
   }
-  function takeAt(place: Parameters<Handling['take']>[0]): void {
+  /** Keeps what there is before a tool is taken. */
+  function keep(): void {
     undoing.keep({ toolState, cut: lastCut, cuts });
     session?.keep();
+  }
+  function takeAt(place: Parameters<Handling['take']>[0]): void {
+    keep();
     change(take(toolState, place, toolState.kind === 'needle' ? needleAt(place) : null));
   }
   const handling: Handling = {
@@ -167,8 +171,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     if (tool) takeLinked(tool);
   }
   function takeLinked({ kind, radius, grasp }: HeldTool): void {
-    undoing.keep({ toolState, cut: lastCut, cuts });
-    session?.keep();
+    keep();
     changeTool({ ...toolState, kind, radius: { ...toolState.radius, [kind]: radius }, grasp });
   }
   const letToolGo = () => change(letGo(toolState));
@@ -355,8 +358,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       if (!settings) return null;
       const link = writeLiveLink(settings, { ...scene.look(), hasElements: following.isOn() });
       // What is not done yet is in the link all the same.
-      if (linked) writeDone(link, [...cuts, ...linked.cuts], linked.tool ? { ...toolState, kind: linked.tool.kind, radius: { ...toolState.radius, [linked.tool.kind]: linked.tool.radius }, grasp: linked.tool.grasp } : toolState);
-      else writeDone(link, cuts, toolState);
+      writeDone(link, { cuts: [...cuts, ...(linked?.cuts ?? [])], tool: linked?.tool ?? heldTool(toolState) });
       return link;
     },
     hide() {

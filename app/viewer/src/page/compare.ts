@@ -1,9 +1,10 @@
 // Comparing the models of a file: the reader chooses, and what follows from the choice is read and drawn.
 import { Closed, type OpenFile } from '../data/client.ts';
-import { courseOf, type Field, type ForcePlot, type Largest, type NodeValues, type PointErrors, type ProbeMotion, type Result } from '../data/types.ts';
-import type { Quantity, SolvedQuantity } from '../picture/colour_maps.ts';
+import { courseOf, type Field, type ForcePlot, type Largest, type Model, type NodeValues, type PointErrors, type ProbeMotion, type Result } from '../data/types.ts';
+import type { Colouring, Quantity, SolvedQuantity } from '../picture/colour_maps.ts';
 import { goodExaggeration, nearestExaggeration } from '../picture/fields.ts';
 import { short } from '../picture/scale.ts';
+import type { Names } from '../picture/section.ts';
 import type { Side, Stage } from '../picture/stage.ts';
 import { comparison, verdict } from './comparison.ts';
 import { conditionsKey } from './conditions_key.ts';
@@ -53,16 +54,37 @@ export interface CompareView {
 
 export interface CompareHooks {
   complain(name: string, error: unknown): void;
-  /** Another choice is drawn. */
-  drawn(): void;
+  /** Another choice is drawn. @param fields  of the two models */
+  drawn(result: Result, choice: Choice, fields: [Field, Field]): void;
+}
+
+/** What a model is to the others. */
+function roleOf(model: Model, reference: string, { quantity }: Choice): string {
+  if (model.name !== reference) return model.comparison ? '' : 'Not compared';
+  return quantity === 'error' ? 'Reference, from which errors are measured: it has none, and is grey' : 'Reference';
+}
+
+function stateOf({ status, message }: Model): string {
+  if (status === 'ok') return '';
+  return status.replace('_', ' ') + (message ? `: ${message}` : '');
+}
+
+/** Value at the end of the colours. */
+function endOf(result: Result, { quantity, models }: Choice, largest: Largest[]): number {
+  if (quantity === 'modulus' && result.modulus) return modulusEnd(result.modulus);
+  return quantity === 'patches' || quantity === 'tissue' ? 1 : legendEnd(result, models, largest, quantity as SolvedQuantity);
+}
+
+/** What of the inside has its name in the picture. */
+function namesIn({ showsNames, skin }: Choice): Names {
+  if (!showsNames) return 'none';
+  return skin === 'translucent' ? 'all' : 'cut';
 }
 
 /** What a reader sees of a side besides the body. */
 function about(file: Result, name: string, reference: string, choice: Choice): string {
   const model = file.models.find((m) => m.name === name)!;
-  const role = name === reference ? (choice.quantity === 'error' ? 'Reference, from which errors are measured: it has none, and is grey' : 'Reference') : model.comparison ? '' : 'Not compared';
-  const state = model.status === 'ok' ? '' : `${model.status.replace('_', ' ')}${model.message ? `: ${model.message}` : ''}`;
-  return [role, endOfPath(file, model, choice), model.summary, state].filter(Boolean).join(' – ');
+  return [roleOf(model, reference, choice), endOfPath(file, model, choice), model.summary, stateOf(model)].filter(Boolean).join(' – ');
 }
 
 async function readChoice({ result, ask }: OpenFile, { models, frame, point, node, quantity }: Choice): Promise<Read> {
@@ -95,7 +117,7 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     seen = atPoint(result, choice, errors);
     const modulus = choice.quantity === 'modulus' ? result.modulus : null;
     const ofBody = choice.quantity === 'tissue' ? result.tissue : modulus;
-    const end = modulus ? modulusEnd(modulus) : choice.quantity === 'patches' || choice.quantity === 'tissue' ? 1 : legendEnd(result, choice.models, largest, choice.quantity as SolvedQuantity);
+    const end = endOf(result, choice, largest);
     for (const side of [0, 1] as Side[]) {
       const { displacement } = fields[side];
       const coloured = ofBody ?? colouredValues(fields[side], choice.quantity as SolvedQuantity | 'patches');
@@ -109,10 +131,9 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     stage.showVessels(choice.showsVessels);
     stage.setCut(choice.cut);
     stage.showSurfaceNames(choice.quantity === 'patches' && choice.showsNames);
-    stage.showNames(!choice.showsNames ? 'none' : choice.skin === 'translucent' ? 'all' : 'cut');
+    stage.showNames(namesIn(choice));
     const shade = choice.skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.';
-    byId('legend').replaceChildren(...choice.quantity === 'patches' ? patchLegend(result, shade) : choice.quantity === 'tissue' ? tissueLegend(result, '')
-      : scaleOf(choice.quantity, end, largest, [loadNote(fields, choice.quantity, load), shade]));
+    byId('legend').replaceChildren(...legendOf(result, choice, end, largest, [loadNote(fields, choice.quantity, load), shade]));
     byId('verdict').textContent = verdict(seen, choice.models[1], load);
     byId('conditions').replaceChildren(...(shows ? conditionsKey(result, choice.frame !== null, loadOf(result, choice)) : []),
       ...(choice.showsVessels ? vesselsKey(result, choice.skin === 'translucent' || choice.cut !== null) : []));
@@ -129,7 +150,7 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
       refill(byId('comparison'), comparison(seen, choice.models, load, showOnTheRight));
     drawn = choice;
     byId('stage').dataset['drawn'] = String(++numDrawn);
-    hooks.drawn();
+    hooks.drawn(result, choice, fields);
   }
 
   function drawMotion(result: Result, choice: Choice, motions: ProbeMotion[]): void {
@@ -138,6 +159,12 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     const shown = [...new Set(choice.models)].flatMap((model) => motions.filter((m) => m.model === model));
     const now = choice.frame === null ? null : result.frameTimes[choice.frame]!;
     byId('motion').replaceChildren(...motionPlot(result.probes[0]!, shown.length > 0 ? shown : motions.slice(0, 1), now));
+  }
+
+  /** What the colours mean. @param notes  beside numbers; the last stands beside patches as well */
+  function legendOf(result: Result, { quantity }: Choice, end: number, largest: Largest[], notes: [load: string, shade: string]): Node[] {
+    if (quantity === 'patches') return patchLegend(result, notes[1]);
+    return quantity === 'tissue' ? [tissueLegend(result)] : scaleOf(quantity, end, largest, notes);
   }
 
   function scaleOf(quantity: Quantity, end: number, largest: Largest[], notes: string[]): Node[] {
@@ -149,8 +176,8 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
   }
 
   /** Beside the legend, which is the same at all parts of the load. */
-  function loadNote(fields: [Field, Field], quantity: Quantity, load: string): string {
-    if (!load || quantity === 'modulus') return '';
+  function loadNote(fields: [Field, Field], quantity: Colouring, load: string): string {
+    if (!load || quantity === 'modulus' || quantity === 'patches' || quantity === 'tissue') return '';
     const largest = fields.map((field) => {
       const known = colouredValues(field, quantity).filter(Number.isFinite);
       return known.length > 0 ? `${short(scales[quantity].factor * known.reduce((a, b) => Math.max(a, b)))} ${quantity === 'strain' ? '%' : 'mm'}` : '–';

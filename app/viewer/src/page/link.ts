@@ -45,7 +45,8 @@ export function linkTo(path: string, result: Result, choice: Choice, camera: Cam
 /** Where a camera is and what it looks at [mm]. */
 export const cameraText = ({ position, target }: CameraPlace) => [...position, ...target].map(rounded).join(',');
 
-function numbersOf(text: string | null, count: number): number[] | null {
+/** Numbers with commas between them; null for anything else. */
+export function numbersOf(text: string | null, count: number): number[] | null {
   const numbers = text?.split(',').map(Number) ?? [];
   return numbers.length === count && numbers.every(Number.isFinite) ? numbers : null;
 }

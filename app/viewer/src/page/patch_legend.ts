@@ -13,28 +13,29 @@ export interface ColourEntry {
   size: string; // at rest
 }
 
-/** Of each named part of the surface. */
-export function patchEntries({ patches, surfaces, points }: Result): ColourEntry[] {
+/** The nodes of a facet, and its normal outwards, twice as long as its area. */
+function facetOf({ surfaces, points }: Pick<Result, 'surfaces' | 'points'>, t: number): { corners: number[]; normal: Vector } {
   const { nodes, triangles } = surfaces.outside;
+  const corners = [0, 1, 2].map((i) => nodes[triangles[3 * t + i]!]!);
+  const [a, b, c] = corners.map((node) => [points[3 * node]!, points[3 * node + 1]!, points[3 * node + 2]!]) as [Vector, Vector, Vector];
+  const [u, v] = [b, c].map((p) => p.map((x, i) => x - a[i]!)) as [Vector, Vector];
+  return { corners, normal: [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]] };
+}
+
+/** Of each named part of the surface. */
+export function patchEntries(result: Result): ColourEntry[] {
+  const { patches } = result;
   const area = new Float64Array(patches.names.length);
-  patches.patch.forEach((patch, t) => {
-    const corner = (i: number) => [0, 1, 2].map((axis) => points[3 * nodes[triangles[3 * t + i]!]! + axis]!);
-    const [a, b, c] = [corner(0), corner(1), corner(2)];
-    const [u, v] = [b, c].map((p) => p.map((x, i) => x - a[i]!)) as [number[], number[]];
-    area[patch]! += Math.hypot(u[1]! * v[2]! - u[2]! * v[1]!, u[2]! * v[0]! - u[0]! * v[2]!, u[0]! * v[1]! - u[1]! * v[0]!) / 2;
-  });
+  patches.patch.forEach((patch, t) => (area[patch]! += Math.hypot(...facetOf(result, t).normal) / 2));
   return patches.names.map((name, i) => ({ name: name.replaceAll('_', ' '), colour: cssOf(patchColour(i)), size: `${(1e4 * area[i]!).toFixed(0)} cm²` }));
 }
 
 /** The name of each part, its nodes, and which way these look. */
-export function patchLabels({ patches, surfaces, points }: Pick<Result, 'patches' | 'surfaces' | 'points'>): SurfaceLabel[] {
-  const { nodes, triangles } = surfaces.outside;
-  const at = (node: number): Vector => [points[3 * node]!, points[3 * node + 1]!, points[3 * node + 2]!];
+export function patchLabels(result: Pick<Result, 'patches' | 'surfaces' | 'points'>): SurfaceLabel[] {
+  const { patches } = result;
   const outwards = patches.names.map(() => new Map<number, Vector>());
   patches.patch.forEach((patch, t) => {
-    const corners = [0, 1, 2].map((i) => nodes[triangles[3 * t + i]!]!), [a, b, c] = corners.map(at) as [Vector, Vector, Vector];
-    const [u, v] = [b, c].map((p) => p.map((x, i) => x - a[i]!)) as [Vector, Vector];
-    const normal: Vector = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    const { corners, normal } = facetOf(result, t);
     for (const corner of corners) outwards[patch]!.set(corner, (outwards[patch]!.get(corner) ?? [0, 0, 0]).map((x, i) => x + normal[i]!) as Vector);
   });
   return patches.names.map((name, patch) => ({
@@ -58,9 +59,7 @@ export const listed = (entries: ColourEntry[], label: string) =>
   element('ul', { class: 'patches', 'aria-label': label }, ...entries.map(({ name, colour, size }) =>
     element('li', {}, element('span', { class: 'swatch', style: `background: ${colour}`, 'aria-hidden': 'true' }), [name, size].filter(Boolean).join(', '))));
 
-export function tissueLegend(result: Result, note: string): Node[] {
-  return [listed(tissueEntries(result), 'What the body is made of'), ...(note ? [element('p', { class: 'note' }, note)] : [])];
-}
+export const tissueLegend = (result: Result): Node => listed(tissueEntries(result), 'What the body is made of');
 
 export function patchLegend(result: Result, note: string): Node[] {
   const { confidence } = result.patches;

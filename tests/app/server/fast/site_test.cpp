@@ -71,6 +71,27 @@ TEST_F(SiteTest, ServesThePageAndTheFilesOfTheFolder) {
     EXPECT_EQ(status("/files/a%20b%25%22.h5"), 200);
 }
 
+TEST_F(SiteTest, ServesTheImageOfAResultFileOrSaysWhyNot) {
+    auto with_images = site;
+    with_images.image_of = [&](const fs::path &file) {
+        if (file != results / "liver" / "pull.h5")
+            throw support::InputError("this body was not made of an image");
+        return std::string("{}");
+    };
+    const auto image = respond(request("/image/liver/pull.h5"), with_images);
+    EXPECT_EQ(image.status, 200);
+    EXPECT_EQ(image.content_type, "application/json");
+    EXPECT_EQ(image.text, "{}");
+    const auto none = respond(request("/image/a%20b%25%22.h5"), with_images);
+    EXPECT_EQ(none.status, 404);
+    EXPECT_EQ(none.text, "this body was not made of an image\n");
+    EXPECT_EQ(respond(request("/image/../secret.h5"), with_images).status, 404);
+    EXPECT_EQ(respond(request("/image/notes.txt"), with_images).status, 404);
+    auto stranger = request("/image/liver/pull.h5");
+    stranger.cookies.clear();
+    EXPECT_EQ(respond(stranger, with_images).status, 403);
+}
+
 TEST_F(SiteTest, ListsResultFilesByNameAsJson) {
     EXPECT_EQ(respond(request("/files.json"), site).text,
               R"([{"path":"a b%\".h5","bytes":4},{"path":"liver/pull.h5","bytes":4}])");

@@ -16,8 +16,8 @@ export interface ToolActions {
 }
 
 export const nodeField = () => input('live-node');
+let wantsToStay = false; // what the reader wants of other tools than a needle
 /** Whether a tool stays where it is when it is let go: as the reader wants, and a needle always. */
-let wantsToStay = false;
 export const stays = () => input('live-stays').checked;
 
 export function listenToTools({ toolState, change, touch, letGo }: ToolActions): void {
