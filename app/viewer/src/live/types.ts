@@ -22,13 +22,15 @@ export interface LiveSettings {
   timeStep: number; // [s]; 0 takes the longest that the page offers
 }
 
-/** What the settings come to. */
+/** What the settings come to. Everything that is said of steps is said of this. */
 export interface Chosen {
   timeStep: number; // that steps have [s]
   longestTimeStep: number; // that the page may offer [s]
-  criticalTimeStep: number; // predicted, at rest [s]
+  criticalTimeStep: number; // predicted, at rest, with the masses of the steps that are taken [s]
   pressedTimeStep: number; // the longest while something is pressed: steps are divided then [s]
   numSprings: number;
+  unscaledTimeStep: number; // the longest while masses of stiff parts are as they are [s]
+  limit: 'rest' | 'pressed' | 'hand'; // what decides the longest
 }
 
 /**
@@ -59,6 +61,7 @@ export interface LiveFrame {
   largestSpeed: number; // of all nodes, and of the tool [m/s]
   restarts: number; // how often the motion left all bounds and was set back to rest
   stepSeconds: number; // that the engine needed for this frame [s]
+  numEvaluations: number; // of all forces: more than steps where some were divided
   needle: NeedleFrame | null; // where the tool is one
 }
 
