@@ -63,7 +63,7 @@ test('finite elements say how far the same needle moves the target', async () =>
   await live.above('needle-inside', 0.015);
   await live.page.check('#live-fem');
   await live.isJudged();
-  assert.match(await live.text('fem-words'), /^The springs have the target [\d.]+ mm from where linear FEM has it\.$/);
+  assert.match(await live.text('fem-words'), /^The springs have the target [\d.]+ mm from where hyperelastic FEM has it\.$/);
   const [springs, elements] = [await live.value('fem-springs'), await live.value('fem-elements')];
   assert.ok(springs > 2e-4 && elements > 0.3 * springs && elements < 3 * springs, `${springs} m, ${elements} m`);
   assert.equal(await live.text('fem-springs-name'), 'Springs move the target by');
