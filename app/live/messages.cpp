@@ -92,6 +92,8 @@ std::string choose(Scene &scene, Numbers &numbers) {
          {chosen.time_step, chosen.longest_time_step, chosen.critical_time_step, chosen.pressed_time_step})
         append(bytes, number);
     append(bytes, static_cast<double>(chosen.num_springs));
+    append(bytes, chosen.unscaled_time_step);
+    append(bytes, static_cast<double>(chosen.limit));
     return bytes;
 }
 
@@ -106,7 +108,8 @@ std::string frame_bytes(const Frame &frame, double seconds) {
     append(bytes, load.shape.radius);
     for (const double number :
          {frame.indentation, frame.smallest_volume, frame.largest_speed, static_cast<double>(frame.restarts), seconds,
-          count(frame.displacement), count(load.nodes), count(load.triangles)})
+          static_cast<double>(frame.num_evaluations), count(frame.displacement), count(load.nodes),
+          count(load.triangles)})
         append(bytes, number);
     for (const int node : load.nodes)
         append(bytes, static_cast<double>(node));

@@ -24,12 +24,14 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 ///
 ///     1, springs, keeps volume, E [Pa], nu, alpha [1/s], beta [s], time step [s]
 ///         springs is an index into spring_names(). Reply: time step, the longest one, the critical one at rest,
-///         the longest one while something is pressed [s], number of springs
+///         the longest one while something is pressed [s], number of springs, the longest step while masses of stiff
+///         parts are as they are [s], what decides the longest one: see Chosen
 ///     2, tool, target (3) [m], radius [m], node, number of steps
 ///         Reply: time [s], tool (3) [m], force (3) [N], middle (3) [m] and radius [m] of the round load that the
 ///         tractions of a pull are the means of over facets (core/load_case.hpp), radius 0 of those of a probe,
 ///         which are even on each facet,
-///         indentation [m], smallest volume, largest speed [m/s], restarts, seconds that the steps took, N, K, L; node
+///         indentation [m], smallest volume, largest speed [m/s], restarts, seconds that the steps took, evaluations of
+///         all forces, which are more than steps where some were divided, N, K, L; node
 ///         (K), force (K,3) [N], facet (L), traction (L,3) [Pa]; and as float32 displacement (N,3) [m]
 ///     3
 ///         back to rest, and whole. Reply: empty

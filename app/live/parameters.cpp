@@ -207,8 +207,14 @@ Chosen longest_steps(const core::Body &body, const msm::MassSprings &parts, cons
         (has_energy ? pressed_part_of_energies : pressed_part) * critical_step(highest_pressed, settings);
     const double part = has_energy ? msm::default_safety_factor : guarded_part;
     const int parts_at_most = has_energy ? most_parts_of_energies : most_parts;
-    chosen.longest_time_step =
-        std::min({part * chosen.critical_time_step, parts_at_most * chosen.pressed_time_step, longest_of_hand});
+    for (const auto &[limit, longest] : {std::pair(StepLimit::rest, part * chosen.critical_time_step),
+                                         std::pair(StepLimit::pressed, parts_at_most * chosen.pressed_time_step),
+                                         std::pair(StepLimit::hand, longest_of_hand)})
+        if (limit == StepLimit::rest || longest < chosen.longest_time_step) {
+            chosen.limit = limit;
+            chosen.longest_time_step = longest;
+        }
+    chosen.unscaled_time_step = chosen.longest_time_step;
     return chosen;
 }
 
@@ -301,6 +307,7 @@ Stepping chosen_steps(const core::Body &body, const msm::MassSprings &parts, con
     auto &chosen = stepping.chosen;
     if (chosen.longest_time_step < least_gain * plain.longest_time_step)
         stepping = {.chosen = plain, .scaling = {}, .unscaled = plain};
+    chosen.unscaled_time_step = plain.longest_time_step;
     chosen.time_step = settings.time_step > 0.0 ? settings.time_step : chosen.longest_time_step;
     if (chosen.time_step > chosen.longest_time_step * rounding)
         throw support::InputError(
@@ -308,6 +315,7 @@ Stepping chosen_steps(const core::Body &body, const msm::MassSprings &parts, con
                         chosen.longest_time_step));
     if (!stepping.scaling.parts.empty() && chosen.time_step <= plain.longest_time_step * rounding) {
         chosen.pressed_time_step = plain.pressed_time_step;
+        chosen.critical_time_step = plain.critical_time_step;
         stepping.scaling = {};
     }
     return stepping;

@@ -288,8 +288,11 @@ core::Vector3 Scene::force_on_tool() const {
 }
 
 Frame Scene::move(const Tool &tool, int num_steps) {
+    const long before = num_evaluations_;
     feel(tool, num_steps);
-    return frame();
+    auto found = frame();
+    found.num_evaluations = num_evaluations_ - before;
+    return found;
 }
 
 msm::State Scene::sound_state() {

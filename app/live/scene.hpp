@@ -224,12 +224,22 @@ struct Settings {
     double time_step = 0.0; ///< [s]; 0 takes the longest
 };
 
-/// Steps that the settings come to.
+/// What decides how long steps may be. The numbers are those of the messages.
+enum class StepLimit {
+    rest = 0,    ///< the body at rest
+    pressed = 1, ///< a pressed body, in the parts of a divided step
+    hand = 2     ///< the mass between the body and the hand
+};
+
+/// Steps that the settings come to: the one place where they are found.
 struct Chosen {
-    double time_step = 0.0;          ///< [s]
-    double longest_time_step = 0.0;  ///< that may be asked for [s]
-    double pressed_time_step = 0.0;  ///< that is not exceeded while a tetrahedron is pressed [s]
-    double critical_time_step = 0.0; ///< predicted, of symplectic Euler on the body at rest [s]
+    double time_step = 0.0;            ///< [s]
+    double longest_time_step = 0.0;    ///< that may be asked for [s]
+    double pressed_time_step = 0.0;    ///< that is not exceeded while a tetrahedron is pressed [s]
+    double critical_time_step = 0.0;   ///< predicted, of symplectic Euler on the body at rest, with the masses of the
+                                       ///< steps that are taken [s]
+    double unscaled_time_step = 0.0;   ///< the longest while masses of stiff parts are as they are [s]
+    StepLimit limit = StepLimit::rest; ///< of the longest
     int num_springs = 0;
 };
 
@@ -244,6 +254,7 @@ struct Frame {
     double smallest_volume = 1.0; ///< of a tetrahedron, as a part of its volume at rest; below 0 it is inverted
     double largest_speed = 0.0;   ///< of all nodes, and of the tool [m/s]
     int restarts = 0;             ///< how often the motion has left all bounds and was set back to rest, as by reset()
+    long num_evaluations = 0;     ///< of forces since the frame before: more than steps where some were divided
     std::vector<core::Vector3> displacement; ///< (N) [m]
     Load load;                               ///< of the tool on the body, in the last step
     const Surface *surface = nullptr;        ///< that the triangles of the load belong to

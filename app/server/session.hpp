@@ -47,8 +47,10 @@ struct Message {
 using Session = std::function<Message(const Message &)>;
 
 /// Reports to the other side what a reply is waiting for, as the text `progress=<sentence>` before it: any number of
-/// them, which are no replies. Only while a session begins or works out a reply, and in its thread.
-using ReportProgress = std::function<void(const std::string &sentence)>;
+/// them, which are no replies. Only while a session begins or works out a reply, and in its thread. It returns whether
+/// the reply is still waited for: not once the other side has sent another message, or has gone. A session may then end
+/// its work with a shorter reply.
+using ReportProgress = std::function<bool(const std::string &sentence)>;
 
 /// Begins a session from the query of its address, in the thread in which it will stay. A support::InputError is the
 /// reply to every message then: browsers do not show why a WebSocket was refused.

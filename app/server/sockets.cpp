@@ -41,6 +41,8 @@ class Talk {
     std::optional<Message> read();
     /// @return whether it was written
     bool write(const Message &message);
+    /// @return whether the other side has sent something that is still to be read, or has gone
+    bool has_more();
     void close(boost::beast::websocket::close_code code, const std::string &reason);
 
     /// Ends a read() that is under way or comes next. The one function for other threads.
@@ -130,8 +132,7 @@ void Sockets::converse(Line &line, int handle, const RequestHead &head, const Be
     if (!talk.accept(head))
         return;
     const ReportProgress report = [&talk](const std::string &sentence) {
-        // Whether anybody is there to hear it shows when the reply is written.
-        talk.write({.is_binary = false, .bytes = fields_text({{"progress", sentence}})});
+        return talk.write({.is_binary = false, .bytes = fields_text({{"progress", sentence}})}) && !talk.has_more();
     };
     const auto wait = [&](bool is_waiting) {
         const std::lock_guard lock(mutex_);
@@ -266,6 +267,11 @@ bool Talk::write(const Message &message) {
     const auto error = until_done([&](const auto &then) { stream_.async_write(asio::buffer(message.bytes), then); });
     clock_.cancel();
     return !error;
+}
+
+bool Talk::has_more() {
+    beast::error_code error;
+    return beast::get_lowest_layer(stream_).socket().available(error) > 0 || error;
 }
 
 void Talk::close(websocket::close_code code, const std::string &reason) {

@@ -466,6 +466,11 @@ bool EquilibriumSearch::balance_along(const State &change, LoadedState &at, Bala
     return false;
 }
 
+/// Of the first solve, whose solution is the linear one.
+double EquilibriumSearch::first_tolerance() const {
+    return std::max(0.1 * path_.tolerance, TangentSolver::smallest_tolerance);
+}
+
 /// Displacements to which the tangent leads for what is prescribed and the loads to grow.
 std::optional<LoadedState> EquilibriumSearch::predicted(const LoadedState &at, double to, LoadStep &step) {
     system_.expect(at.state, at.factor);
@@ -481,8 +486,7 @@ std::optional<LoadedState> EquilibriumSearch::predicted(const LoadedState &at, d
     for (std::size_t k = 0; k < right.pressure.size(); ++k)
         right.pressure[k] = -right.pressure[k] - now.residual.pressure[k];
     // The first one is the linearised solution of the whole load.
-    const auto predictor =
-        solve(right, result_.linearised.empty() ? TangentSolver::smallest_tolerance : largest_tolerance, step);
+    const auto predictor = solve(right, result_.linearised.empty() ? first_tolerance() : largest_tolerance, step);
     if (!predictor)
         return std::nullopt;
     system_.expect(at.state, to, predictor->change, 1.0);
@@ -499,7 +503,7 @@ std::optional<LoadedState> EquilibriumSearch::predicted(const LoadedState &at, d
 /// The same for a depth to grow.
 std::optional<LoadedState> EquilibriumSearch::predicted_by_press(const LoadedState &at, double to, LoadStep &step) {
     system_.assemble(at.state, at.factor);
-    if (!press(result_.linearised.empty() ? TangentSolver::smallest_tolerance : largest_tolerance, step))
+    if (!press(result_.linearised.empty() ? first_tolerance() : largest_tolerance, step))
         return std::nullopt;
     const double newtons = (to * conditions_.press_depth - depth_of(at.state)) / unit_press_.depth;
     LoadedState there = at;
@@ -509,6 +513,8 @@ std::optional<LoadedState> EquilibriumSearch::predicted_by_press(const LoadedSta
 }
 
 bool EquilibriumSearch::advance(LoadedState &at, double from, double to, LoadStep &step) {
+    if (path_.observe)
+        path_.observe(step);
     auto there = presses() ? predicted_by_press(at, to, step) : predicted(at, to, step);
     if (!there)
         return false;
@@ -531,17 +537,23 @@ bool EquilibriumSearch::settle(LoadedState &at, LoadStep &step) {
     return true;
 }
 
+void EquilibriumSearch::note(double residual, LoadStep &step) const {
+    step.residuals.push_back(residual);
+    if (path_.observe)
+        path_.observe(step);
+}
+
 /// Corrects until what is out of balance is little enough.
 bool EquilibriumSearch::converge(LoadedState &there, LoadStep &step) {
     auto now = balance(there);
     if (!(now.smallest_jacobian > 0.0))
         return false;
-    step.residuals.push_back(now.size);
+    note(now.size, step);
     const int max_iterations = system_.ball() ? path_.max_touching_iterations : path_.max_iterations;
     while (now.size > path_.tolerance) {
         if (static_cast<int>(step.residuals.size()) > max_iterations || !correct(there, now, step))
             return false;
-        step.residuals.push_back(now.size);
+        note(now.size, step);
     }
     step.converged = true;
     return true;

@@ -218,6 +218,8 @@ class EquilibriumSearch {
     LoadedState moved(const LoadedState &at, const State &change, double newtons, double part) const;
     bool shorten(const State &change, double newtons, LoadedState &at, Balance &now) const;
     bool balance_along(const State &change, LoadedState &at, Balance &now);
+    void note(double residual, LoadStep &step) const;
+    double first_tolerance() const;
     bool converge(LoadedState &there, LoadStep &step);
 
     PathSystem &system_;

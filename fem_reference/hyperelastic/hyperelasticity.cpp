@@ -155,7 +155,8 @@ std::string instability(const Elements &elements, const core::LoadCase &load_cas
 } // namespace
 
 PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const Discretisation &discretisation,
-                   const LoadPath &path, std::span<const double> follower_pressure) {
+                   const LoadPath &path, std::span<const double> follower_pressure,
+                   const fem_reference::InnerForces &inner) {
     check(path);
     const auto &mesh = problem.body->mesh;
     fem_reference::check_facets(problem.load_case, mesh);
@@ -164,7 +165,9 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
     Elements elements(problem.body, discretisation.degree, discretisation.formulation, law, rule);
     if (problem.load_case.foundation)
         elements.stand_on(*problem.load_case.foundation);
-    const auto conditions = fem_reference::dof_conditions(problem.load_case, elements.system());
+    auto conditions = fem_reference::dof_conditions(problem.load_case, elements.system());
+    const auto weights = fem_reference::place_weights(inner.places, elements.system(), mesh);
+    fem_reference::add_forces(weights, inner.forces, conditions.load);
     std::optional<TouchingBall> ball;
     if (problem.load_case.touching)
         ball.emplace(elements.system(), *problem.body, problem.load_case,
@@ -178,9 +181,11 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
     auto result = path_solution(followed, mesh, problem.load_case,
                                 [&](const auto &u) { return elements.system().at_mesh_nodes(u); });
     auto &solution = result.solution;
-    if (solution.status == core::SolutionStatus::ok)
-        result.load_work = std::inner_product(conditions.load.begin(), conditions.load.end(),
-                                              followed.points.back().state.displacement.begin(), 0.0);
+    if (solution.status == core::SolutionStatus::ok) {
+        const auto &u = followed.points.back().state.displacement;
+        result.load_work = std::inner_product(conditions.load.begin(), conditions.load.end(), u.begin(), 0.0);
+        result.at_places = fem_reference::means_at(weights, u);
+    }
     solution.degrees_of_freedom = elements.num_displacements() + elements.num_pressures();
     solution.setup_seconds += assembly_seconds;
     solution.solver =
@@ -337,12 +342,9 @@ class PushedElements : public core::PushedBody {
 
     core::PushedPlaces found() const {
         core::PushedPlaces places{VectorXd(3 * weights_.rows()), elements_.internal_forces(at_.state).energy};
-        for (Eigen::Index place = 0; place < weights_.rows(); ++place) {
-            core::Vector3 mean = core::Vector3::Zero();
-            for (decltype(weights_)::InnerIterator entry(weights_, place); entry; ++entry)
-                mean += entry.value() * core::Vector3::Map(&at_.state.displacement[3 * entry.col()]);
-            places.displacement.segment<3>(3 * place) = mean;
-        }
+        const auto means = fem_reference::means_at(weights_, at_.state.displacement);
+        for (std::size_t place = 0; place < means.size(); ++place)
+            places.displacement.segment<3>(static_cast<Eigen::Index>(3 * place)) = means[place];
         return places;
     }
 

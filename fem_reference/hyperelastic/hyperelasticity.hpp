@@ -17,8 +17,17 @@
 #include "fem_reference/hyperelastic/surface.hpp"
 #include "fem_reference/linear/conditions.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
+#include "fem_reference/linear/linear_elasticity.hpp"
 
 namespace livermark::hyperelastic {
+
+/// One load step.
+struct LoadStep {
+    double fraction = 0.0;         ///< of the load, where it was to end
+    bool converged = false;        ///< otherwise a shorter one follows
+    std::vector<double> residuals; ///< out of balance over reactions and loads, after the predictor and each iteration
+    std::vector<int> linear_iterations; ///< of each linear solve, the predictor's first
+};
 
 /// Growth of loads: prescribed displacements, dead loads and follower pressures are all multiplied by one factor, from
 /// 0 to 1, and the state is kept at each of some fractions.
@@ -29,14 +38,9 @@ struct LoadPath {
     int max_iterations = 12;            ///< in a load step
     int max_touching_iterations = 24;   ///< the same with a ball: what begins to touch, stick or slip takes some more
     double smallest_step = 1.0 / 256.0; ///< before it gives up, in parts of the way between two fractions
-};
-
-/// One load step.
-struct LoadStep {
-    double fraction = 0.0;         ///< of the load, where it was to end
-    bool converged = false;        ///< otherwise a shorter one follows
-    std::vector<double> residuals; ///< out of balance over reactions and loads, after the predictor and each iteration
-    std::vector<int> linear_iterations; ///< of each linear solve, the predictor's first
+    /// Observer of a load step, called before and after its predictor and after each iteration; what it throws ends the
+    /// search.
+    std::function<void(const LoadStep &)> observe{};
 };
 
 /// Equilibrium at a fraction of the load.
@@ -110,6 +114,7 @@ struct PathSolution {
     /// Sum of f_i . u_i over all nodes of the elements, f being the dead loads at the whole load [J]; NaN if it ended
     /// early.
     double load_work = std::numeric_limits<double>::quiet_NaN();
+    std::vector<core::Vector3> at_places{}; ///< (K) displacements of inner forces at the whole load [m]
 };
 
 /// Static hyperelasticity of one body on its own tetrahedra, in its shape at rest (total Lagrangian):
@@ -118,13 +123,15 @@ struct PathSolution {
 /// @param problem            load case at the whole load; of a time-dependent one the history too, see release(), but
 ///   not in the mixed formulation
 /// @param follower_pressure  shape (T) [Pa], positive inwards, on facets of any condition; or empty
+/// @param inner              dead loads at places inside, beside the load case
 /// @return status not_converged if the path ended early, diverged if the motion did; NaN fields if the load case leaves
 /// the body free to move
 /// @throws std::invalid_argument for elements that do not exist, a load case or pressures that are not of the mesh, or
 ///   fractions that do not ascend to 1
 /// @throws std::runtime_error if the memory does not hold a factor
 PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const Discretisation &discretisation,
-                   const LoadPath &path = {}, std::span<const double> follower_pressure = {});
+                   const LoadPath &path = {}, std::span<const double> follower_pressure = {},
+                   const fem_reference::InnerForces &inner = {});
 
 /// solve() in the mixed formulation, by all ranks of MPI_COMM_WORLD together: the same path, the same Newton steps, and
 /// linear systems as in fem_reference::DistributedSaddlePoint.

@@ -194,6 +194,29 @@ Eigen::SparseMatrix<double, Eigen::RowMajor> place_weights(std::span<const core:
     return weights;
 }
 
+namespace {
+
+using NodeRows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+} // namespace
+
+void add_forces(const Eigen::SparseMatrix<double, Eigen::RowMajor> &weights, const std::vector<core::Vector3> &forces,
+                std::vector<double> &load) {
+    NodeRows rows(weights.rows(), 3);
+    for (Eigen::Index k = 0; k < rows.rows(); ++k)
+        rows.row(k) = forces[static_cast<std::size_t>(k)];
+    Eigen::Map<NodeRows>(load.data(), weights.cols(), 3) += weights.transpose() * rows;
+}
+
+std::vector<core::Vector3> means_at(const Eigen::SparseMatrix<double, Eigen::RowMajor> &weights,
+                                    const std::vector<double> &displacement) {
+    const NodeRows means = weights * Eigen::Map<const NodeRows>(displacement.data(), weights.cols(), 3);
+    std::vector<core::Vector3> found;
+    for (const auto &mean : means.rowwise())
+        found.emplace_back(mean);
+    return found;
+}
+
 std::vector<double> load_of(const Eigen::SparseMatrix<double, Eigen::RowMajor> &weights, Eigen::Index place, int axis) {
     std::vector<double> load(3 * weights.cols(), 0.0);
     for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(weights, place); entry; ++entry)

@@ -44,6 +44,18 @@ DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSyste
 Eigen::SparseMatrix<double, Eigen::RowMajor> place_weights(std::span<const core::InteriorPlace> places,
                                                            const ElasticSystem &system, const core::TetraMesh &mesh);
 
+/// Adds what nodes take of forces on places.
+/// @param forces  shape (K) [N]
+/// @param load    shape (3 n) [N]
+void add_forces(const Eigen::SparseMatrix<double, Eigen::RowMajor> &weights, const std::vector<core::Vector3> &forces,
+                std::vector<double> &load);
+
+/// Means of displacements over places.
+/// @param displacement  shape (3 n) [m]
+/// @return shape (K) [m]
+std::vector<core::Vector3> means_at(const Eigen::SparseMatrix<double, Eigen::RowMajor> &weights,
+                                    const std::vector<double> &displacement);
+
 /// One newton along an axis on a place.
 /// @return shape (3 n) [N]
 std::vector<double> load_of(const Eigen::SparseMatrix<double, Eigen::RowMajor> &weights, Eigen::Index place, int axis);

@@ -384,12 +384,8 @@ RepeatedLoads::Solution RepeatedLoads::solve(const core::LoadCase &load_case, st
                                              const InnerForces &inner) {
     auto &[mesh, system, factor, levels, last_places] = *impl_;
     auto conditions = dof_conditions(load_case, system);
-    using Nodes = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
     const auto &weights = impl_->weights_of(inner.places);
-    Nodes forces(weights.rows(), 3);
-    for (Eigen::Index k = 0; k < forces.rows(); ++k)
-        forces.row(k) = inner.forces[static_cast<std::size_t>(k)];
-    Eigen::Map<Nodes>(conditions.load.data(), weights.cols(), 3) += weights.transpose() * forces;
+    add_forces(weights, inner.forces, conditions.load);
     auto found = factor ? factor->solve(conditions.prescribed, conditions.load)
                         : levels->solver.solve(conditions.prescribed, conditions.load, {last, tolerance});
     Solution solution{.is_unique = found.unique,
@@ -401,9 +397,7 @@ RepeatedLoads::Solution RepeatedLoads::solve(const core::LoadCase &load_case, st
         return solution;
     solution.displacement = system.at_mesh_nodes(found.displacement);
     solution.work = std::inner_product(conditions.load.begin(), conditions.load.end(), found.displacement.begin(), 0.0);
-    const Nodes means = weights * Eigen::Map<const Nodes>(found.displacement.data(), weights.cols(), 3);
-    for (const auto &mean : means.rowwise())
-        solution.at_places.emplace_back(mean);
+    solution.at_places = means_at(weights, found.displacement);
     last.clear();
     if (solution.has_converged)
         last = std::move(found.displacement);

@@ -105,6 +105,12 @@ class StaticSolver {
 core::Solution solve_static(const core::Problem &problem, int degree, SolverChoice choice = SolverChoice::automatic,
                             Formulation formulation = Formulation::displacement);
 
+/// Loads inside the body.
+struct InnerForces {
+    std::vector<core::InteriorPlace> places; ///< (K)
+    std::vector<core::Vector3> forces;       ///< (K) [N]
+};
+
 /// Static linear elasticity of one body with quadratic elements, as StaticSolver has it, for many load cases that
 /// constrain the same facets and follow each other as somebody leads a tool: displacements only, the same factor for
 /// all, and where iterations are cheaper than a factor, iterations that begin with the last solution.
@@ -138,12 +144,6 @@ class RepeatedLoads {
         double work = 0.0;                       ///< sum of f_i . u_i over all nodes of the elements [J]
         std::vector<core::Vector3> displacement; ///< (N) of the mesh nodes [m]; empty unless unique
         std::vector<core::Vector3> at_places;    ///< (K) in the mean over the places inside [m]; empty unless unique
-    };
-
-    /// Loads inside the body.
-    struct InnerForces {
-        std::vector<core::InteriorPlace> places; ///< (K)
-        std::vector<core::Vector3> forces;       ///< (K) [N]
     };
 
     /// @param load_case  constrains what the first one did, at zero

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
@@ -21,6 +22,7 @@
 #include "app/live/find_cut.hpp"
 #include "app/live/parameters.hpp"
 #include "app/server/sessions/live_body.hpp"
+#include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "core/tool/needle/needle.hpp"
 #include "studies/models/model_table.hpp"
@@ -109,15 +111,19 @@ CutLiveBody cut_live_body(const LiveBody &whole, const std::string &gone) {
 
 namespace {
 
+/// A question that is not waited for any longer, see ReportProgress.
+struct Interrupted {};
+
 /// CHOLMOD, METIS and BLAS, as they are packaged, do not say that several threads may use them at once; and two factors
 /// in the making need the memory of both.
-std::unique_lock<std::mutex> alone(const ReportProgress &report) {
-    static std::mutex mutex;
+/// @throws Interrupted
+std::unique_lock<std::timed_mutex> alone(const ReportProgress &report) {
+    constexpr std::chrono::milliseconds between_looks{200};
+    static std::timed_mutex mutex;
     std::unique_lock lock(mutex, std::try_to_lock);
-    if (!lock) {
-        report("Another page is being served.");
-        lock.lock();
-    }
+    while (!lock && !lock.try_lock_for(between_looks))
+        if (!report("Another page is being served."))
+            throw Interrupted();
     return lock;
 }
 
@@ -174,15 +180,35 @@ std::shared_ptr<SharedFem> SharedFem::of(const std::shared_ptr<const core::Body>
     return made;
 }
 
-hyperelastic::PathSolution SharedFem::solve_hyperelastic(const core::Problem &problem, const ReportProgress &report) {
+hyperelastic::PathSolution SharedFem::solve_hyperelastic(const core::Problem &problem, const ReportProgress &report,
+                                                         const fem_reference::InnerForces &inner) {
     // Forces out of balance over the loads: the indentation is then right to fewer digits than a page shows.
     constexpr double tolerance = 1e-5;
+    constexpr double percent = 100.0;
     const auto lock = alone(report);
-    report(fmt::format("Hyperelastic elements are being solved for the same forces: {} tetrahedra.",
-                       problem.body->mesh.num_tetrahedra()));
+    const auto start = core::Clock::now();
+    const auto tell = [&](const std::string &sentence) {
+        if (!report(sentence))
+            throw Interrupted();
+    };
+    tell(fmt::format("Hyperelastic elements are asked for the same forces: {} tetrahedra are being assembled.",
+                     problem.body->mesh.num_tetrahedra()));
+    int iterations = 0;
+    const auto observe = [&](const hyperelastic::LoadStep &step) {
+        const auto asked = fmt::format("Hyperelastic elements are asked for the same forces: after {:.0f} s and {} "
+                                       "iterations of Newton's method",
+                                       core::seconds_since(start), iterations);
+        if (step.residuals.empty())
+            return tell(fmt::format("{} it goes to {:g} % of the force.", asked, percent * step.fraction));
+        ++iterations;
+        if (step.residuals.back() > tolerance)
+            tell(fmt::format("{} {:.3g} % of the force is out of balance, and {:g} % is the end.", asked,
+                             percent * step.residuals.back(), percent * tolerance));
+    };
     const auto elements = *models::hyperelastic_elements(models::static_reference(core::Regime::large).on_mesh);
-    auto found = hyperelastic::solve(problem, hyperelastic::material_law(std::string(elements.law)),
-                                     elements.discretisation, {.fractions = {1.0}, .tolerance = tolerance});
+    auto found =
+        hyperelastic::solve(problem, hyperelastic::material_law(std::string(elements.law)), elements.discretisation,
+                            {.fractions = {1.0}, .tolerance = tolerance, .observe = observe}, {}, inner);
     if (found.solution.status != core::SolutionStatus::ok)
         throw support::InputError("they find no equilibrium under these forces; push less");
     return found;
@@ -195,7 +221,7 @@ int SharedFem::count() {
 
 fem_reference::RepeatedLoads::Solution SharedFem::solve(const core::LoadCase &load_case, std::vector<double> &last,
                                                         const ReportProgress &report,
-                                                        const fem_reference::RepeatedLoads::InnerForces &inner) {
+                                                        const fem_reference::InnerForces &inner) {
     const auto lock = alone(report);
     auto solution = impl_->loads.solve(load_case, last, inner);
     if (!solution.is_unique)
@@ -269,7 +295,7 @@ core::LoadCase with_tractions(core::LoadCase load_case, const std::optional<core
 
 /// A needle as far as its forces say where they act.
 struct Pierced {
-    fem_reference::RepeatedLoads::InnerForces inner;
+    fem_reference::InnerForces inner;
     int target = 0; ///< number of its place
 };
 
@@ -317,6 +343,15 @@ class LiveFem {
           young_modulus_(young_modulus_of(*body_)) {}
 
     Message reply(const Message &message) {
+        try {
+            return reply_to(message);
+        } catch (const Interrupted &) {
+            return {.is_binary = false, .bytes = fields_text({{"interrupted", "by the next message"}})};
+        }
+    }
+
+  private:
+    Message reply_to(const Message &message) {
         if (message.is_binary)
             return respond(message.bytes);
         const auto fields = parse_fields(message.bytes);
@@ -327,7 +362,6 @@ class LiveFem {
         return fields.contains("gone") ? cut(required_text(fields, "gone")) : choose(fields);
     }
 
-  private:
     Message cut(const std::string &gone) {
         auto cut = cut_live_body(whole_, gone);
         elements_.reset(); // before others need the memory
@@ -390,21 +424,28 @@ class LiveFem {
 
     Message pierce(const Fields &fields) {
         const auto [inner, target] = pierced(fields, 1.0 / stiffening_);
-        const auto solution = solve(opened_.constrained, inner);
-        const auto &moved = solution.at_places[static_cast<std::size_t>(target)];
-        return binary(std::array{stiffening_ * solution.work, moved.x(), moved.y(), moved.z()},
-                      on_whole_body(solution.displacement));
-    }
-
-    fem_reference::RepeatedLoads::Solution solve(const core::LoadCase &load_case,
-                                                 const fem_reference::RepeatedLoads::InnerForces &inner = {}) {
-        if (!elements_)
-            elements_ = SharedFem::of(body_, opened_.constrained, report_);
+        const auto answer = [&, at = static_cast<std::size_t>(target)](double work, const auto &at_places,
+                                                                       const auto &displacement) {
+            const auto &moved = at_places[at];
+            return binary(std::array{stiffening_ * work, moved.x(), moved.y(), moved.z()}, on_whole_body(displacement));
+        };
         try {
-            return elements_->solve(load_case, last_, report_, inner);
+            if (are_hyperelastic_) {
+                const auto found = SharedFem::solve_hyperelastic({body_, opened_.constrained}, report_, inner);
+                return answer(found.load_work, found.at_places, found.solution.displacement);
+            }
+            const auto solution = solve(opened_.constrained, inner);
+            return answer(solution.work, solution.at_places, solution.displacement);
         } catch (const std::invalid_argument &) {
             throw support::InputError("a part of the needle is outside the body; choose another entry or target");
         }
+    }
+
+    fem_reference::RepeatedLoads::Solution solve(const core::LoadCase &load_case,
+                                                 const fem_reference::InnerForces &inner = {}) {
+        if (!elements_)
+            elements_ = SharedFem::of(body_, opened_.constrained, report_);
+        return elements_->solve(load_case, last_, report_, inner);
     }
 
     /// @param on_left  displacements of the nodes of what is left, or none
@@ -428,7 +469,7 @@ class LiveFem {
     double young_modulus_;                   ///< of the largest region of that [Pa]
     std::shared_ptr<SharedFem> elements_;    ///< of that body; none before the first solution
     std::vector<double> last_;               ///< solution, of all unknowns
-    bool are_hyperelastic_ = false;          ///< the elements that answer round loads
+    bool are_hyperelastic_ = false;          ///< the elements that answer
     double stiffening_ = 1.0;                ///< of the chosen Young's moduli over those
     std::optional<double> poisson_ratio_;    ///< chosen; none while it is that of the file
 };

@@ -26,8 +26,11 @@ class SharedFem {
 
     /// Static hyperelasticity of the elements that models::static_reference() of large loads names, on one mesh; while
     /// it is solved nobody else is served.
+    /// @param report  called before the first and after each iteration of Newton's method
+    /// @param inner   loads beside the load case
     /// @throws support::InputError if there is no equilibrium under the whole load
-    static hyperelastic::PathSolution solve_hyperelastic(const core::Problem &problem, const ReportProgress &report);
+    static hyperelastic::PathSolution solve_hyperelastic(const core::Problem &problem, const ReportProgress &report,
+                                                         const fem_reference::InnerForces &inner = {});
 
     /// Number of them, each with a factor.
     static int count();
@@ -42,7 +45,7 @@ class SharedFem {
     /// @throws support::InputError if the body is not constrained, or iterations do not come to an end
     fem_reference::RepeatedLoads::Solution solve(const core::LoadCase &load_case, std::vector<double> &last,
                                                  const ReportProgress &report,
-                                                 const fem_reference::RepeatedLoads::InnerForces &inner = {});
+                                                 const fem_reference::InnerForces &inner = {});
 
   private:
     struct Impl;
@@ -56,8 +59,8 @@ class SharedFem {
 ///     young_modulus=<Pa>&poisson_ratio=<nu>   other materials, see live::with_material(); until then those of the file
 ///     chosen=fem_p2                           the model
 ///
-///     elements=<linear|hyperelastic>          what answers tractions from here on: linear until others are chosen;
-///     the chosen=fem_p2p1_neo_hookean             reference of large loads on the mesh, which takes seconds; or fem_p2
+///     elements=<linear|hyperelastic>          what answers from here on: linear until others are chosen; the
+///     chosen=fem_p2p1_neo_hookean             reference of large loads on the mesh, which takes seconds; or fem_p2
 ///
 ///     gone=<numbers with commas>              tetrahedra that cuts have taken away, of the whole body: from here on it
 ///     is
@@ -76,9 +79,8 @@ class SharedFem {
 ///             float32 (N,3)                   displacement of the nodes [m]
 ///
 ///     needle=<x,y,z,x,y,z,radius>&forces=<3 K numbers>
-///                                             a needle from entry to target, which linear elements
-///                                             answer, the radius over which its forces are
-///                                             spread [m], and those on the tissue at the places of
+///                                             a needle from entry to target, the radius over which its
+///                                             forces are spread [m], and those on the tissue at the places of
 ///                                             core::needle_line() [N]
 ///     binary, little-endian: float64 (1+3)    sum of f_i . u_i [J], and the displacement of the target [m]
 ///             float32 (N,3)                   displacement of the nodes [m]
@@ -88,9 +90,14 @@ class SharedFem {
 /// first one after another Poisson's ratio, unless another session has it already: they share it, see SharedFem.
 /// Solutions of several sessions wait for each other. Before a reply that takes long there are texts
 ///
-///     progress=<sentence>                     what it waits for: another page, the assembly, the factor
+///     progress=<sentence>                     what it waits for: another page, the assembly, the factor, iterations
 ///
-/// which are no replies. Beyond RepeatedLoads::largest_factor unknowns solutions are those of iterations to a relative
+/// which are no replies. A message that comes meanwhile ends the work on the one before, at the next iteration of
+/// hyperelastic elements or while another page is served:
+///
+///     interrupted=by the next message         the reply then
+///
+/// Beyond RepeatedLoads::largest_factor unknowns solutions are those of iterations to a relative
 /// residual of RepeatedLoads::tolerance, and begin with the last one of the session.
 /// @param folder  that is served; absolute, without symlinks and dots
 /// @param query   `file=<path>`, of the server's list

@@ -171,6 +171,7 @@ export function frameOf(answer, tool = { kind: 'none' }) {
   const frame = { needle, time: number(), tool: numbers(3), force: numbers(3), disc: { middle: numbers(3), radius: number() }, indentation: number(), smallestVolume: number(), largestSpeed: number(), restarts: number() };
   frame.radius = tool.kind === 'probe' || tool.kind === 'pull' ? tool.radius : 0; // as the page has it
   number();
+  frame.numEvaluations = number();
   const [numNodes, numLoaded, numFacets] = numbers(3);
   Object.assign(frame, {
     loadedNodes: numbers(numLoaded), nodalForces: numbers(3 * numLoaded), loadedFacets: numbers(numFacets), tractions: numbers(3 * numFacets),

@@ -103,8 +103,9 @@ async function movesAsNatively(body, choices, cuts = []) {
   assert.equal(natively.length, rows.length);
   rows.forEach((row, i) => {
     if (row.kind === 'choose') {
-      const [timeStep, longest, critical, pressed, numSprings] = new Float64Array(natively[i].buffer, natively[i].byteOffset, 5);
-      assert.deepEqual([inPage[i].timeStep, inPage[i].numSprings], [timeStep, numSprings]);
+      const [timeStep, longest, critical, pressed, numSprings, unscaled, limit] = new Float64Array(natively[i].buffer, natively[i].byteOffset, 7);
+      assert.deepEqual([inPage[i].timeStep, inPage[i].numSprings, inPage[i].limit], [timeStep, numSprings, ['rest', 'pressed', 'hand'][limit]]);
+      about(inPage[i].unscaledTimeStep, unscaled);
       about(inPage[i].longestTimeStep, longest);
       about(inPage[i].criticalTimeStep, critical);
       about(inPage[i].pressedTimeStep, pressed);

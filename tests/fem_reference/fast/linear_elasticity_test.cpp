@@ -484,8 +484,8 @@ TEST(RepeatedLoads, AgreeWithTheStaticSolverWithAndWithoutAFactor) {
 TEST(RepeatedLoads, MoveUnderForcesOnPlacesInside) {
     const Pulled pulled(0.45);
     const core::Vector3 middle(0.045, 0.015, 0.015);
-    RepeatedLoads::InnerForces inner{{{middle, 0.008}, {middle + core::Vector3(0.004, 0.0, 0.0), 0.008}},
-                                     {{3.0, -1.0, 2.0}, {0.0, 4.0, 1.0}}};
+    InnerForces inner{{{middle, 0.008}, {middle + core::Vector3(0.004, 0.0, 0.0), 0.008}},
+                      {{3.0, -1.0, 2.0}, {0.0, 4.0, 1.0}}};
     StaticSolver solver(pulled.body, 2);
     const auto compliance = solver.compliance(pulled.constrained, inner.places);
     const Eigen::VectorXd force = Eigen::Map<const Eigen::VectorXd>(inner.forces.front().data(), 6);

@@ -4,7 +4,7 @@ import { percent } from '../picture/scale.ts';
 import { tell } from './readings.ts';
 import type { Scene } from './scene.ts';
 import { femEngine } from './engines/socket_engines.ts';
-import { inWords, isLoaded, startAsking, stiffnessRatio, type Asking, type Truth } from './truth.ts';
+import { inWords, isCompared, isLoaded, startAsking, stiffnessRatio, type Asking, type Truth } from './truth.ts';
 import type { Elements, LiveBody, LiveFrame, LiveSettings } from './types.ts';
 
 export interface Following {
@@ -38,18 +38,19 @@ function tellTruth(truth: Truth): void {
   byId('live-fem-off-row').hidden = isNeedle;
   byId('live-fem-caption').textContent = `${captions[truth.judge]}: ${isNeedle ? 'motion of the target by the same needle' : 'indentation by the same round load'}`;
   // A moment of the springs beside elements at rest says nothing of either.
-  const off = isAtRest ? stiffnessRatio(truth) - 1 : Number.NaN;
+  const areCompared = isCompared(truth);
+  const off = areCompared ? stiffnessRatio(truth) - 1 : Number.NaN;
   const mm = (metres: number) => `${(1000 * metres).toFixed(2).replace('-', '−')} mm`;
   tell('live-fem-force', force, `${force.toFixed(2)} N`);
   tell('live-fem-springs', springs, `${mm(springs)}${isAtRest ? '' : ', still moving'}`);
   tell('live-fem-indentation', elements, mm(elements));
   tell('live-fem-elements', elements, mm(elements));
-  tell('live-fem-off', off, isAtRest ? `${off > 0 ? '+' : ''}${off < 0 ? '−' : ''}${percent(Math.abs(off))} %` : '–');
+  tell('live-fem-off', off, areCompared ? `${off > 0 ? '+' : ''}${off < 0 ? '−' : ''}${percent(Math.abs(off))} %` : '–');
   byId('live-fem-words').textContent = inWords(truth);
-  tell('live-fem-error', isAtRest ? error : Number.NaN, isAtRest ? `${percent(error)} %` : '–');
-  tell('live-fem-state', Number(isAtRest), isAtRest ? `at rest, beside ${truth.judge} elements` : stillMoving);
+  tell('live-fem-error', areCompared ? error : Number.NaN, areCompared ? `${percent(error)} %` : '–');
+  tell('live-fem-state', Number(isAtRest), !isAtRest ? stillMoving : areCompared ? `at rest, beside ${truth.judge} elements` : 'at rest, when hyperelastic elements have answered');
   // Nothing more is going to be said.
-  byId('live-fem-readings').dataset['judged'] = String(isAtRest && !truth.isJudging);
+  byId('live-fem-readings').dataset['judged'] = String(areCompared);
 }
 
 /** @param answered  is called when there is another answer, or none any more */
@@ -64,6 +65,7 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
   /** Nothing is touched: finite elements are at rest. */
   function forget(): void {
     truth = null;
+    tellProgress('');
     for (const id of readings) tell(id, Number.NaN, '–');
     byId('live-fem-words').textContent = 'Nothing acts on the body: springs and FEM are both at rest.';
     tell('live-fem-state', Number.NaN, 'when the body is touched and FEM has answered');
@@ -98,7 +100,8 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
       stop();
       complain(error);
     };
-    asking = startAsking(femEngine(tellProgress), body, settings, show, fail);
+    const onProgress = (sentence: string) => tellProgress(latest && isLoaded(latest) ? sentence : '');
+    asking = startAsking(femEngine(onProgress), body, settings, show, fail);
     // A body that rests, or pauses, sends no more frames.
     if (latest) asking.ask(latest);
     asking.rest(isAtRest);

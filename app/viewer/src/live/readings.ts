@@ -2,6 +2,7 @@
 import { byId } from '../page/elements.ts';
 import { millimetres, short } from '../picture/scale.ts';
 import type { Timing } from './session.ts';
+import { whySlow, type Circumstances, type Remedy } from './steps.ts';
 import type { LiveFrame } from './types.ts';
 import { length } from './vector.ts';
 
@@ -35,22 +36,27 @@ function percentile95(values: number[]): number {
   return [...values].sort((a, b) => a - b)[Math.ceil(0.95 * values.length) - 1] ?? Number.NaN;
 }
 
+export const remedies: Record<Remedy, string> = { native: 'live-faster', longest: 'live-longest-steps', opaque: 'live-opaque' };
+
+function showRemedies(some: readonly Remedy[]): void {
+  for (const [remedy, id] of Object.entries(remedies)) byId(id).hidden = !some.includes(remedy as Remedy);
+}
+
 /**
  * Where the force is read: a body that is slower than life also answers a tool later.
- * @param part      simulated over real time
- * @param solving   part of the real time that steps took
- * @param timeStep  of one of them [s]
+ * @param simulated, solving  of a second of real time: how much motion there was, and how long steps took
+ * @param parts               of a step in the mean
  */
-function showPace(part: number, solving: number, timeStep: number): void {
-  const isSlow = part <= 0.97;
-  const times = Number((1 / part).toPrecision(2));
+function showPace(simulated: number, solving: number, parts: number, circumstances: Circumstances): void {
+  const isSlow = simulated <= 0.97;
+  const times = Number((1 / simulated).toPrecision(2));
   // Steps alone do not let it be faster, or something else takes the time.
-  const why = solving > part * 0.97 || !(timeStep > 0) ? `each of its ${Math.round(1 / timeStep)} steps takes ${millimetres((solving / part) * timeStep)} ms here` : 'drawing takes the time';
-  tell('live-pace-now', part, part.toFixed(2));
-  tell('live-pace', part, isSlow ? `Slower than real time: 1 s of motion takes ${times} s, because ${why}.` : '');
+  const isDrawn = solving <= simulated * 0.97;
+  const { why, remedies } = whySlow(circumstances, solving / simulated, parts, isDrawn);
+  tell('live-pace-now', simulated, simulated.toFixed(2));
+  tell('live-pace', simulated, isSlow ? `Slower than real time: 1 s of motion takes ${times} s, because ${why}.` : '');
   byId('live-pace').hidden = !isSlow;
-  const engine = byId<HTMLSelectElement>('live-engine');
-  byId('live-faster').hidden = !isSlow || engine.value === 'native' || engine.options[1]!.disabled;
+  showRemedies(isSlow ? remedies : []);
 }
 
 const span = 1; // that medians and the pace are taken over [s]
@@ -65,8 +71,8 @@ export interface Budget {
   draw(seconds: number): void;
 }
 
-/** @param timeStep  of the springs now [s] */
-export function createBudget(timeStep: () => number): Budget {
+/** @param circumstances  of now; null before there are springs */
+export function createBudget(circumstances: () => Circumstances | null): Budget {
   let spent: (Timing & { at: number })[] = [];
   let work: { at: number; seconds: number }[] = []; // that each answer took for a frame of motion
   let drawn: { at: number; seconds: number }[] = [];
@@ -89,7 +95,9 @@ export function createBudget(timeStep: () => number): Budget {
     const sum = (of: (t: Timing) => number) => spent.reduce((total, t) => total + of(t), 0);
     // The first steps are few, to see how long they take.
     const elapsed = sum((t) => t.elapsed);
-    if (elapsed > 0.5 * span) showPace(sum((t) => t.simulated) / elapsed, sum((t) => t.solver) / elapsed, timeStep());
+    const here = circumstances();
+    if (here && elapsed > 0.5 * span)
+      showPace(sum((t) => t.simulated) / elapsed, sum((t) => t.solver) / elapsed, sum((t) => t.numEvaluations) / sum((t) => t.numSteps), here);
   }
   return {
     spend(timing) {
@@ -100,7 +108,8 @@ export function createBudget(timeStep: () => number): Budget {
     },
     rest() {
       spent = [];
-      byId('live-pace').hidden = byId('live-faster').hidden = true;
+      byId('live-pace').hidden = true;
+      showRemedies([]);
     },
     draw: (seconds) => drawn.push({ at: performance.now() / 1000, seconds }),
   };

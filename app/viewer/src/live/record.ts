@@ -13,7 +13,7 @@ export type Entry = Move | { kind: 'cut'; request: CutRequest; answer: Pick<CutA
 
 const columns = [
   'kind', 'num_steps', 'tool', 'target_x', 'target_y', 'target_z', 'radius', 'node',
-  'law', 'keeps_volume', 'young_modulus', 'poisson_ratio', 'mass_damping', 'stiffness_damping', 'time_step',
+  'law', 'keeps_volume', 'young_modulus', 'poisson_ratio', 'mass_damping', 'stiffness_damping', 'time_step', 'longest_time_step', 'critical_time_step', 'step_limit',
   'time', 'force_x', 'force_y', 'force_z', 'indentation', 'smallest_volume',
   'disc_x', 'disc_y', 'disc_z',
   'entry_x', 'entry_y', 'entry_z', 'depth', 'diameter', 'toughness', 'friction', 'puncture_force', 'tip', 'target_moved',
@@ -68,6 +68,9 @@ function rowOf(entry: Entry): Row {
     stiffness_damping: settings.stiffnessDamping,
     // The step that was taken: 0 would be another one on another machine.
     time_step: chosen.timeStep,
+    longest_time_step: chosen.longestTimeStep,
+    critical_time_step: chosen.criticalTimeStep,
+    step_limit: chosen.limit,
   };
 }
 

@@ -1,9 +1,9 @@
 // When a body has come to rest: nothing of it is stepped or drawn then.
 import type { LiveFrame, Tool } from './types.ts';
 
-/** Parts of the size of a body that its fastest node may go in a second: digits of forces keep single nodes trembling a little. */
-const trembling = 1e-3; // [1/s]
-/** And how far it may get on in all, which tells creeping from trembling. */
+/** Parts of the size of a body that its fastest node may go in a second: digits of forces keep nodes of stiff parts trembling, by less than they may get on. */
+const trembling = 5e-3; // [1/s]
+/** And how far the body may get from where it was at the beginning of that time, in every frame: it neither creeps nor swings. */
 const creeping = 1e-5; // [1/s]
 /** How long it has to be so: where a motion turns back it is slow for a moment. */
 const longEnough = 0.25; // [s] of motion
@@ -28,6 +28,7 @@ const largestDifference = (a: Float32Array, b: Float32Array) => a.reduce((most, 
 /** @param size  of the body [m] */
 export function createRest(size: number): Rest {
   let start: LiveFrame | null = null; // of the time for which it has been slow
+  let furthest = 0; // from there in all frames since [m]
   let isReached = false;
   let last: Tool = { kind: 'none' };
   return {
@@ -35,12 +36,16 @@ export function createRest(size: number): Rest {
     see(frame, tool) {
       const isSlow = frame.largestSpeed <= trembling * size && isSame(tool, last);
       last = tool;
-      if (!isSlow) start = null;
-      else start ??= frame;
-      const passed = start ? frame.time - start.time : 0;
-      if (!start || passed < longEnough) return;
-      isReached = largestDifference(frame.displacement, start.displacement) <= creeping * size * passed;
-      start = frame;
+      if (!isSlow || !start) {
+        start = isSlow ? frame : null;
+        furthest = 0;
+        return;
+      }
+      furthest = Math.max(furthest, largestDifference(frame.displacement, start.displacement));
+      const passed = frame.time - start.time;
+      if (passed < longEnough) return;
+      isReached = furthest <= creeping * size * passed;
+      [start, furthest] = [frame, 0];
     },
     disturb() {
       start = null;

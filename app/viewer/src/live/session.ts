@@ -11,6 +11,8 @@ export interface Timing {
   elapsed: number; // since the answer before
   solver: number;
   transfer: number; // there and back
+  numSteps: number;
+  numEvaluations: number; // of forces
 }
 
 export interface Listener {
@@ -65,7 +67,7 @@ export function startSession(engine: Engine, size: number, settings: LiveSetting
   let wanted = settings;
   let current: LiveSettings | null = null;
   let refused: LiveSettings | null = null;
-  let timeStep = 0;
+  let timeStep = 0; // of what was chosen
   let debt = 0; // of the motion behind the clock [s]
   let isPaused = false;
   let isClosed = false;
@@ -107,7 +109,7 @@ export function startSession(engine: Engine, size: number, settings: LiveSetting
     const there = (performance.now() - start) / 1000;
     pacing.measure(numSteps, frame.stepSeconds);
     rest.see(frame, tool);
-    const timing = { simulated: numSteps * timeStep, elapsed, solver: frame.stepSeconds, transfer: Math.max(there - frame.stepSeconds, 0) };
+    const timing = { simulated: numSteps * timeStep, elapsed, solver: frame.stepSeconds, transfer: Math.max(there - frame.stepSeconds, 0), numSteps, numEvaluations: frame.numEvaluations };
     if (!isClosed) listener.moved(tool, numSteps, frame, timing);
   }
 

@@ -3,6 +3,7 @@ import { byId, element } from '../page/elements.ts';
 import { short } from '../picture/scale.ts';
 import { largestRegion } from './surface.ts';
 import { tell } from './readings.ts';
+import { stepInWords } from './steps.ts';
 import type { Chosen, LiveBody, LiveSettings } from './types.ts';
 
 export type EngineKind = 'wasm' | 'native';
@@ -58,19 +59,6 @@ export function showLaws(laws: string[], settings: LiveSettings): LiveSettings {
   return known;
 }
 
-const longestOfHand = 0.004; // as app/live/parameters.cpp has it [s]
-
-/** What decides how long steps may be, in words. */
-export function limitOfSteps({ longestTimeStep, criticalTimeStep, pressedTimeStep }: Omit<Chosen, 'numSprings' | 'timeStep'>): string {
-  const isNear = (a: number, b: number) => Math.abs(a / b - 1) < 1e-6;
-  const part = `The longest is ${short(longestTimeStep / criticalTimeStep)} of the critical one at rest`;
-  const parts = Math.round(longestTimeStep / pressedTimeStep);
-  if (isNear(longestTimeStep, longestOfHand)) return `${part}: the mass between the body and the hand bears no more.`;
-  if (parts >= 1 && isNear(longestTimeStep, parts * pressedTimeStep))
-    return `${part}: while something is pressed a step goes in ${parts} parts of at most ${short(1000 * pressedTimeStep)} ms, which the pressed body bears.`;
-  return `${part}: the body at rest decides.`;
-}
-
 export function showChosen(chosen: Chosen): void {
   const { timeStep, longestTimeStep, criticalTimeStep, numSprings } = chosen;
   const milliseconds = (seconds: number) => `${short(1000 * seconds)} ms`;
@@ -78,7 +66,7 @@ export function showChosen(chosen: Chosen): void {
   tell('live-longest', longestTimeStep, milliseconds(longestTimeStep));
   tell('live-critical', criticalTimeStep, milliseconds(criticalTimeStep));
   tell('live-springs', numSprings, String(numSprings));
-  byId('live-limit').textContent = limitOfSteps(chosen);
+  byId('live-limit').textContent = stepInWords(chosen);
   field('step-length').max = String(1000 * longestTimeStep);
 }
 

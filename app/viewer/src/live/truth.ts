@@ -1,8 +1,7 @@
-// What finite elements say to the tractions or the needle that the springs are under: one question under way, always about the latest frame.
-// Linear elements follow the tool. Where they are off themselves, hyperelastic ones judge the springs once these are at rest.
+// What finite elements say to the tractions or the needle that the springs are under, always about the latest frame.
+// Linear elements follow the tool. Hyperelastic ones judge the springs once these are at rest, until another question interrupts them.
 import { nodalVolumes } from '../data/nodal_volumes.ts';
 import { Fault } from '../data/types.ts';
-import { millimetres } from '../picture/scale.ts';
 import type { NeedleFrame } from './tool/needle/types.ts';
 import type { Elements, LiveBody, LiveFrame, LiveSettings, TruthEngine } from './types.ts';
 import { length, plus } from './vector.ts';
@@ -18,7 +17,7 @@ export interface Truth {
   error: number; // of the displacement, weighted by volume as in the comparison of result files
   isAtRest: boolean; // whether the springs rest there
   isJudging: boolean; // whether hyperelastic elements are being asked about the same forces
-  fault: string; // why hyperelastic elements do not judge where they should; empty otherwise
+  fault: string; // why hyperelastic elements do not judge; empty otherwise
 }
 
 /** @return |u - r| / |r| in the norm that the weights give; NaN where nothing moves */
@@ -39,24 +38,20 @@ export const stiffnessRatio = ({ springs, elements }: Pick<Truth, 'springs' | 'e
 /** By how much a force has to change for a hand to notice, as a part of it (Pang, Tan, Durlach 1991, Perception & Psychophysics 49). */
 const noticeable = 0.07;
 
-/** Indentation over the radius of the tool at which linear elements are off by 2 to 3 % themselves, and by more below (docs/studies/live.md). */
-const deep = 0.1;
-
-/** Whether linear elements are too far off to judge springs under this load. A needle spreads what it does over its way, and they judge it. */
-export const isDeep = ({ needle, indentation, radius }: Pick<LiveFrame, 'needle' | 'indentation' | 'radius'>): boolean => !needle && Math.abs(indentation) > deep * radius;
+/** Whether springs at rest are compared with the elements that judge them. */
+export const isCompared = ({ isAtRest, isJudging }: Pick<Truth, 'isAtRest' | 'isJudging'>): boolean => isAtRest && !isJudging;
 
 /** What a hand would say of the springs at rest, or where they have the target, and what they are compared with, in one sentence or two. */
-export function inWords(truth: Pick<Truth, 'springs' | 'elements' | 'apart' | 'isAtRest' | 'isJudging' | 'judge' | 'fault'> & { frame: Parameters<typeof isDeep>[0] }): string {
+export function inWords(truth: Pick<Truth, 'springs' | 'elements' | 'apart' | 'isAtRest' | 'isJudging' | 'judge' | 'fault'>): string {
   if (!truth.isAtRest) return 'Still moving: the springs are compared with FEM when they are at rest.';
-  if (truth.apart !== null) return `The springs have the target ${(1000 * truth.apart).toFixed(2)} mm from where linear FEM has it.`;
+  if (truth.isJudging) return 'At rest: hyperelastic FEM is being asked.';
+  const why = truth.fault && ` Linear elements are too stiff themselves, and hyperelastic ones do not judge: ${truth.fault}.`;
+  if (truth.apart !== null) return `The springs have the target ${(1000 * truth.apart).toFixed(2)} mm from where ${truth.judge} FEM has it.${why}`;
   const off = stiffnessRatio(truth) - 1;
   if (!Number.isFinite(off)) return '';
-  const isOff = truth.judge === 'linear' && isDeep(truth.frame);
-  const depth = `Deeper than ${millimetres(deep * truth.frame.radius)} mm linear elements are themselves off by more than 3 %`;
-  if (isOff && truth.isJudging) return `${depth}: hyperelastic ones are being asked.`;
   const amount = Math.round(100 * Math.abs(off));
   const how = amount === 0 ? `as stiff as ${truth.judge} FEM here` : `${amount} % too ${off < 0 ? 'soft' : 'stiff'} here beside ${truth.judge} FEM`;
-  return `The springs are ${how}; a hand feels ${Math.round(100 * noticeable)} %.${isOff ? ` ${depth}${truth.fault ? `, and hyperelastic ones do not judge: ${truth.fault}.` : '.'}` : ''}`;
+  return `The springs are ${how}; a hand feels ${Math.round(100 * noticeable)} %.${why}`;
 }
 
 /** Whether the tool does anything to the body. */
@@ -75,7 +70,8 @@ export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveS
   const volumes = nodalVolumes(body.points, body.tetrahedra);
   let wanted = settings;
   let chosen: LiveSettings | null = null;
-  let isBusy = false;
+  let isAnswering = false; // or it is not open yet
+  let isJudging = false; // even where nobody waits for it any longer
   let latest: LiveFrame | null = null;
   let isWaiting = false; // for an answer about it
   let isAtRest = false; // there
@@ -88,18 +84,20 @@ export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveS
   }
   async function answer(frame: LiveFrame): Promise<void> {
     if (chosen !== wanted) await engine.choose((chosen = wanted));
-    const found = frame.needle ? await pierced(frame.needle) : await pressed(frame, 'linear');
+    const found = await said(frame, 'linear');
+    if (!found) return void (isWaiting ||= frame === latest);
     if (latest && !isLoaded(latest)) return; // it has been let go meanwhile
     const rests = isAtRest && frame === latest;
-    tell({ ...found, ...judged(frame, found.displacement, 'linear'), isAtRest: rests, isJudging: rests && isDeep(frame), fault: '' });
+    tell({ ...found, isAtRest: rests, isJudging: rests, fault: '' });
   }
   /** Takes hyperelastic elements in place of the linear ones. */
   async function judge(linear: Truth): Promise<void> {
     const { frame } = linear;
-    let next: Truth;
+    let next: Omit<Truth, 'isAtRest'>;
     try {
-      const found = await pressed(frame, 'hyperelastic');
-      next = { ...linear, ...found, ...judged(frame, found.displacement, 'hyperelastic'), isJudging: false };
+      const found = await said(frame, 'hyperelastic');
+      if (!found) return;
+      next = { ...found, isJudging: false, fault: '' };
     } catch (error) {
       if (!(error instanceof Fault)) throw error;
       next = { ...linear, isJudging: false, fault: error.message };
@@ -107,40 +105,44 @@ export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveS
     // The springs may have moved on meanwhile.
     if (truth?.frame === frame) tell({ ...next, isAtRest: truth.isAtRest });
   }
-  const judged = (frame: LiveFrame, displacement: Float32Array, by: Elements) =>
-    ({ frame, judge: by, error: relativeError(frame.displacement, displacement, volumes) });
+  /** @return null where another question has interrupted it */
+  async function said(frame: LiveFrame, elements: Elements) {
+    const found = await (frame.needle ? pierced(frame.needle, elements) : pressed(frame, elements));
+    return found && { ...found, frame, judge: elements, error: relativeError(frame.displacement, found.displacement, volumes) };
+  }
   async function pressed(frame: LiveFrame, elements: Elements) {
-    const { displacement, work } = await engine.solve(frame, elements);
+    const found = await engine.solve(frame, elements);
     const force = length(frame.force);
-    return { displacement, force, springs: frame.indentation, elements: work / force, apart: null };
+    return found && { displacement: found.displacement, force, springs: frame.indentation, elements: found.work / force, apart: null };
   }
-  async function pierced(needle: NeedleFrame) {
-    const { displacement, targetMoved } = await engine.pierce(needle);
-    const apart = length(plus(needle.targetMoved, targetMoved, -1));
-    return { displacement, force: needle.force, springs: length(needle.targetMoved), elements: length(targetMoved), apart };
+  async function pierced(needle: NeedleFrame, elements: Elements) {
+    const found = await engine.pierce(needle, elements);
+    if (!found) return null;
+    const apart = length(plus(needle.targetMoved, found.targetMoved, -1));
+    return { displacement: found.displacement, force: needle.force, springs: length(needle.targetMoved), elements: length(found.targetMoved), apart };
   }
-  /** Asks what there is to be asked, one after the other. After a fault nothing more is. */
+  /** Asks what there is to be asked: linear elements do not wait for hyperelastic ones, which they interrupt. After a fault nothing more is. */
   function goOn(): void {
-    if (isBusy || isClosed) return;
-    const work = next();
-    if (!work) return;
-    isBusy = true;
-    const done = () => {
-      isBusy = false;
-      goOn();
-    };
-    work.then(done, (error) => void (isClosed || onFault(error)));
-  }
-  function next(): Promise<void> | null {
+    if (isAnswering || isClosed) return;
+    const stop = (error: unknown) => void (isClosed || onFault(error));
     if (isWaiting && latest) {
       isWaiting = false;
-      return answer(latest);
+      isAnswering = true;
+      answer(latest).then(() => {
+        isAnswering = false;
+        goOn();
+      }, stop);
+    } else if (truth?.isJudging && truth.isAtRest && !isJudging) {
+      isJudging = true;
+      judge(truth).then(() => {
+        isJudging = false;
+        goOn();
+      }, stop);
     }
-    return truth?.isJudging && truth.isAtRest ? judge(truth) : null;
   }
-  isBusy = true;
+  isAnswering = true;
   engine.open(body).then(() => {
-    isBusy = false;
+    isAnswering = false;
     goOn();
   }, (error) => void (isClosed || onFault(error)));
 
@@ -149,13 +151,16 @@ export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveS
     ask(frame) {
       latest = frame;
       isWaiting = isLoaded(frame);
-      if (!isWaiting) truth = null;
+      if (!isWaiting) {
+        truth = null;
+        if (isJudging) engine.interrupt();
+      }
       goOn();
     },
     rest(rests) {
       if (rests === isAtRest) return;
       isAtRest = rests;
-      if (truth && truth.frame === latest && !isWaiting) tell({ ...truth, isAtRest, isJudging: isAtRest && truth.judge === 'linear' && truth.fault === '' && isDeep(truth.frame) });
+      if (truth && truth.frame === latest && !isWaiting) tell({ ...truth, isAtRest, isJudging: isAtRest && truth.judge === 'linear' && truth.fault === '' });
       else if (truth?.isAtRest) tell({ ...truth, isAtRest: false, isJudging: false });
       goOn();
     },

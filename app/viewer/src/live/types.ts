@@ -22,13 +22,15 @@ export interface LiveSettings {
   timeStep: number; // [s]; 0 takes the longest that the page offers
 }
 
-/** What the settings come to. */
+/** What the settings come to. Everything that is said of steps is said of this. */
 export interface Chosen {
   timeStep: number; // that steps have [s]
   longestTimeStep: number; // that the page may offer [s]
-  criticalTimeStep: number; // predicted, at rest [s]
+  criticalTimeStep: number; // predicted, at rest, with the masses of the steps that are taken [s]
   pressedTimeStep: number; // the longest while something is pressed: steps are divided then [s]
   numSprings: number;
+  unscaledTimeStep: number; // the longest while masses of stiff parts are as they are [s]
+  limit: 'rest' | 'pressed' | 'hand'; // what decides the longest
 }
 
 /**
@@ -59,6 +61,7 @@ export interface LiveFrame {
   largestSpeed: number; // of all nodes, and of the tool [m/s]
   restarts: number; // how often the motion left all bounds and was set back to rest
   stepSeconds: number; // that the engine needed for this frame [s]
+  numEvaluations: number; // of all forces: more than steps where some were divided
   needle: NeedleFrame | null; // where the tool is one
 }
 
@@ -81,7 +84,7 @@ export interface Engine {
   close(): void;
 }
 
-/** Elements that are linear at any depth, or hyperelastic ones, which take a hundred times as long. */
+/** Elements that are linear at any depth, or hyperelastic ones, which take ten times as long or more. */
 export type Elements = 'linear' | 'hyperelastic';
 
 /** The finite element answer to the same tractions, or to a needle. */
@@ -89,9 +92,14 @@ export interface TruthEngine {
   /** @param body  of a file in the server's list; it may have been cut */
   open(body: LiveBody): Promise<void>;
   choose(settings: Pick<LiveSettings, 'youngModulus' | 'poissonRatio'>): Promise<void>;
-  /** @return (N,3) displacement [m], and the work of the tractions in it, sum of f_i . u_i over all nodes of the elements [J] */
-  solve(load: Pick<LiveFrame, 'disc' | 'loadedFacets' | 'tractions'>, elements: Elements): Promise<{ displacement: Float32Array; work: number }>;
-  /** By linear elements. @return (N,3) displacement [m], and that of the target [m] */
-  pierce(needle: Pick<NeedleFrame, 'line' | 'forces'>): Promise<{ displacement: Float32Array; targetMoved: Vector }>;
+  /**
+   * A question that comes before the answer interrupts it.
+   * @return (N,3) displacement [m], and the work of the tractions in it, sum of f_i . u_i over all nodes of the elements [J]; null if it was interrupted
+   */
+  solve(load: Pick<LiveFrame, 'disc' | 'loadedFacets' | 'tractions'>, elements: Elements): Promise<{ displacement: Float32Array; work: number } | null>;
+  /** @return (N,3) displacement [m], and that of the target [m]; null if it was interrupted */
+  pierce(needle: Pick<NeedleFrame, 'line' | 'forces'>, elements: Elements): Promise<{ displacement: Float32Array; targetMoved: Vector } | null>;
+  /** Nobody waits for the answer to the last question any longer. */
+  interrupt(): void;
   close(): void;
 }

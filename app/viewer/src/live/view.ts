@@ -17,7 +17,7 @@ import { chosenTarget, isCapsuleWhole, showNeedle, showTargets } from './tool/ne
 import { targetFrom, valuesOf } from './tool/needle/way.ts';
 import { createNodeReading } from './node_reading.ts';
 import { createPointer, listenToKeys, type Handling } from './tool/pointer.ts';
-import { createBudget, showFrame } from './readings.ts';
+import { createBudget, remedies, showFrame } from './readings.ts';
 import { csvOf, download, moveOf, type Entry } from './record.ts';
 import { createScene, sizeOf, type Scene } from './scene.ts';
 import { startSession, type Listener, type Session } from './session.ts';
@@ -27,7 +27,7 @@ import { furthest, surfaceAt } from './surface.ts';
 import { listenToTools, nodeField, showToolState, stays } from './tool/tools_panel.ts';
 import { drawTrace } from './trace.ts';
 import { createUndo, type Before } from './undo.ts';
-import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
+import type { Chosen, LiveBody, LiveFrame, LiveSettings } from './types.ts';
 import { wasmEngine } from './engines/wasm_engine.ts';
 import { plus } from './vector.ts';
 
@@ -63,8 +63,10 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   let wasPaused = false; // before it was hidden
   let numStarted = 0;
   let tracedAt = 0;
-  let timeStep = 0; // [s]
-  const budget = createBudget(() => timeStep);
+  let steps: Chosen | null = null; // that are taken
+  const budget = createBudget(() => steps && body && {
+    chosen: steps, numTetrahedra: body.tetrahedra.length / 4, hasNeedle: toolState.kind === 'needle' && toolState.grasp !== null,
+    isOfGlass: byId<HTMLInputElement>('live-translucent').checked, mayBeNative: engineKind() !== 'native' && body.file !== '' });
   const undoing = createUndo();
   const reading = createNodeReading();
   const canvas = document.querySelector<HTMLCanvasElement>('#live-stage canvas')!;
@@ -207,7 +209,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     },
     chosen(asked, chosen) {
       settings = asked;
-      timeStep = chosen.timeStep;
+      steps = chosen;
       entries.push({ kind: 'choose', settings: asked, chosen });
       following.choose(asked);
       showSettings(asked);
@@ -306,13 +308,17 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   listenToBlade(cut);
   listenToTools({ toolState: () => toolState, change: changeTool, touch, letGo: letToolGo });
   listenToKeys(canvas, () => scene.stage, { ...handling, touch, pause, step, undo });
-  listenToSettings(() => settings, (asked) => (say(''), note(fitting), session?.choose(asked)), say);
+  const choose = (asked: LiveSettings) => (say(''), note(fitting), session?.choose(asked));
+  listenToSettings(() => settings, choose, say);
   byId('live-engine').addEventListener('change', () => whole && void start(whole));
-  byId('live-faster').addEventListener('click', () => {
-    byId('live-faster').hidden = true;
+  /** @param then  what makes it faster */
+  const listenToRemedy = (id: string, then: () => void) => byId(id).addEventListener('click', () => ((byId(id).hidden = true), then()));
+  listenToRemedy(remedies.native, () => {
     byId<HTMLSelectElement>('live-engine').value = 'native';
     if (whole) void start(whole);
   });
+  listenToRemedy(remedies.longest, () => settings && choose({ ...settings, timeStep: 0 }));
+  listenToRemedy(remedies.opaque, () => scene.setSkin('solid'));
   byId('live-pause').addEventListener('click', pause);
   byId('live-step-once').addEventListener('click', step);
   nodeField().addEventListener('input', showWaiting);

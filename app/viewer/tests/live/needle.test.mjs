@@ -35,6 +35,8 @@ for (const engine of ['wasm', 'native'])
     await live.goAnew();
     if (engine === 'native') {
       await live.take('native');
+      // Masses of the tumours are not scaled while it is in, and digits of forces keep their nodes trembling then.
+      await live.set('law', 'nodal_neo_hookean');
     }
     const before = await numBlue();
     await takeNeedle(25);
@@ -63,7 +65,7 @@ test('finite elements say how far the same needle moves the target', async () =>
   await live.above('needle-inside', 0.015);
   await live.page.check('#live-fem');
   await live.isJudged();
-  assert.match(await live.text('fem-words'), /^The springs have the target [\d.]+ mm from where linear FEM has it\.$/);
+  assert.match(await live.text('fem-words'), /^The springs have the target [\d.]+ mm from where hyperelastic FEM has it\.$/);
   const [springs, elements] = [await live.value('fem-springs'), await live.value('fem-elements')];
   assert.ok(springs > 2e-4 && elements > 0.3 * springs && elements < 3 * springs, `${springs} m, ${elements} m`);
   assert.equal(await live.text('fem-springs-name'), 'Springs move the target by');

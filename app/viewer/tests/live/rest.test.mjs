@@ -106,7 +106,7 @@ test('a motion that is slower than life says so where the force is read', async 
   await live.press();
   await live.page.mouse.up();
   await live.page.waitForSelector('#live-pace:not([hidden])');
-  assert.match(await live.text('pace'), /^Slower than real time: 1 s of motion takes [\d.]+ s, because (each of its \d+ steps takes [\d.]+ ms here|drawing takes the time)\.$/);
+  assert.match(await live.text('pace'), /^Slower than real time: 1 s of motion takes [\d.]+ s, because (stiff tumours need \d+ times the steps while their masses are not scaled|drawing takes the time)\.$/);
   assert.ok((await live.value('pace')) < 0.9);
   assert.ok((await live.value('pace-now')) < 0.9);
   // So slow because a frame of motion takes longer than one of the screen.
@@ -114,6 +114,27 @@ test('a motion that is slower than life says so where the force is read', async 
   assert.match(await live.text('work'), /^[\d.]+ of 16\.7 ms$/);
   const [force, pace] = await Promise.all(['#live-force', '#live-pace'].map((id) => live.page.locator(id).boundingBox()));
   assert.ok(pace.y - (force.y + force.height) < 40, 'below the force');
+  // One click takes the longest steps, and the step is the same fact wherever it stands.
+  await live.page.waitForSelector('#live-longest-steps:not([hidden])');
+  assert.equal(await live.isShown('opaque'), false, 'nothing is of glass');
+  await live.page.click('#live-longest-steps');
+  await live.page.waitForFunction(() => document.querySelector('#live-step').dataset.value === document.querySelector('#live-longest').dataset.value);
+  assert.equal(await live.page.locator('#live-step-length').inputValue(), '0');
+  const [step, critical] = [await live.value('step'), await live.value('critical')];
+  const said = await live.text('limit');
+  assert.match(said, /^A step of ([\d.]+) ms is [\d.]+ of the critical one at rest, [\d.]+ ms: a pressed body decides, which bears [\d.]+ ms: while something is pressed a step goes in 3 parts\.$/);
+  const [taken, part, atRest, pressed] = said.match(/\d[\d.]*/g).map(Number);
+  const near = (a, b) => assert.ok(Math.abs(a / b - 1) < 0.006, `${a}, ${b}`);
+  near(taken, 1000 * step);
+  near(part, step / critical);
+  near(atRest, 1000 * critical);
+  near(3 * pressed, taken);
+  const [short, longest] = (await live.saved()).rows.filter((row) => row.kind === 'choose').slice(-2);
+  assert.deepEqual([longest.time_step, longest.longest_time_step, longest.critical_time_step].map(Number), [step, step, critical]);
+  assert.equal(longest.step_limit, 'pressed');
+  assert.equal(Number(short.time_step), 5e-7);
+  assert.ok(Number(short.critical_time_step) < 0.8 * critical, 'of masses as they are');
+  assert.equal(short.longest_time_step, longest.longest_time_step);
 });
 
 test('the last tool is undone: the body and the tool before it are as they were', async () => {

@@ -117,6 +117,26 @@ TEST(LiveMassScaling, LeavesMassesAsTheyAreWhereTheStepAsksForNothingElse) {
     }
 }
 
+/// What a page says of steps is that of the masses that move.
+TEST(LiveMassScaling, NamesTheCriticalStepOfTheMassesThatMove) {
+    const BoxWithLump box;
+    for (const auto &springs : some_springs) {
+        const auto scaled = lump_stepping(box, lump_settings(springs)).chosen,
+                   short_steps = lump_stepping(box, unscaled(springs, 0.5 * scaled.unscaled_time_step)).chosen;
+        EXPECT_LT(scaled.unscaled_time_step, 0.8 * scaled.longest_time_step) << springs;
+        EXPECT_EQ(short_steps.unscaled_time_step, scaled.unscaled_time_step) << springs;
+        EXPECT_EQ(short_steps.longest_time_step, scaled.longest_time_step) << springs;
+        EXPECT_LT(short_steps.critical_time_step, 0.8 * scaled.critical_time_step) << springs;
+        EXPECT_LT(short_steps.unscaled_time_step, short_steps.critical_time_step) << springs;
+        const double decided = scaled.limit == StepLimit::rest      ? scaled.critical_time_step
+                               : scaled.limit == StepLimit::pressed ? scaled.pressed_time_step
+                                                                    : 0.004;
+        const double factor = scaled.longest_time_step / decided;
+        EXPECT_TRUE(std::abs(factor - 0.8) < 1e-12 || std::abs(factor - std::round(2.0 * factor) / 2.0) < 1e-12)
+            << springs << ": " << factor;
+    }
+}
+
 /// The force that a hand feels is that of how deep the tool is in the surface, and at rest no mass is in it.
 TEST(LiveMassScaling, ComesToTheSameRestAndForceUnderATool) {
     const BoxWithLump box;

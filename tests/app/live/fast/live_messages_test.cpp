@@ -23,17 +23,18 @@ TEST(LiveMessages, SayWhatTheCallsSay) {
     const auto laws = msm::all_spring_laws();
     const auto chosen = called.choose(settings(laws[0].name));
     const auto answer = reply(*told, std::vector<double>{1, 0, 1, 5e3, 0.45, 40.0, 0.0, 0.0});
-    std::array<double, 5> said{};
+    std::array<double, 7> said{};
     ASSERT_EQ(answer.size(), sizeof said);
     std::memcpy(said.data(), answer.data(), sizeof said);
-    EXPECT_EQ(said, (std::array<double, 5>{chosen.time_step, chosen.longest_time_step, chosen.critical_time_step,
-                                           chosen.pressed_time_step, 1.0 * chosen.num_springs}));
+    EXPECT_EQ(said, (std::array<double, 7>{chosen.time_step, chosen.longest_time_step, chosen.critical_time_step,
+                                           chosen.pressed_time_step, 1.0 * chosen.num_springs,
+                                           chosen.unscaled_time_step, static_cast<double>(chosen.limit)}));
 
     const auto tool = box.poke(0.004);
     const auto frame = called.move(tool, 600);
     const auto bytes =
         reply(*told, std::vector<double>{2, 1, tool.target.x(), tool.target.y(), tool.target.z(), tool.radius, 0, 600});
-    std::array<double, 19> head{};
+    std::array<double, 20> head{};
     ASSERT_GT(bytes.size(), sizeof head);
     std::memcpy(head.data(), bytes.data(), sizeof head);
     EXPECT_EQ(head[0], frame.time);
@@ -42,7 +43,9 @@ TEST(LiveMessages, SayWhatTheCallsSay) {
     EXPECT_EQ(head[11], frame.indentation);
     EXPECT_EQ(head[13], frame.largest_speed);
     EXPECT_GT(frame.largest_speed, 0.0);
-    EXPECT_EQ(head[16], box.body.mesh.num_nodes());
+    EXPECT_EQ(head[16], 1.0 * called.num_evaluations());
+    EXPECT_GT(head[16], 600.0) << "steps are divided where a tool is just taken up";
+    EXPECT_EQ(head[17], box.body.mesh.num_nodes());
     EXPECT_EQ(bytes.size(), sizeof head + sizeof(double) * 4 * (frame.load.nodes.size() + frame.load.triangles.size()) +
                                 sizeof(float) * 3 * box.body.mesh.num_nodes());
     EXPECT_TRUE(reply(*told, std::vector<double>{3}).empty());

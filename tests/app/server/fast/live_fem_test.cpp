@@ -81,7 +81,7 @@ class LiveFemTest : public testing::Test {
     }
     ~LiveFemTest() override { fs::remove_all(folder); }
 
-    static constexpr auto report_to_nobody = [](const std::string &) {};
+    static constexpr auto report_to_nobody = [](const std::string &) { return true; };
 
     server::Session begin(const std::string &file = "box.h5",
                           const server::ReportProgress &report = report_to_nobody) const {
@@ -354,6 +354,66 @@ TEST_F(LiveFemTest, AnswersByHyperelasticElementsWhereTheseAreAskedFor) {
     EXPECT_EQ(displacement(converse(binary(rows))), displacement(linear));
 }
 
+/// How far Newton's method is, and the end of its work where the reply is not waited for any longer.
+TEST_F(LiveFemTest, SaysHowFarHyperelasticElementsAreAndIsInterrupted) {
+    std::vector<std::string> told;
+    std::size_t waited_for = 1000; // sentences
+    const auto converse = begin("box.h5", [&](const std::string &sentence) {
+        told.push_back(sentence);
+        return told.size() < waited_for;
+    });
+    const auto load = binary({{1.0 * free[0], 900.0, -600.0, 300.0}});
+    converse({false, "elements=hyperelastic"});
+    const auto whole = displacement(converse(load));
+    ASSERT_GE(told.size(), 3U);
+    EXPECT_NE(told[0].find("tetrahedra are being assembled"), std::string::npos);
+    EXPECT_NE(told[1].find("and 0 iterations of Newton's method it goes to 100 % of the force"), std::string::npos);
+    for (std::size_t i = 2; i < told.size(); ++i)
+        EXPECT_NE(told[i].find(fmt::format("and {} iterations of Newton's method", i - 2)), std::string::npos);
+    for (waited_for = 1; waited_for <= 3; ++waited_for) {
+        told.clear();
+        EXPECT_EQ(converse(load).bytes, "interrupted=by+the+next+message");
+        EXPECT_EQ(told.size(), waited_for);
+    }
+    waited_for = 1000;
+    EXPECT_EQ(displacement(converse(load)), whole);
+}
+
+/// A needle whose forces are small moves hyperelastic elements as linear ones, and a strong one farther or less.
+TEST_F(LiveFemTest, HyperelasticElementsAreMovedByANeedle) {
+    const auto box = core::bounding_box(mesh.points);
+    const core::Vector3 target = box.center(), entry(target.x(), target.y(), box.max().z());
+    const double spread = 0.4 * (target - entry).norm();
+    const auto places =
+        core::needle_line({.name = {}, .entry = entry, .target = target, .spread = spread}).places.size();
+    const auto converse = begin();
+    /// Work over the force, and displacement of the target, over the force as well.
+    const auto moved = [&](const char *elements, double force) {
+        std::string forces;
+        for (std::size_t k = 0; k < places; ++k)
+            forces += fmt::format("{}0,0,{}", k == 0 ? "" : ",", -force);
+        converse({false, fmt::format("elements={}", elements)});
+        const auto reply =
+            converse({false, fmt::format("needle={},{},{},{},{},{},{}&forces={}", entry.x(), entry.y(), entry.z(),
+                                         target.x(), target.y(), target.z(), spread, forces)});
+        std::array<double, 4> numbers{};
+        std::memcpy(numbers.data(), reply.bytes.data(), sizeof numbers);
+        EXPECT_EQ(reply.bytes.size(), sizeof numbers + mesh.points.size() * sizeof(Eigen::Vector3f)) << reply.bytes;
+        return Eigen::Vector4d(numbers[0] / (force * force), numbers[1] / force, numbers[2] / force,
+                               numbers[3] / force);
+    };
+    const auto apart = [](const Eigen::Vector4d &a, const Eigen::Vector4d &b) {
+        return std::max(std::abs(a[0] - b[0]) / std::abs(b[0]),
+                        (a.tail<3>() - b.tail<3>()).norm() / b.tail<3>().norm());
+    };
+    // Locking is the difference that is left, as under the round loads above.
+    const auto small = moved("hyperelastic", 1e-6), linear = moved("linear", 1e-6);
+    EXPECT_LT(apart(moved("linear", 1e-3), linear), 1e-9);
+    EXPECT_LT(apart(small, linear), 0.3);
+    EXPECT_LT(apart(moved("hyperelastic", 2e-6), small), 1e-3);
+    EXPECT_LT(moved("hyperelastic", 1e-6)[3], 0.0) << "the target goes along";
+}
+
 TEST_F(LiveFemTest, SharesTheElementsOfABodyThatIsHeldAsAnother) {
     const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}};
     // Another load case with other loads, which holds the same.
@@ -434,7 +494,10 @@ TEST_F(LiveFemTest, StandsOnTheFoundationOfTheLoadCase) {
 
 TEST_F(LiveFemTest, ReportsWhatTheFirstSolutionWaitsFor) {
     std::vector<std::string> told;
-    const auto converse = begin("box.h5", [&](const std::string &sentence) { told.push_back(sentence); });
+    const auto converse = begin("box.h5", [&](const std::string &sentence) {
+        told.push_back(sentence);
+        return true;
+    });
     const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}};
     converse(binary(rows));
     ASSERT_EQ(told.size(), 2U);

@@ -9,6 +9,11 @@ function opened(socket: Socket | null): Socket {
   return socket;
 }
 
+/** Null where another question has interrupted the answer. */
+function asFinished(answer: string | ArrayBuffer): ArrayBuffer | null {
+  return typeof answer === 'string' && new URLSearchParams(answer).has('interrupted') ? null : asBytes(answer);
+}
+
 function asBytes(answer: string | ArrayBuffer): ArrayBuffer {
   if (typeof answer === 'string') throw new Fault('The server answers with something else. Load the page again.');
   return answer;
@@ -31,6 +36,13 @@ export function nativeEngine(): Engine {
 export function femEngine(onProgress: (sentence: string) => void): TruthEngine {
   let socket: Socket | null = null;
   let chosen: Elements = 'linear';
+  /** Both at once: what is asked meanwhile comes behind them. */
+  async function askOf(elements: Elements, message: string | Float64Array): Promise<ArrayBuffer | null> {
+    const others = chosen === elements ? null : opened(socket).ask(new URLSearchParams({ elements }).toString());
+    chosen = elements;
+    const [answer] = await Promise.all([opened(socket).ask(message), others]);
+    return asFinished(answer);
+  }
   return {
     async open({ file, cuts }) {
       socket?.close();
@@ -43,23 +55,26 @@ export function femEngine(onProgress: (sentence: string) => void): TruthEngine {
         new URLSearchParams({ young_modulus: String(youngModulus), poisson_ratio: String(poissonRatio) }).toString());
     },
     async solve({ disc, loadedFacets, tractions }, elements) {
-      if (chosen !== elements) await opened(socket).ask(new URLSearchParams({ elements }).toString());
-      chosen = elements;
       const message = new Float64Array(4 * (1 + loadedFacets.length));
       message.set([...disc.middle, disc.radius]);
       loadedFacets.forEach((facet, i) => {
         message[4 * (1 + i)] = facet;
         message.set(tractions.subarray(3 * i, 3 * i + 3), 4 * (1 + i) + 1);
       });
-      const answer = asBytes(await opened(socket).ask(message));
+      const answer = await askOf(elements, message);
       const length = Float64Array.BYTES_PER_ELEMENT;
-      return { work: new Float64Array(answer, 0, 1)[0]!, displacement: new Float32Array(answer, length) };
+      return answer && { work: new Float64Array(answer, 0, 1)[0]!, displacement: new Float32Array(answer, length) };
     },
-    async pierce({ line: { entry, target, spread }, forces }) {
+    async pierce({ line: { entry, target, spread }, forces }, elements) {
       const fields = { needle: [...entry, ...target, spread].join(','), forces: forces.join(',') };
-      const answer = asBytes(await opened(socket).ask(new URLSearchParams(fields).toString()));
+      const answer = await askOf(elements, new URLSearchParams(fields).toString());
+      if (!answer) return null;
       const [, x, y, z] = new Float64Array(answer, 0, 4);
       return { targetMoved: [x!, y!, z!], displacement: new Float32Array(answer, 4 * Float64Array.BYTES_PER_ELEMENT) };
+    },
+    interrupt() {
+      chosen = 'linear';
+      opened(socket).ask(new URLSearchParams({ elements: chosen }).toString()).catch(() => {}); // who asked hears of it
     },
     close: () => socket?.close(),
   };

@@ -77,6 +77,9 @@ class Numbers {
   }
 }
 
+/** In the order of app/live/scene.hpp. */
+const limits = ['rest', 'pressed', 'hand'] as const;
+
 export function readChosen(bytes: ArrayBuffer): Chosen {
   const numbers = new Numbers(bytes);
   return {
@@ -85,6 +88,8 @@ export function readChosen(bytes: ArrayBuffer): Chosen {
     criticalTimeStep: numbers.number(),
     pressedTimeStep: numbers.number(),
     numSprings: numbers.number(),
+    unscaledTimeStep: numbers.number(),
+    limit: limits[numbers.number()]!,
   };
 }
 
@@ -105,6 +110,7 @@ export function readFrame(bytes: ArrayBuffer, tool: Tool): LiveFrame {
     largestSpeed: numbers.number(),
     restarts: numbers.number(),
     stepSeconds: numbers.number(),
+    numEvaluations: numbers.number(),
   };
   const numNodes = numbers.number(), numLoaded = numbers.number(), numFacets = numbers.number();
   const frame = {
