@@ -221,7 +221,8 @@ Vector3 mean_over(const Disc &disc, const PositionOf &field) {
 }
 
 Load load_of(const Disc &disc, const Vector3 &force) {
-    Load load{.nodes = disc.nodes, .triangles = disc.triangles, .total = force, .shape = disc.shape};
+    Load load{
+        .nodes = disc.nodes, .triangles = disc.triangles, .total = force, .pressed = force.norm(), .shape = disc.shape};
     for (const double share : disc.share)
         load.facet.emplace_back(share * force);
     for (const double weight : disc.weight)
@@ -249,14 +250,30 @@ HeldBall HeldBall::copy() const {
     return other;
 }
 
-HeldBall take_ball(const TouchableBody &touchable, double radius, double friction) {
+namespace {
+
+/// Ball on some of the facets that can be touched.
+HeldBall ball_on(const TouchableBody &touchable, const std::vector<core::TouchedFacet> &facets, double radius,
+                 double friction) {
     auto load_case = touchable.load_case;
     // Points are as close as under a finger that presses half as deep as its radius.
     load_case.touching =
         core::TouchingTool{radius, Vector3::Zero(), 0.5 * radius * Vector3::UnitX(), Vector3::Zero(), friction, 0};
     const int divisions = core::contact_divisions(touchable.body, load_case);
-    return {.contact = std::make_shared<core::BallContact>(touchable.facets, divisions, radius, friction),
-            .radius = radius};
+    return {.contact = std::make_shared<core::BallContact>(facets, divisions, radius, friction), .radius = radius};
+}
+
+} // namespace
+
+HeldBall take_ball(const TouchableBody &touchable, double radius, double friction) {
+    return ball_on(touchable, touchable.facets, radius, friction);
+}
+
+std::vector<HeldBall> take_jaws(const TouchableBody &touchable, const Jaws &jaws, double radius, double friction) {
+    std::vector<core::TouchedFacet> first, other; // as those of a load case: TouchingTool::is_for_other_jaw()
+    for (const auto &facet : touchable.facets)
+        (facet.normal.dot(jaws.axis) > 0.0 ? other : first).push_back(facet);
+    return {ball_on(touchable, first, radius, friction), ball_on(touchable, other, radius, friction)};
 }
 
 Vector3 outside(const Surface &surface, double radius, const Vector3 &centre, const PositionOf &position_of) {
@@ -291,8 +308,11 @@ void look_around(HeldBall &ball, const Surface &surface, const Vector3 &centre, 
     const auto near = triangles_between(surface, ball.contact->near());
     if (near.empty())
         return;
-    const double above_rest = nearest_point(surface, near, at_rest, centre, as_near * ball.radius).height;
-    ball.contact->set_circle(core::ToolShape(ball.radius).contact_radius(std::max(0.0, ball.radius - above_rest)));
+    const auto found_depth = [&] {
+        return ball.radius - nearest_point(surface, near, at_rest, centre, as_near * ball.radius).height;
+    };
+    const double depth = ball.depth ? *ball.depth : found_depth();
+    ball.contact->set_circle(core::ToolShape(ball.radius).contact_radius(std::max(0.0, depth)));
     const double height = nearest_point(surface, near, position_of, centre, as_near * ball.radius).height;
     ball.is_below =
         ball.is_below ? height < (1.0 - shallow) * ball.radius : height < 0.0 && height > -pushed_through * ball.radius;
@@ -312,7 +332,7 @@ void lead(HeldBall &ball, const Surface &surface, const Proxy &proxy, const Vect
     ball.contact->set_way(from, proxy.position);
 }
 
-Load load_of(const HeldBall &ball, const Surface &surface) {
+Load load_of(std::span<const HeldBall> balls, const Surface &surface) {
     Load load;
     const auto add = [](std::vector<int> &numbers, std::vector<Vector3> &forces, int number, const Vector3 &force) {
         const auto known = std::ranges::find(numbers, number) - numbers.begin();
@@ -322,18 +342,21 @@ Load load_of(const HeldBall &ball, const Surface &surface) {
         }
         forces[known] += force;
     };
-    int triangle = 0; // the contact visits its facets in their order
-    ball.contact->visit_points([&](const std::array<int, 3> &nodes, const std::array<double, 3> &shape,
-                                   double /*compliance*/, const Vector3 &force) {
-        while (surface.triangles[triangle] != nodes)
-            ++triangle;
-        if (force.isZero(0.0))
-            return;
-        load.total += force;
-        add(load.triangles, load.facet, triangle, force);
-        for (std::size_t k = 0; k < 3; ++k)
-            add(load.nodes, load.nodal, nodes[k], shape[k] * force);
-    });
+    for (const auto &ball : balls) {
+        int triangle = 0; // the contact visits its facets in their order
+        ball.contact->visit_points([&](const std::array<int, 3> &nodes, const std::array<double, 3> &shape,
+                                       double /*compliance*/, const Vector3 &force) {
+            while (surface.triangles[triangle] != nodes)
+                ++triangle;
+            if (force.isZero(0.0))
+                return;
+            load.total += force;
+            add(load.triangles, load.facet, triangle, force);
+            for (std::size_t k = 0; k < 3; ++k)
+                add(load.nodes, load.nodal, nodes[k], shape[k] * force);
+        });
+        load.pressed += ball.force().norm();
+    }
     return load;
 }
 

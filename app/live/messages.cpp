@@ -163,6 +163,28 @@ std::string prick(Scene &scene, Numbers &numbers) {
     return bytes + frame_bytes(frame, seconds);
 }
 
+std::string grasp(Scene &scene, Numbers &numbers) {
+    using Clock = std::chrono::steady_clock;
+    Tool tool{.kind = ToolKind::grasp};
+    tool.place = numbers.vector();
+    tool.inwards = numbers.vector();
+    tool.target = numbers.vector();
+    tool.radius = numbers.number();
+    tool.depth = numbers.number();
+    const int num_steps = numbers.integer();
+    numbers.end();
+    const auto start = Clock::now();
+    const auto frame = scene.move(tool, num_steps);
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const auto reading = frame.grasp.value_or(GraspReading{}); // it is off where the motion was set back
+    std::string bytes;
+    append(bytes, reading.depth);
+    append(bytes, reading.closing);
+    append_vector(bytes, reading.other);
+    append_vector(bytes, reading.other_force);
+    return bytes + frame_bytes(frame, seconds);
+}
+
 /// @param names  of the regions of the body
 meshes::CutTool cut_tool(Numbers &numbers, const std::vector<std::string> &names) {
     const int kind = numbers.integer();
@@ -316,6 +338,8 @@ std::string reply(Scene &scene, std::span<const double> message) {
         return prick(scene, numbers);
     case 7:
         return cut(scene, numbers);
+    case 8:
+        return grasp(scene, numbers);
     default:
         throw support::InputError("a message of a kind that nobody knows here; load the page again");
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -63,6 +64,14 @@ inline core::Problem touched_by_ball(const core::Body &body, const std::vector<b
 
 inline Settings settings(const std::string &law = "patch") {
     return {.springs = law, .young_modulus = 5e3, .poisson_ratio = 0.45, .damping = {40.0, 0.0}};
+}
+
+/// Frame after so much time with a tool.
+inline Frame moved(Scene &scene, const Tool &tool, double seconds, double time_step) {
+    auto frame = scene.move(tool, 0);
+    for (int left = static_cast<int>(seconds / time_step); left > 0; left -= 1000)
+        frame = scene.move(tool, std::min(left, 1000));
+    return frame;
 }
 
 /// Relative distance of two fields.

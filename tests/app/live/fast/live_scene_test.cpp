@@ -18,13 +18,6 @@
 namespace livermark::live {
 namespace {
 
-Frame moved(Scene &scene, const Tool &tool, double seconds, double time_step) {
-    auto frame = scene.move(tool, 0);
-    for (int left = static_cast<int>(seconds / time_step); left > 0; left -= 1000)
-        frame = scene.move(tool, std::min(left, 1000));
-    return frame;
-}
-
 /// Displacement in which the model of these names in the comparison comes to rest under what the tool did.
 std::vector<Vector3> rest_under(const Frame &frame, const BoxScene &box, const msm::ElasticBody &model) {
     auto conditions = constrained_conditions(constrained_nodes(box.body.mesh, box.is_constrained));
