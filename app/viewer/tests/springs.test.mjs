@@ -82,6 +82,49 @@ function pricks(body, numSteps) {
   return [0.2, 0.5, 0.8, 0.4].map((part) => ({ kind: 'move', tool: { kind: 'needle', entry, target, depth: part * away(entry, target), values }, numSteps }));
 }
 
+/** Places of the surface with 10 to 40 mm of body behind them, and a free face across the way there. */
+function edges(body) {
+  const at = (node) => body.points.slice(3 * node, 3 * node + 3);
+  const minus = (a, b) => a.map((x, i) => x - b[i]);
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+  const facets = body.constrained.map((held, t) => {
+    const [a, b, c] = body.triangles.slice(3 * t, 3 * t + 3).map(at);
+    return { held, corners: [a, b, c], normal: cross(minus(b, a), minus(c, a)) };
+  });
+  /** Where a ray leaves the body first. */
+  function exit(point, inwards) {
+    const found = facets.map(({ held, corners, normal }) => {
+      const along = dot(normal, inwards), way = dot(normal, minus(corners[0], point)) / along;
+      const x = point.map((y, i) => y + way * inwards[i]);
+      const isIn = corners.every((a, k) => dot(cross(minus(corners[(k + 1) % 3], a), minus(x, a)), normal) >= 0);
+      return { held, way: isIn && along > 0 && way > 1e-6 ? way : Infinity, slope: along / Math.hypot(...normal) };
+    });
+    return found.reduce((a, b) => (b.way < a.way ? b : a));
+  }
+  const held = new Set(facets.filter((f) => f.held).flatMap((f) => f.corners.map(String)));
+  return touchable(body).map(({ point, normal }) => ({ place: point, inwards: normal.map((x) => -x) })).filter(({ place, inwards }) => {
+    const { held: isHeld, way, slope } = exit(place, inwards);
+    const isFree = (x) => [...held].every((corner) => Math.hypot(...minus(x, corner.split(',').map(Number))) > 0.015);
+    return !isHeld && way > 0.01 && way < 0.04 && slope > 0.8 && isFree(place) && isFree(place.map((x, i) => x + way * inwards[i]));
+  });
+}
+
+/** Grasps of some of these at rest, which close, are led aside and let go. @param places  of edges() */
+function grasps(places, seed, count, numSteps) {
+  const random = randomNumbers(seed);
+  return Array.from({ length: count }, () => {
+    const grasp = { kind: 'grasp', ...places[Math.floor(random() * places.length)], radius: 0.004 + 0.004 * random() };
+    const [depth, aside] = [0.004 + 0.008 * random(), [0, 1, 2].map(() => 0.03 * (random() - 0.5))];
+    const tool = (depth, part) => ({ ...grasp, depth, target: grasp.place.map((x, i) => x + part * aside[i]) });
+    return [
+      { kind: 'reset' },
+      ...[[0.5 * depth, 0], [depth, 0.3], [depth, 1]].map(([deep, part]) => ({ kind: 'move', tool: tool(deep, part), numSteps })),
+      { kind: 'move', tool: { kind: 'none' }, numSteps },
+    ];
+  }).flat();
+}
+
 /** The longest step is told by an eigenvalue, whose last digits are those of a C library; what is recorded is the step. */
 const about = (actual, expected) => assert.ok(Math.abs(actual - expected) <= 1e-12 * expected, `${actual}, not ${expected}`);
 
@@ -93,7 +136,7 @@ async function movesAsNatively(body, choices, cuts = []) {
     { kind: 'choose', settings: settings({ ...choice, timeStep: chosen[i].timeStep }) },
     ...moves(body, 10 + i, 4, 60),
   ]);
-  rows.push(...pricks(body, 150));
+  rows.push(...pricks(body, 150), ...grasps(edges(body), 50, 3, 60));
   rows.push({ kind: 'keep' }, ...moves(body, 98, 1, 20), { kind: 'undo' }, ...moves(body, 97, 1, 20));
   const still = { kind: 'move', tool: { kind: 'none' }, numSteps: 40 };
   for (const request of cuts) rows.push(...moves(body, 96, 1, 20), { kind: 'cut', request }, still, { kind: 'undo' }, still);
@@ -101,6 +144,7 @@ async function movesAsNatively(body, choices, cuts = []) {
   const inPage = await harness.play(rows, { whole: true });
   const natively = playNatively(body, rows, laws);
   assert.equal(natively.length, rows.length);
+  let closing = 0; // of jaws [N]
   rows.forEach((row, i) => {
     if (row.kind === 'choose') {
       const [timeStep, longest, critical, pressed, numSprings] = new Float64Array(natively[i].buffer, natively[i].byteOffset, 5);
@@ -114,9 +158,11 @@ async function movesAsNatively(body, choices, cuts = []) {
       const { stepSeconds, ...frame } = inPage[i];
       assert.deepEqual(frame, frameOf(natively[i], rows[i].tool), `row ${i}`);
       if (row.tool.kind === 'needle') assert.ok(frame.needle.tip >= 0 && frame.needle.work.hand > 0, 'a needle is felt');
+      if (row.tool.kind === 'grasp') closing = Math.max(closing, frame.grasp.closing);
       if (row.tool.kind === 'pull') assert.ok(Math.hypot(...frame.force) > 0, 'a pull is felt');
     }
   });
+  assert.ok(closing > 0.01, 'jaws close on something');
 }
 
 test('WebAssembly moves the liver as the native build does, bit for bit, whatever is chosen', { skip: noReplay }, () =>
@@ -181,6 +227,24 @@ async function bears(body, choices, count) {
   }
   return smallest;
 }
+
+test('100 random grasps leave the liver sound', async (t) => {
+  await harness.open(healthy);
+  const places = edges(healthy);
+  let [smallest, closing] = [1, 0];
+  for (const [i, choice] of [{}, { poissonRatio: 0.49 }, { springLaw: 'lloyd', keepsVolume: false }, { springLaw: 'nodal_neo_hookean' }].entries()) {
+    await harness.play([{ kind: 'choose', settings: settings(choice) }]);
+    const answers = await harness.play(grasps(places, 2000 + i, 25, 160));
+    for (const { finite, restarts, force, smallestVolume, grasp } of answers.filter(Boolean)) {
+      assert.ok(finite && force.every(Number.isFinite) && Number.isFinite(smallestVolume));
+      assert.equal(restarts, 0, 'the motion left all bounds');
+      [smallest, closing] = [Math.min(smallest, smallestVolume), Math.max(closing, grasp?.closing ?? 0)];
+    }
+    const rest = await harness.play(Array(8).fill({ kind: 'move', tool: { kind: 'none' }, numSteps: 500 }));
+    assert.ok(rest.at(-1).smallestVolume > 0.9, `${JSON.stringify(choice)}: at rest a tetrahedron has ${rest.at(-1).smallestVolume} of its volume`);
+  }
+  t.diagnostic(`${places.length} places, smallest volume on the way: ${smallest}, largest closing force: ${closing} N`);
+});
 
 test('500 random pokes and pulls leave the liver sound', async (t) => {
   t.diagnostic(`smallest volume on the way: ${await bears(healthy, [{}, { poissonRatio: 0.49 }, { springLaw: 'lloyd', keepsVolume: false }, { poissonRatio: 0.3, massDamping: 2 }, { springLaw: 'nodal_neo_hookean' }], 500)}`);

@@ -142,7 +142,7 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
     if (tool.kind === 'none') return { probe: waiting, grip: null, arrow: null, needle: null };
     if (tool.kind === 'needle') return { probe: null, grip: null, arrow: null, needle: needleMark(tool, frame) };
     return {
-      probe: tool.kind === 'probe' ? { centre: frame.tool, radius: tool.radius } : null,
+      probe: tool.kind === 'pull' ? null : { centre: frame.tool, radius: tool.radius, other: frame.grasp?.other },
       grip: tool.kind === 'pull' ? frame.tool : null,
       arrow: arrow.of(frame),
       needle: null,

@@ -3,6 +3,7 @@
 import { nodalVolumes } from '../data/nodal_volumes.ts';
 import { Fault } from '../data/types.ts';
 import { millimetres } from '../picture/scale.ts';
+import { pressedWith } from './tool/jaws/jaws_panel.ts';
 import type { NeedleFrame } from './tool/needle/types.ts';
 import type { Elements, LiveBody, LiveFrame, LiveSettings, TruthEngine } from './types.ts';
 import { length, plus } from './vector.ts';
@@ -111,7 +112,7 @@ export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveS
     ({ frame, judge: by, error: relativeError(frame.displacement, displacement, volumes) });
   async function pressed(frame: LiveFrame, elements: Elements) {
     const { displacement, work } = await engine.solve(frame, elements);
-    const force = length(frame.force);
+    const force = pressedWith(frame);
     return { displacement, force, springs: frame.indentation, elements: work / force, apart: null };
   }
   async function pierced(needle: NeedleFrame) {

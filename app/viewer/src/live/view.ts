@@ -15,6 +15,7 @@ import { bodyAfter } from './tool/blade/cut_body.ts';
 import type { CutAnswer, CutRequest } from './tool/blade/types.ts';
 import { chosenTarget, isCapsuleWhole, showNeedle, showTargets } from './tool/needle/needle_panel.ts';
 import { targetFrom, valuesOf } from './tool/needle/way.ts';
+import { showGrasp } from './tool/jaws/jaws_panel.ts';
 import { createNodeReading } from './node_reading.ts';
 import { createPointer, listenToKeys, type Handling } from './tool/pointer.ts';
 import { createBudget, showFrame } from './readings.ts';
@@ -94,6 +95,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   function takeAt(place: Parameters<Handling['take']>[0]): void {
     undoing.keep({ toolState, cut: lastCut, cuts });
     session?.keep();
+    say(''); // what was wrong with another place
     change(take(toolState, place, toolState.kind === 'needle' ? needleAt(place) : null));
   }
   const handling: Handling = {
@@ -199,6 +201,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       showFrame(next, numSteps);
       showDisc(body!, next);
       showNeedle(tool, next);
+      showGrasp(next);
       budget.spend(timing);
       trace();
     },
@@ -255,8 +258,8 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     },
     failed(error, kept) {
       complain(error);
-      if (!kept && toolState.kind === 'needle' && toolState.grasp) {
-        // It cannot go that way: another one may.
+      if (!kept && (toolState.kind === 'needle' || toolState.kind === 'grasp') && toolState.grasp) {
+        // It cannot go there: another one may.
         letToolGo();
         session?.pause(false);
         return;

@@ -5,7 +5,7 @@ import { createNeedle, type NeedleMark } from './needle_mark.ts';
 type Vector = readonly [number, number, number];
 
 export interface Marks {
-  probe: { centre: Vector; radius: number } | null; // [m]
+  probe: { centre: Vector; radius: number; other?: Vector } | null; // a ball, or two of a grasp [m]
   grip: Vector | null; // what is pulled [m]
   arrow: { from: Vector; along: Vector } | null; // [m]
   needle: NeedleMark | null;
@@ -28,17 +28,18 @@ export function createMarks(size: number): MarksInScene {
   const ink = new three.MeshBasicMaterial({ color: 0xd6281f, depthTest: false, transparent: true, toneMapped: false });
 
   const probe = new three.Mesh(new three.SphereGeometry(1, 48, 32), metal);
+  const other = new three.Mesh(probe.geometry, metal);
   const grip = new three.Mesh(new three.SphereGeometry(0.012 * size, 24, 16), ink);
   const shaft = new three.CylinderGeometry(thickness * size, thickness * size, 1, 20).translate(0, 0.5, 0);
   const head = new three.ConeGeometry(2.6 * thickness * size, 7 * thickness * size, 24).translate(0, 3.5 * thickness * size, 0);
   const arrow = new three.Group();
   const [body, tip] = [new three.Mesh(shaft, ink), new three.Mesh(head, ink)];
   arrow.add(body, tip);
-  probe.renderOrder = 4; // after the body, which may be glass
+  probe.renderOrder = other.renderOrder = 4; // after the body, which may be glass
   grip.renderOrder = body.renderOrder = tip.renderOrder = 5;
   const needle = createNeedle(size);
   const object = new three.Group();
-  object.add(probe, grip, arrow, needle.object);
+  object.add(probe, other, grip, arrow, needle.object);
 
   return {
     object,
@@ -48,6 +49,11 @@ export function createMarks(size: number): MarksInScene {
       if (marks.probe) {
         probe.position.set(...marks.probe.centre);
         probe.scale.setScalar(marks.probe.radius);
+      }
+      other.visible = !!marks.probe?.other;
+      if (marks.probe?.other) {
+        other.position.set(...marks.probe.other);
+        other.scale.setScalar(marks.probe.radius);
       }
       grip.visible = marks.grip !== null;
       if (marks.grip) grip.position.set(...marks.grip);

@@ -25,13 +25,15 @@ export function coarseness(radius: number, edge: number): string {
 }
 
 /** Says where the tool touches or holds, as a load case would: the ball of a touch, or disc = { point, radius, profile = "round" }. */
-export function showDisc(body: LiveBody, { disc, loadedFacets, radius, tool }: LiveFrame): void {
+export function showDisc(body: LiveBody, { disc, loadedFacets, radius, tool, grasp }: LiveFrame): void {
   const isLoaded = loadedFacets.length > 0;
   const isDisc = disc.radius > 0;
   const middle = isDisc ? disc.middle : tool;
   const number = (x: number) => (1000 * x).toFixed(1).replace('-', '−');
   tell('live-disc', isLoaded ? radius : Number.NaN, isLoaded ? `${number(radius)} mm` : '–');
-  byId('live-disc-middle').textContent = isLoaded ? `The ${isDisc ? 'disc is around' : 'centre of the ball is at'} (${middle.map(number).join(', ')}) mm.` : '';
+  const said = (place: Vector) => `(${place.map(number).join(', ')})`;
+  const where = grasp ? `centres of the jaws are at ${said(tool)} and ${said(grasp.other)}` : `${isDisc ? 'disc is around' : 'centre of the ball is at'} ${said(middle)}`;
+  byId('live-disc-middle').textContent = isLoaded ? `The ${where} mm.` : '';
   byId('live-disc').dataset['middle'] = isLoaded ? middle.join() : '';
   const sentence = isLoaded ? coarseness(radius, edgeLength(body, loadedFacets)) : '';
   const line = byId('live-coarse');
