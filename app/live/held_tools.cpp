@@ -269,10 +269,11 @@ HeldBall take_ball(const TouchableBody &touchable, double radius, double frictio
     return ball_on(touchable, touchable.facets, radius, friction);
 }
 
-std::vector<HeldBall> take_jaws(const TouchableBody &touchable, const Jaws &jaws, double radius, double friction) {
-    std::vector<core::TouchedFacet> first, other; // as those of a load case: TouchingTool::is_for_other_jaw()
-    for (const auto &facet : touchable.facets)
-        (facet.normal.dot(jaws.axis) > 0.0 ? other : first).push_back(facet);
+std::vector<HeldBall> take_jaws(const TouchableBody &touchable, const Surface &surface, const Jaws &jaws, double radius,
+                                double friction) {
+    std::vector<core::TouchedFacet> first, other; // of a body at rest as TouchingTool::is_for_other_jaw() has them
+    for (std::size_t t = 0; t < touchable.facets.size(); ++t)
+        (jaws.is_for_other[surface.facet[t]] ? other : first).push_back(touchable.facets[t]);
     return {ball_on(touchable, first, radius, friction), ball_on(touchable, other, radius, friction)};
 }
 

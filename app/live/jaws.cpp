@@ -110,6 +110,8 @@ Jaws jaws_around(const core::TetraMesh &mesh, const std::vector<bool> &is_constr
                                               1e3 * (exit->at - entry->at), 1e3 * widest_grasp));
     const Vector3 first = touching_centre(boundary, tool.place + entry->at * jaws.axis, -jaws.axis, tool.radius),
                   other = touching_centre(boundary, tool.place + exit->at * jaws.axis, jaws.axis, tool.radius);
+    for (const auto &[a, b, c] : boundary.corners)
+        jaws.is_for_other.push_back((b - a).cross(c - a).dot(jaws.axis) > 0.0);
     jaws.middle = 0.5 * (first + other);
     jaws.apart = 0.5 * (other - first).norm();
     jaws.thickness = 2.0 * (jaws.apart - tool.radius);

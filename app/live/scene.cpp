@@ -187,7 +187,7 @@ void Scene::take_up(const Tool &tool, const std::optional<Jaws> &jaws) {
             outside(surface_, tool.radius, tool.target, [&](int node) { return steps_->position(node); });
     }
     if (jaws) {
-        balls_ = take_jaws(*touchable_, *jaws, tool.radius, tool.friction);
+        balls_ = take_jaws(*touchable_, surface_, *jaws, tool.radius, tool.friction);
         proxy_.position = proxy_.target = jaws->middle;
     }
     if (tool.kind == ToolKind::pull) {
@@ -202,7 +202,7 @@ void Scene::take_up(const Tool &tool, const std::optional<Jaws> &jaws) {
 
 /// Begins to touch again where the body was of another material, or whole, or not.
 void Scene::touch_anew() {
-    auto anew = jaws_ ? take_jaws(*touchable_, *jaws_, tool_.radius, tool_.friction)
+    auto anew = jaws_ ? take_jaws(*touchable_, surface_, *jaws_, tool_.radius, tool_.friction)
                       : std::vector<HeldBall>{take_ball(*touchable_, tool_.radius, tool_.friction)};
     for (std::size_t i = 0; i < anew.size(); ++i)
         anew[i].is_below = balls_[i].is_below;

@@ -180,8 +180,11 @@ struct Jaws {
     core::Vector3 middle = core::Vector3::Zero(); ///< the point, where both just touched [m]
     double apart = 0.0;                           ///< from there to the centres [m]
     double thickness = 0.0;                       ///< of the body between both [m], > 0
-    double depth = 0.0;                           ///< by which each has closed since [m]
-    double speed = 0.0;                           ///< at which it does [m/s]
+    /// Shape (T): which boundary triangles the other one touches, by where they faced when both were taken; they stay
+    /// its own, so that no jaw ever touches what the other one has, however the body turns between them.
+    std::vector<bool> is_for_other{};
+    double depth = 0.0; ///< by which each has closed since [m]
+    double speed = 0.0; ///< at which it does [m/s]
 
     /// Centre of the first one or of the other, where the point is at a place [m].
     core::Vector3 centre(std::size_t which, const core::Vector3 &point) const {
@@ -199,8 +202,10 @@ Jaws jaws_around(const core::TetraMesh &mesh, const std::vector<bool> &is_constr
 /// Whether two tools are one pair of jaws, wherever they are led.
 bool are_one_grasp(const Tool &a, const Tool &b);
 
-/// Two balls, each of which touches the facets that face it at rest.
-std::vector<HeldBall> take_jaws(const TouchableBody &touchable, const Jaws &jaws, double radius, double friction);
+/// Two balls, each of which touches its own facets.
+/// @param surface  of the body
+std::vector<HeldBall> take_jaws(const TouchableBody &touchable, const Surface &surface, const Jaws &jaws, double radius,
+                                double friction);
 
 /// Closes or opens jaws for a step.
 /// @param depth    that is asked for [m]

@@ -51,6 +51,7 @@ msm::FollowedPath grasped_by_load_case(const Bar &bar, const Tool &tool, const F
     auto problem = touched_by_ball(bar.body, bar.is_constrained, tool, start, frame.tool - start);
     problem.load_case.touching->between = 0.5 * (frame.tool + frame.grasp->other);
     problem.load_case.conditions.push_back({"other jaw", core::ConditionKind::touch});
+    problem.load_case.foundation = bar.foundation;
     const auto conditions = constrained_conditions(constrained_nodes(bar.body.mesh, bar.is_constrained));
     const msm::RestStiffness rest(model, bar.body.mesh.points, conditions.displacement);
     const auto path = msm::follow_path(model, problem, model.node_mass, rest);
@@ -112,6 +113,85 @@ TEST(LiveGrasp, AHandThatClosesSlowlyMeetsTheFrictionOfALoadCase) {
     EXPECT_LT((0.5 * (frame.tool + frame.grasp->other) - Vector3(0.03, 0.015, 0.0)).norm(), 5e-5) << "the hand";
     EXPECT_LT(apart.force, 0.02);
     EXPECT_LT(apart.displacement, 0.02);
+}
+
+/// A bar that is bent to the other side, so that what looked up at rest looks down where it is grasped: each jaw
+/// touches the side that it was put on and no other, also when the bar turns back between them.
+TEST(LiveGrasp, EachJawTouchesItsOwnSideOfALobeThatIsBentOver) {
+    Bar bar;
+    bar.body = *tests::make_body(tests::with_mirror_image(tests::box_mesh({0.12, 0.03, 0.006}, {12, 3, 1})),
+                                 {1060, 5e3, 0.45});
+    bar.is_constrained.clear();
+    for (const int patch : bar.body.mesh.boundary_patch)
+        bar.is_constrained.push_back(bar.body.mesh.patch_names[patch] == "x_min");
+    const auto &mesh = bar.body.mesh;
+    const int node = bar.node_at({0.11, 0.01, 0.006});
+    Scene scene(bar.body, bar.is_constrained);
+    const auto chosen = scene.choose(settings("nodal_neo_hookean"));
+    Tool pull{.kind = ToolKind::pull, .target = {0.02, 0.01, 0.07}, .radius = 0.008, .node = node};
+    const auto bent = moved(scene, pull, 2.0, chosen.time_step);
+    const auto now = [&](const Frame &frame, int i) { return Vector3(mesh.points[i] + frame.displacement[i]); };
+    const auto normal = [&](const Frame &frame, int f) {
+        const auto &[a, b, c] = mesh.boundary_triangles[f];
+        return Vector3((now(frame, b) - now(frame, a)).cross(now(frame, c) - now(frame, a)).normalized());
+    };
+    // The facet that has turned furthest, in the middle of a side.
+    int most = -1;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        const auto &nodes = mesh.boundary_triangles[f];
+        const bool is_inner = std::ranges::all_of(nodes, [&](int i) {
+            return mesh.points[i].z() == 0.006 && mesh.points[i].y() > 0.009 && mesh.points[i].y() < 0.021;
+        });
+        if (is_inner && (most < 0 || normal(bent, f).z() < normal(bent, most).z()))
+            most = f;
+    }
+    EXPECT_LT(normal(bent, most).z(), -0.3) << "it is not bent over";
+    Vector3 place = Vector3::Zero();
+    for (const int i : mesh.boundary_triangles[most])
+        place += now(bent, i) / 3.0;
+    const Tool tool{.kind = ToolKind::grasp,
+                    .target = place,
+                    .radius = 0.005,
+                    .depth = 0.002,
+                    .place = place,
+                    .inwards = -normal(bent, most)};
+    bool have_touched = false;
+    for (int picture = 0; picture < 150; ++picture) {
+        const auto frame = scene.move(tool, 20);
+        ASSERT_EQ(frame.restarts, 0);
+        std::array<Vector3, 2> on_side{Vector3::Zero(), Vector3::Zero()}; // which looked up at rest, and the others
+        for (std::size_t l = 0; l < frame.load.triangles.size(); ++l) {
+            const int f = frame.surface->facet[frame.load.triangles[l]];
+            const auto &force = frame.load.facet[l];
+            on_side[core::area_vector(mesh, f).z() > 1e-9 ? 0 : 1] += force;
+            EXPECT_LT(force.dot(normal(frame, f)), 1e-3 * force.norm()) << "a jaw draws";
+        }
+        const Vector3 other = frame.grasp->other_force, first = frame.force - other;
+        EXPECT_LT((on_side[0] + first).norm() + (on_side[1] + other).norm(), 1e-9);
+        have_touched = have_touched || (first.norm() > 0.01 && other.norm() > 0.01);
+    }
+    EXPECT_TRUE(have_touched);
+}
+
+/// The springs below a facet bear what a jaw presses there.
+TEST(LiveGrasp, PressesOnAFoundationAsTheJawsOfALoadCaseDo) {
+    Bar bar;
+    bar.foundation = core::Foundation{};
+    for (int f = 0; f < bar.body.mesh.num_boundary_triangles(); ++f)
+        if (bar.body.mesh.patch_names[bar.body.mesh.boundary_patch[f]] == "z_min") {
+            bar.foundation->facets.push_back(f);
+            bar.foundation->stiffness.push_back(2e4);
+            bar.foundation->normal_only.push_back(0);
+        }
+    auto tool = bar.grasp(0.004);
+    tool.friction = 0.0;
+    Scene scene(bar.body, bar.is_constrained, bar.foundation);
+    const auto chosen = scene.choose(settings("nodal_neo_hookean"));
+    const auto frame = moved(scene, tool, 3.0, chosen.time_step);
+    const auto model = msm::coupled_springs_with_volume(bar.body, msm::find_coupled_springs("nodal_neo_hookean"));
+    const auto apart = compared(bar, tool, frame, model);
+    EXPECT_LT(apart.force, 1e-3);
+    EXPECT_LT(apart.displacement, 1e-3);
 }
 
 /// What one jaw does the other one mirrors, and the readings add up.
