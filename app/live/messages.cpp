@@ -136,6 +136,19 @@ std::string move(Scene &scene, Numbers &numbers) {
     return frame_bytes(frame, std::chrono::duration<double>(Clock::now() - start).count());
 }
 
+std::string press(Scene &scene, Numbers &numbers) {
+    using Clock = std::chrono::steady_clock;
+    Tool tool{.kind = ToolKind::probe, .face = core::ToolFace::square};
+    tool.target = numbers.vector();
+    tool.inwards = numbers.vector();
+    tool.radius = numbers.number();
+    const int num_steps = numbers.integer();
+    numbers.end();
+    const auto start = Clock::now();
+    const auto frame = scene.move(tool, num_steps);
+    return frame_bytes(frame, std::chrono::duration<double>(Clock::now() - start).count());
+}
+
 std::string prick(Scene &scene, Numbers &numbers) {
     using Clock = std::chrono::steady_clock;
     Tool tool{.kind = ToolKind::needle};
@@ -340,6 +353,8 @@ std::string reply(Scene &scene, std::span<const double> message) {
         return cut(scene, numbers);
     case 8:
         return grasp(scene, numbers);
+    case 9:
+        return press(scene, numbers);
     default:
         throw support::InputError("a message of a kind that nobody knows here; load the page again");
     }

@@ -59,6 +59,9 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 ///         to the target. Reply: the depth that they have reached [m], force of each along the axis, the mean of both
 ///         [N], centre of the other one (3) [m], force on it (3) [N], and all that is said to message 2, where the tool
 ///         is the centre of the first one, and the force that on both together
+///     9, target (3) [m], inwards (3), half a side [m], number of steps
+///         a square plate with rounded edges, see live::shape_of(), whose centre is led to the target and whose axis is
+///         the way inwards. Reply: as to message 2
 ///
 /// @return bytes
 /// @throws support::InputError for any other message, or for what Scene refuses

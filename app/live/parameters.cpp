@@ -240,6 +240,8 @@ void check_tool(const Tool &tool, const Surface &surface) {
             throw support::InputError("a grasp begins at no place, or goes in no direction; press on the body");
         check_range("a grasp's depth", tool.depth, -0.1, 0.1, " m");
     }
+    if (tool.face != core::ToolFace::ball && !(tool.inwards.allFinite() && tool.inwards.norm() > 0.0))
+        throw support::InputError("a plate goes in no direction; press on the body");
     if (tool.kind == ToolKind::pull && !std::ranges::binary_search(surface.nodes, tool.node))
         throw support::InputError(
             fmt::format("node {} cannot be pulled; take one of the surface that is not constrained", tool.node));

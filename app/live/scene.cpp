@@ -163,14 +163,25 @@ std::optional<Jaws> Scene::checked_jaws(const Tool &tool) const {
     return jaws_around(remains_.mesh, constrained_remains(), tool, [&](int node) { return steps_->position(node); });
 }
 
+/// Place where a probe begins that differs from the tool before [m].
+std::optional<core::Vector3> Scene::checked_place(const Tool &tool) const {
+    if (tool.kind != ToolKind::probe || are_one_probe(tool, tool_))
+        return std::nullopt;
+    const auto position_of = [&](int node) { return steps_->position(node); };
+    const auto shape = shape_of(tool);
+    return shape.is_plate() ? before(take_ball(*touchable_, shape, tool.friction), tool.target, position_of)
+                            : outside(surface_, tool.radius, tool.target, position_of);
+}
+
 /// Begins with a tool where it differs from the one before.
-/// @param jaws  of a grasp that differs
-void Scene::take_up(const Tool &tool, const std::optional<Jaws> &jaws) {
+/// @param jaws   of a grasp that differs
+/// @param place  of a probe that differs
+void Scene::take_up(const Tool &tool, const std::optional<Jaws> &jaws, const std::optional<core::Vector3> &place) {
     const bool is_same = tool.kind == ToolKind::needle  ? are_one_needle(tool, tool_)
                          : tool.kind == ToolKind::grasp ? !jaws
-                                                        : tool.kind == tool_.kind && tool.radius == tool_.radius &&
-                                                              tool.friction == tool_.friction &&
-                                                              (tool.kind != ToolKind::pull || tool.node == tool_.node);
+                         : tool.kind == ToolKind::probe
+                             ? !place
+                             : tool.kind == tool_.kind && tool.radius == tool_.radius && tool.node == tool_.node;
     tool_ = tool;
     if (is_same)
         return;
@@ -181,10 +192,9 @@ void Scene::take_up(const Tool &tool, const std::optional<Jaws> &jaws) {
     jaws_ = jaws;
     divided_steps_ = num_divided; // it is not known yet how far it presses
     proxy_ = {.position = tool.target, .target = tool.target};
-    if (tool.kind == ToolKind::probe) {
-        balls_ = {take_ball(*touchable_, tool.radius, tool.friction)};
-        proxy_.position = proxy_.target =
-            outside(surface_, tool.radius, tool.target, [&](int node) { return steps_->position(node); });
+    if (place) {
+        balls_ = {take_ball(*touchable_, shape_of(tool), tool.friction)};
+        proxy_.position = proxy_.target = *place;
     }
     if (jaws) {
         balls_ = take_jaws(*touchable_, surface_, *jaws, tool.radius, tool.friction);
@@ -203,7 +213,7 @@ void Scene::take_up(const Tool &tool, const std::optional<Jaws> &jaws) {
 /// Begins to touch again where the body was of another material, or whole, or not.
 void Scene::touch_anew() {
     auto anew = jaws_ ? take_jaws(*touchable_, surface_, *jaws_, tool_.radius, tool_.friction)
-                      : std::vector<HeldBall>{take_ball(*touchable_, tool_.radius, tool_.friction)};
+                      : std::vector<HeldBall>{take_ball(*touchable_, shape_of(tool_), tool_.friction)};
     for (std::size_t i = 0; i < anew.size(); ++i)
         anew[i].is_below = balls_[i].is_below;
     balls_ = std::move(anew);
@@ -313,7 +323,7 @@ core::Vector3 Scene::feel(const Tool &tool, int num_steps) {
     check_depth(tool);
     if (!are_one_needle(tool, tool_))
         check_needle(tool, remains_.mesh, is_constrained_);
-    take_up(tool, checked_jaws(tool));
+    take_up(tool, checked_jaws(tool), checked_place(tool));
     // A hand leads a needle evenly, as far as it goes in these steps, and closes jaws so.
     const double start = needle_ ? needle_->depth() : jaws_ ? jaws_->depth : 0.0, way = tool.depth - start;
     for (int i = 0; i < num_steps; ++i) {

@@ -113,12 +113,12 @@ struct TouchableBody {
 TouchableBody touchable_body(core::Body body, const std::vector<bool> &is_constrained,
                              const core::FacetSoftness &softness = {});
 
-/// A rigid ball that touches the surface with friction, by the law of load cases and of the arena (core::BallContact).
-/// A hand comes from outside: put down in the body it begins on the surface. Where its centre gets below the surface it
-/// touches nothing until it is nearly out again.
+/// A rigid ball or plate that touches the surface with friction, by the law of load cases and of the arena
+/// (core::BallContact). A hand comes from outside: put down in the body it begins on the surface. Where the centre of a
+/// ball gets below the surface it touches nothing until it is nearly out again.
 struct HeldBall {
     std::shared_ptr<core::BallContact> contact; ///< takes part in steps; null where there is no ball
-    double radius = 0.0;                        ///< [m]
+    core::ToolShape shape;
     std::optional<double> depth{}; ///< by which it has sunk in, where that is led [m]; otherwise it is found
     int steps_to_look = 0;         ///< until facets around it are looked for again
     bool is_below = false;         ///< whether its centre is below the surface
@@ -128,11 +128,16 @@ struct HeldBall {
     HeldBall copy() const;
 };
 
-HeldBall take_ball(const TouchableBody &touchable, double radius, double friction);
+HeldBall take_ball(const TouchableBody &touchable, const core::ToolShape &shape, double friction);
 
 /// Place for the centre of a ball where it does not reach into the body, near the one that was asked for [m].
 core::Vector3 outside(const Surface &surface, double radius, const core::Vector3 &centre,
                       const PositionOf &position_of);
+
+/// Place for the centre of a plate where it just touches or nearly, on its way to the one that was asked for [m].
+/// @param plate  of which no other one knows
+/// @throws support::InputError if that is further back than half a side
+core::Vector3 before(const HeldBall &plate, const core::Vector3 &centre, const PositionOf &position_of);
 
 /// Leads the ball with the proxy in the step to come.
 /// @param from         where its centre was [m]
@@ -146,7 +151,7 @@ Load load_of(std::span<const HeldBall> balls, const Surface &surface);
 /// Kinds of tools. The numbers are those of the messages.
 enum class ToolKind {
     none = 0,
-    probe = 1,  ///< a rigid ball that follows the target and touches the surface with friction
+    probe = 1,  ///< a rigid ball or plate that follows the target and touches the surface with friction
     pull = 2,   ///< takes hold of the surface around a node, as a round tool does, and draws it to the target
     needle = 3, ///< goes from an entry towards a target inside, see core/tool/needle/moving_needle.hpp
     grasp = 4   ///< two balls that close against each other like the jaws of a forceps, and are led together
@@ -154,18 +159,29 @@ enum class ToolKind {
 
 struct Tool {
     ToolKind kind = ToolKind::none;
-    /// Of the centre of the ball, or of the node; or where a grasp is led to from its place [m].
+    /// Of the centre of the ball or plate, or of the node; or where a grasp is led to from its place [m].
     core::Vector3 target = core::Vector3::Zero();
-    double radius = 0.012; ///< of the ball, or of the disc that is held [m], > 0
+    double radius = 0.012; ///< of the ball, or of the disc that is held, or half a side of the plate [m], > 0
     int node = 0;          ///< of the surface; looked at by a pull alone
     /// Coulomb's coefficient of a probe and of jaws, >= 0: that of load_cases/touching/large_touch.toml, so that a load
     /// case says the same.
     double friction = 0.3;
     core::Needle needle{}; ///< looked at by a needle alone, of which only `depth` changes
     double depth = 0.0; ///< of its tip below the entry at rest, or by which each jaw closes, as the hand leads it [m]
-    core::Vector3 place = core::Vector3::Zero();   ///< of the surface as it was grasped [m]; looked at by a grasp alone
-    core::Vector3 inwards = core::Vector3::Zero(); ///< way from there to the other jaw, of any length
+    core::Vector3 place = core::Vector3::Zero(); ///< of the surface as it was grasped [m]; looked at by a grasp alone
+    /// Way from there to the other jaw, or axis of a plate, of any length.
+    core::Vector3 inwards = core::Vector3::Zero();
+    core::ToolFace face = core::ToolFace::ball; ///< of a probe
 };
+
+/// Radius of the edges of a plate over half its side: that of load cases that give none.
+inline constexpr double edge_of_plate = 0.1;
+
+/// Shape of a probe, or of each jaw.
+core::ToolShape shape_of(const Tool &tool);
+
+/// Whether two tools are one probe, wherever it is led.
+bool are_one_probe(const Tool &a, const Tool &b);
 
 /// Thickness of a body at most that jaws can be put around [m].
 inline constexpr double widest_grasp = 0.06;
@@ -295,7 +311,7 @@ struct Chosen {
 /// A body after some steps with a tool.
 struct Frame {
     double time = 0.0; ///< since the start [s]
-    /// Centre of the probe, of what is pulled, or of the first jaw [m].
+    /// Centre of the probe, of a plate that of its flat, of what is pulled, or of the first jaw [m].
     core::Vector3 tool = core::Vector3::Zero();
     core::Vector3 force = core::Vector3::Zero(); ///< of the body on the tool, on both jaws together [N]
     /// Way by which the body yields in the mean over what the tool touches, weighted with what it exerts, along its
@@ -391,7 +407,9 @@ class Scene {
 
   private:
     std::optional<Jaws> checked_jaws(const Tool &tool) const;
-    void take_up(const Tool &tool, const std::optional<Jaws> &jaws = {});
+    std::optional<core::Vector3> checked_place(const Tool &tool) const;
+    void take_up(const Tool &tool, const std::optional<Jaws> &jaws = {},
+                 const std::optional<core::Vector3> &place = {});
     void fit_tool();
     core::Vector3 within_reach(const core::Vector3 &goal) const;
     void step(const Tool &tool, double depth, double part);

@@ -47,7 +47,7 @@ struct BoxScene {
     }
 };
 
-/// A body that a ball of a load case presses which is that of the tool.
+/// A body that a ball or plate of a load case presses which is that of the tool.
 /// @param start, press  of its centre [m]
 inline core::Problem touched_by_ball(const core::Body &body, const std::vector<bool> &is_constrained, const Tool &tool,
                                      const Vector3 &start, const Vector3 &press) {
@@ -58,7 +58,7 @@ inline core::Problem touched_by_ball(const core::Body &body, const std::vector<b
     load_case.value.assign(is_constrained.size(), Vector3::Zero());
     for (const bool is_held : is_constrained)
         load_case.condition_on.push_back(is_held ? 0 : -1);
-    load_case.touching = core::TouchingTool{tool.radius, start, press, Vector3::Zero(), tool.friction, 1};
+    load_case.touching = core::TouchingTool{shape_of(tool), start, press, Vector3::Zero(), tool.friction, 1};
     return {std::make_shared<core::Body>(body), load_case};
 }
 
