@@ -137,6 +137,7 @@ const rowNumbers = (row, laws) => {
     const { place, inwards, target, radius, depth } = row.tool;
     return [8, ...place, ...inwards, ...target, radius, depth, row.numSteps];
   }
+  if (row.tool.kind === 'plate') return [9, ...row.tool.target, ...row.tool.inwards, row.tool.radius, row.numSteps];
   const { kind, target = [0, 0, 0], radius = 0, node = 0 } = row.tool;
   return [2, ['none', 'probe', 'pull'].indexOf(kind), ...target, radius, node, row.numSteps];
 };
@@ -174,7 +175,7 @@ export function frameOf(answer, tool = { kind: 'none' }) {
   };
   const grasp = tool.kind !== 'grasp' ? null : { depth: number(), closing: number(), other: numbers(3), otherForce: numbers(3) };
   const frame = { needle, grasp, time: number(), tool: numbers(3), force: numbers(3), disc: { middle: numbers(3), radius: number() }, indentation: number(), smallestVolume: number(), largestSpeed: number(), restarts: number() };
-  frame.radius = ['probe', 'pull', 'grasp'].includes(tool.kind) ? tool.radius : 0; // as the page has it
+  frame.radius = ['probe', 'plate', 'pull', 'grasp'].includes(tool.kind) ? tool.radius : 0; // as the page has it
   number();
   const [numNodes, numLoaded, numFacets] = numbers(3);
   Object.assign(frame, {

@@ -49,7 +49,11 @@ function moveRow({ tool, numSteps, frame }: Move): Row {
     const jaws = { entry_x, entry_y, entry_z, depth: tool.depth, inwards_x, inwards_y, inwards_z, closing: frame.grasp?.closing, other_x, other_y, other_z };
     return { ...asked, target_x, target_y, target_z, radius: tool.radius, ...jaws, ...answer };
   }
-  return { ...asked, target_x, target_y, target_z, radius: tool.radius, ...(tool.kind === 'pull' && { node: tool.node }), ...answer };
+  const said = { ...asked, target_x, target_y, target_z, radius: tool.radius, ...answer };
+  if (tool.kind === 'pull') return { ...said, node: tool.node };
+  if (tool.kind !== 'plate') return said;
+  const [inwards_x, inwards_y, inwards_z] = tool.inwards;
+  return { ...said, inwards_x, inwards_y, inwards_z };
 }
 
 /** Of a half-space, corner 0 is its point and corner 1 its normal. */

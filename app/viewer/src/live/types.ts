@@ -33,23 +33,32 @@ export interface Chosen {
 }
 
 /**
- * What the tool does. A probe is a rigid ball that follows the target as if by a spring, and touches the body; a pull
- * takes hold of the surface around a node and draws it to the target. A needle goes straight from an entry to a target inside.
- * A grasp closes two balls on an edge.
+ * What the tool does. A probe is a rigid ball that follows the target as if by a spring, and touches the body; a plate does the same with a
+ * square face; a pull takes hold of the surface around a node and draws it to the target. A needle goes straight from an entry to a target
+ * inside. A grasp closes two balls on an edge.
  */
 export type Tool =
   | { kind: 'none' }
   | { kind: 'probe'; target: Vector; radius: number }
+  | PlateTool
   | { kind: 'pull'; target: Vector; node: number; radius: number }
   | NeedleTool
   | GraspTool;
 
+/** A plate, whose sides lie as those of a load case: see core::ToolShape. */
+export interface PlateTool {
+  kind: 'plate';
+  target: Vector; // of the centre of its flat [m]
+  inwards: Vector; // its axis
+  radius: number; // half a side of the flat [m]
+}
+
 export interface LiveFrame {
   time: number; // since the start [s]
   displacement: Float32Array; // (N,3) m
-  tool: Vector; // centre of the probe, or of the patch that is pulled, tip of the needle, or centre of the first jaw [m]
+  tool: Vector; // centre of the probe, of the flat of the plate, or of the patch that is pulled, tip of the needle, or centre of the first jaw [m]
   force: Vector; // of the body on the tool [N]
-  radius: number; // of a probe or a jaw, or of what a pull holds [m]; 0 of others
+  radius: number; // of a probe or a jaw, or of what a pull holds, or half a side of a plate [m]; 0 of others
   /** Spread of a pull's tractions: a round load (core/load_case.hpp) around a point of the surface at rest [m]; radius 0 where they are even on each facet. */
   disc: { middle: Vector; radius: number };
   /** How far the body gives way, in the mean weighted with what the tool exerts: sum of f_i . u_i / |sum of f_i| over nodal forces, under two jaws over the sum of both sizes [m]; 0 untouched. */

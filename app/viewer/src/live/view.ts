@@ -20,7 +20,7 @@ import { createNodeReading } from './node_reading.ts';
 import { createPointer, listenToKeys, type Handling } from './tool/pointer.ts';
 import { createBudget, showFrame } from './readings.ts';
 import { csvOf, download, moveOf, type Entry } from './record.ts';
-import { createScene, sizeOf, type Scene } from './scene.ts';
+import { createScene, probeMark, sizeOf, type Scene } from './scene.ts';
 import { startSession, type Listener, type Session } from './session.ts';
 import { listenToSettings, settingsOf, showChosen, showLaws, showSettings, type EngineKind } from './settings_panel.ts';
 import { nativeEngine } from './engines/socket_engines.ts';
@@ -30,7 +30,6 @@ import { drawTrace } from './trace.ts';
 import { createUndo, type Before } from './undo.ts';
 import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
 import { wasmEngine } from './engines/wasm_engine.ts';
-import { plus } from './vector.ts';
 
 /** Whether the page has springs in WebAssembly: see vite.config.js. */
 declare const HAS_KERNEL: boolean;
@@ -81,11 +80,12 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     session?.wake();
     changed();
   }
-  /** The probe stands beside the node that it would touch, so that one sees what there is to touch with. */
+  /** Ball or plate stand beside the node that they would touch, so that one sees what there is to touch with. */
   function showWaiting(): void {
-    const { kind, grasp, radius } = toolState;
-    const place = body && kind === 'probe' && !grasp ? surfaceAt(body, frame?.displacement ?? new Float32Array(body.points.length), nodeField().valueAsNumber) : null;
-    scene.setWaiting(place && { centre: plus(place.point, place.inwards, -radius.probe), radius: radius.probe });
+    const { kind, grasp } = toolState;
+    const place = body && (kind === 'probe' || kind === 'plate') && !grasp ? surfaceAt(body, frame?.displacement ?? new Float32Array(body.points.length), nodeField().valueAsNumber) : null;
+    const waiting = place && toolOf(take(toolState, place));
+    scene.setWaiting(waiting && (waiting.kind === 'probe' || waiting.kind === 'plate') ? probeMark(waiting, waiting.target) : null);
   }
   /** Where a needle goes that enters here. */
   function needleAt({ point, inwards }: Parameters<Handling['take']>[0]) {
@@ -199,7 +199,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       scene.showSprings(next, tool);
       tellNode();
       showFrame(next, numSteps);
-      showDisc(body!, next);
+      showDisc(body!, tool, next);
       showNeedle(tool, next);
       showGrasp(next);
       budget.spend(timing);
@@ -258,7 +258,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     },
     failed(error, kept) {
       complain(error);
-      if (!kept && (toolState.kind === 'needle' || toolState.kind === 'grasp') && toolState.grasp) {
+      if (!kept && ['needle', 'grasp', 'plate'].includes(toolState.kind) && toolState.grasp) {
         // It cannot go there: another one may.
         letToolGo();
         session?.pause(false);

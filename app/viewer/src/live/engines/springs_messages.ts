@@ -47,6 +47,7 @@ const kinds = { none: 0, probe: 1, pull: 2 };
 export function moveMessage(tool: Tool, numSteps: number): Float64Array {
   if (tool.kind === 'needle') return needleMessage(tool, numSteps);
   if (tool.kind === 'grasp') return graspMessage(tool, numSteps);
+  if (tool.kind === 'plate') return Float64Array.of(9, ...tool.target, ...tool.inwards, tool.radius, numSteps);
   const target: Vector = tool.kind === 'none' ? [0, 0, 0] : tool.target;
   const radius = tool.kind === 'none' ? 0 : tool.radius;
   return Float64Array.of(2, kinds[tool.kind], ...target, radius, tool.kind === 'pull' ? tool.node : 0, numSteps);

@@ -48,6 +48,7 @@ export function showToolState(toolState: ToolState): void {
   const isTool = isHolding(toolState.kind);
   if (byId('live-needle').hidden === (toolState.kind === 'needle')) showNeedleControls(toolState.kind === 'needle');
   showGraspReadings(toolState.kind === 'grasp');
+  if (toolState.kind !== 'needle') byId('live-radius-name').textContent = toolState.kind === 'plate' ? 'Half a side' : 'Radius';
   byId('live-felt').hidden = toolState.kind === 'needle' || toolState.kind === 'grasp';
   input('live-stays').checked = wantsToStay || toolState.kind === 'needle';
   input('live-stays').disabled = toolState.kind === 'needle';
