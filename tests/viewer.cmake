@@ -10,7 +10,7 @@ if(NOT NODE)
   message(STATUS "The page of `livermark view` is not tested: no node (Debian package nodejs)")
   return()
 endif()
-set(parts page opening conditions patches slices vessels node_factor loads view server live live/needle live/cut live/load_case live/tumours live/link live/foundation live/rest live/picture trial experiment/markers)
+set(parts page opening conditions patches slices vessels node_factor loads view server live live/needle live/grasp live/cut live/load_case live/tumours live/link live/foundation live/rest live/picture trial experiment/markers)
 # The springs of the live page, compiled for this machine from the lines that WebAssembly is made of. Machines of other
 # kinds have fused multiplications in all of their vectors, and other last digits.
 if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug")

@@ -221,7 +221,8 @@ Vector3 mean_over(const Disc &disc, const PositionOf &field) {
 }
 
 Load load_of(const Disc &disc, const Vector3 &force) {
-    Load load{.nodes = disc.nodes, .triangles = disc.triangles, .total = force, .shape = disc.shape};
+    Load load{
+        .nodes = disc.nodes, .triangles = disc.triangles, .total = force, .pressed = force.norm(), .shape = disc.shape};
     for (const double share : disc.share)
         load.facet.emplace_back(share * force);
     for (const double weight : disc.weight)
@@ -249,14 +250,42 @@ HeldBall HeldBall::copy() const {
     return other;
 }
 
-HeldBall take_ball(const TouchableBody &touchable, double radius, double friction) {
+namespace {
+
+/// Ball on some of the facets that can be touched.
+HeldBall ball_on(const TouchableBody &touchable, const std::vector<core::TouchedFacet> &facets,
+                 const core::ToolShape &shape, double friction) {
     auto load_case = touchable.load_case;
     // Points are as close as under a finger that presses half as deep as its radius.
     load_case.touching =
-        core::TouchingTool{radius, Vector3::Zero(), 0.5 * radius * Vector3::UnitX(), Vector3::Zero(), friction, 0};
+        core::TouchingTool{shape, Vector3::Zero(), 0.5 * shape.radius * Vector3::UnitX(), Vector3::Zero(), friction, 0};
     const int divisions = core::contact_divisions(touchable.body, load_case);
-    return {.contact = std::make_shared<core::BallContact>(touchable.facets, divisions, radius, friction),
-            .radius = radius};
+    return {.contact = std::make_shared<core::BallContact>(facets, divisions, shape, friction), .shape = shape};
+}
+
+} // namespace
+
+HeldBall take_ball(const TouchableBody &touchable, const core::ToolShape &shape, double friction) {
+    return ball_on(touchable, touchable.facets, shape, friction);
+}
+
+std::vector<HeldBall> take_jaws(const TouchableBody &touchable, const Surface &surface, const Jaws &jaws, double radius,
+                                double friction) {
+    std::vector<core::TouchedFacet> first, other; // of a body at rest as TouchingTool::is_for_other_jaw() has them
+    for (std::size_t t = 0; t < touchable.facets.size(); ++t)
+        (jaws.is_for_other[surface.facet[t]] ? other : first).push_back(touchable.facets[t]);
+    return {ball_on(touchable, first, radius, friction), ball_on(touchable, other, radius, friction)};
+}
+
+core::ToolShape shape_of(const Tool &tool) {
+    if (tool.face == core::ToolFace::ball)
+        return tool.radius;
+    return {tool.face, tool.radius, edge_of_plate * tool.radius, tool.inwards};
+}
+
+bool are_one_probe(const Tool &a, const Tool &b) {
+    return a.kind == ToolKind::probe && b.kind == ToolKind::probe && a.friction == b.friction &&
+           shape_of(a) == shape_of(b);
 }
 
 Vector3 outside(const Surface &surface, double radius, const Vector3 &centre, const PositionOf &position_of) {
@@ -268,6 +297,35 @@ Vector3 outside(const Surface &surface, double radius, const Vector3 &centre, co
             break;
         place = nearest.point + radius * nearest.outwards;
     }
+    return place;
+}
+
+Vector3 before(const HeldBall &plate, const Vector3 &centre, const PositionOf &position_of) {
+    const auto &shape = plate.shape;
+    Vector3 place = centre;
+    for (int move = 0; move < most_moves; ++move) {
+        plate.contact->set_way(place, centre);
+        plate.contact->look_around(position_of);
+        double back = 0.0;
+        plate.contact->visit_points([&](const std::array<int, 3> &nodes, const std::array<double, 3> &at,
+                                        double /*compliance*/, const Vector3 & /*force*/) {
+            Vector3 point = -place;
+            for (std::size_t k = 0; k < 3; ++k)
+                point += at[k] * position_of(nodes[k]);
+            const double height = shape.axis.dot(point);
+            // Far behind the face, a point that is beside the flat by s has the gap s - r to the flank.
+            const double flank = core::gap_to(shape, point - (height + shape.reach()) * shape.axis).size;
+            const double beside = std::max(0.0, flank + shape.radius);
+            if (beside < shape.radius)
+                back = std::max(back, std::sqrt(shape.radius * shape.radius - beside * beside) - height);
+        });
+        if (back <= as_near * shape.radius)
+            break;
+        place -= back * shape.axis;
+    }
+    if (!((place - centre).norm() <= shape.size + shape.radius))
+        throw support::InputError("other parts of the body are in the way of a plate of this size there; take a "
+                                  "smaller one or another place");
     return place;
 }
 
@@ -284,18 +342,24 @@ std::vector<int> triangles_between(const Surface &surface, const std::vector<int
 }
 
 /// Looks for the facets that the ball may come to, how far it has sunk in below where they are at rest, and on which
-/// side of them its centre is.
+/// side of them its centre is. What is behind the face of a plate is pushed on, so a plate is never below.
 void look_around(HeldBall &ball, const Surface &surface, const Vector3 &centre, const PositionOf &position_of,
                  const PositionOf &at_rest) {
     ball.contact->look_around(position_of);
+    if (ball.shape.is_plate())
+        return ball.contact->set_circle(ball.shape.contact_radius(0.0));
     const auto near = triangles_between(surface, ball.contact->near());
     if (near.empty())
         return;
-    const double above_rest = nearest_point(surface, near, at_rest, centre, as_near * ball.radius).height;
-    ball.contact->set_circle(core::ToolShape(ball.radius).contact_radius(std::max(0.0, ball.radius - above_rest)));
-    const double height = nearest_point(surface, near, position_of, centre, as_near * ball.radius).height;
+    const double radius = ball.shape.radius;
+    const auto found_depth = [&] {
+        return radius - nearest_point(surface, near, at_rest, centre, as_near * radius).height;
+    };
+    const double depth = ball.depth ? *ball.depth : found_depth();
+    ball.contact->set_circle(ball.shape.contact_radius(std::max(0.0, depth)));
+    const double height = nearest_point(surface, near, position_of, centre, as_near * radius).height;
     ball.is_below =
-        ball.is_below ? height < (1.0 - shallow) * ball.radius : height < 0.0 && height > -pushed_through * ball.radius;
+        ball.is_below ? height < (1.0 - shallow) * radius : height < 0.0 && height > -pushed_through * radius;
     if (ball.is_below)
         ball.contact->visit_points([](const auto &, const auto &, double, Vector3 &force) { force.setZero(); });
 }
@@ -312,7 +376,7 @@ void lead(HeldBall &ball, const Surface &surface, const Proxy &proxy, const Vect
     ball.contact->set_way(from, proxy.position);
 }
 
-Load load_of(const HeldBall &ball, const Surface &surface) {
+Load load_of(std::span<const HeldBall> balls, const Surface &surface) {
     Load load;
     const auto add = [](std::vector<int> &numbers, std::vector<Vector3> &forces, int number, const Vector3 &force) {
         const auto known = std::ranges::find(numbers, number) - numbers.begin();
@@ -322,18 +386,21 @@ Load load_of(const HeldBall &ball, const Surface &surface) {
         }
         forces[known] += force;
     };
-    int triangle = 0; // the contact visits its facets in their order
-    ball.contact->visit_points([&](const std::array<int, 3> &nodes, const std::array<double, 3> &shape,
-                                   double /*compliance*/, const Vector3 &force) {
-        while (surface.triangles[triangle] != nodes)
-            ++triangle;
-        if (force.isZero(0.0))
-            return;
-        load.total += force;
-        add(load.triangles, load.facet, triangle, force);
-        for (std::size_t k = 0; k < 3; ++k)
-            add(load.nodes, load.nodal, nodes[k], shape[k] * force);
-    });
+    for (const auto &ball : balls) {
+        int triangle = 0; // the contact visits its facets in their order
+        ball.contact->visit_points([&](const std::array<int, 3> &nodes, const std::array<double, 3> &shape,
+                                       double /*compliance*/, const Vector3 &force) {
+            while (surface.triangles[triangle] != nodes)
+                ++triangle;
+            if (force.isZero(0.0))
+                return;
+            load.total += force;
+            add(load.triangles, load.facet, triangle, force);
+            for (std::size_t k = 0; k < 3; ++k)
+                add(load.nodes, load.nodal, nodes[k], shape[k] * force);
+        });
+        load.pressed += ball.force().norm();
+    }
     return load;
 }
 

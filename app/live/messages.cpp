@@ -139,6 +139,19 @@ std::string move(Scene &scene, Numbers &numbers) {
     return frame_bytes(frame, std::chrono::duration<double>(Clock::now() - start).count());
 }
 
+std::string press(Scene &scene, Numbers &numbers) {
+    using Clock = std::chrono::steady_clock;
+    Tool tool{.kind = ToolKind::probe, .face = core::ToolFace::square};
+    tool.target = numbers.vector();
+    tool.inwards = numbers.vector();
+    tool.radius = numbers.number();
+    const int num_steps = numbers.integer();
+    numbers.end();
+    const auto start = Clock::now();
+    const auto frame = scene.move(tool, num_steps);
+    return frame_bytes(frame, std::chrono::duration<double>(Clock::now() - start).count());
+}
+
 std::string prick(Scene &scene, Numbers &numbers) {
     using Clock = std::chrono::steady_clock;
     Tool tool{.kind = ToolKind::needle};
@@ -163,6 +176,28 @@ std::string prick(Scene &scene, Numbers &numbers) {
         append(bytes, number);
     for (const auto &force : reading.forces)
         append_vector(bytes, force);
+    return bytes + frame_bytes(frame, seconds);
+}
+
+std::string grasp(Scene &scene, Numbers &numbers) {
+    using Clock = std::chrono::steady_clock;
+    Tool tool{.kind = ToolKind::grasp};
+    tool.place = numbers.vector();
+    tool.inwards = numbers.vector();
+    tool.target = numbers.vector();
+    tool.radius = numbers.number();
+    tool.depth = numbers.number();
+    const int num_steps = numbers.integer();
+    numbers.end();
+    const auto start = Clock::now();
+    const auto frame = scene.move(tool, num_steps);
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const auto reading = frame.grasp.value_or(GraspReading{}); // it is off where the motion was set back
+    std::string bytes;
+    append(bytes, reading.depth);
+    append(bytes, reading.closing);
+    append_vector(bytes, reading.other);
+    append_vector(bytes, reading.other_force);
     return bytes + frame_bytes(frame, seconds);
 }
 
@@ -319,6 +354,10 @@ std::string reply(Scene &scene, std::span<const double> message) {
         return prick(scene, numbers);
     case 7:
         return cut(scene, numbers);
+    case 8:
+        return grasp(scene, numbers);
+    case 9:
+        return press(scene, numbers);
     default:
         throw support::InputError("a message of a kind that nobody knows here; load the page again");
     }

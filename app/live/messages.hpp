@@ -55,6 +55,15 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 ///         seconds to find what goes, to find how long steps may be, of springs and of all; K, T; tetrahedra (K) that
 ///         are gone by now, of the body; and its boundary now, triangles (T,3) and what each is (T): 0 free, 1
 ///         constrained, 2 free and in the wound. Facets of a later reply to message 2 are numbers of these triangles.
+///     8, place (3) [m], inwards (3), target (3) [m], radius [m], depth [m], number of steps
+///         a grasp of two balls, see live::Jaws: the first is put to the place of the surface, the other to where the
+///         way inwards from there leaves the body; each closes by the depth, and both are led by the way from the place
+///         to the target. Reply: the depth that they have reached [m], force of each along the axis, the mean of both
+///         [N], centre of the other one (3) [m], force on it (3) [N], and all that is said to message 2, where the tool
+///         is the centre of the first one, and the force that on both together
+///     9, target (3) [m], inwards (3), half a side [m], number of steps
+///         a square plate with rounded edges, see live::shape_of(), whose centre is led to the target and whose axis is
+///         the way inwards. Reply: as to message 2
 ///
 /// @return bytes
 /// @throws support::InputError for any other message, or for what Scene refuses

@@ -233,13 +233,21 @@ void check_settings(const Settings &settings) {
 void check_tool(const Tool &tool, const Surface &surface) {
     if (tool.kind == ToolKind::none || tool.kind == ToolKind::needle)
         return;
-    if (tool.kind != ToolKind::probe && tool.kind != ToolKind::pull)
-        throw support::InputError(fmt::format(
-            "tool {}: take 0 for none, 1 for the probe, 2 for a pull or 3 for a needle", static_cast<int>(tool.kind)));
+    if (tool.kind != ToolKind::probe && tool.kind != ToolKind::pull && tool.kind != ToolKind::grasp)
+        throw support::InputError(
+            fmt::format("tool {}: take 0 for none, 1 for the probe, 2 for a pull, 3 for a needle or 4 for a grasp",
+                        static_cast<int>(tool.kind)));
     if (!tool.target.allFinite() || !(tool.target.norm() < 1e3))
         throw support::InputError("a tool is led to a place that is none, or a kilometre away; lead it to the body");
     check_range("a tool's radius", tool.radius, 1e-3, 0.1, " m");
     check_range("a tool's friction", tool.friction, 0.0, 10.0, "");
+    if (tool.kind == ToolKind::grasp) {
+        if (!tool.place.allFinite() || !tool.inwards.allFinite() || !(tool.inwards.norm() > 0.0))
+            throw support::InputError("a grasp begins at no place, or goes in no direction; press on the body");
+        check_range("a grasp's depth", tool.depth, -0.1, 0.1, " m");
+    }
+    if (tool.face != core::ToolFace::ball && !(tool.inwards.allFinite() && tool.inwards.norm() > 0.0))
+        throw support::InputError("a plate goes in no direction; press on the body");
     if (tool.kind == ToolKind::pull && !std::ranges::binary_search(surface.nodes, tool.node))
         throw support::InputError(
             fmt::format("node {} cannot be pulled; take one of the surface that is not constrained", tool.node));
@@ -349,11 +357,10 @@ double smallest_volume_ratio(const core::TetraMesh &mesh, const std::vector<core
 }
 
 double indentation(const Load &load, const std::vector<core::Vector3> &displacement) {
-    const double force = load.total.norm();
     double work = 0.0;
     for (std::size_t k = 0; k < load.nodes.size(); ++k)
         work += load.nodal[k].dot(displacement[load.nodes[k]]);
-    return force > 0.0 ? work / force : 0.0;
+    return load.pressed > 0.0 ? work / load.pressed : 0.0;
 }
 
 namespace {

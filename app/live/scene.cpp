@@ -1,6 +1,7 @@
 #include "app/live/scene.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <utility>
@@ -134,9 +135,8 @@ void Scene::prepare_steps(bool may_be_scaled) {
         if (!state->displacement.isZero(0.0))
             divided_steps_ = num_divided; // these springs may be pressed where the body is
     }
-    if (ball_.contact) {
+    if (!balls_.empty())
         touch_anew();
-    }
 }
 
 /// Puts a needle in, or takes it out.
@@ -156,25 +156,49 @@ core::Vector3 Scene::displacement(int node) const {
     return found;
 }
 
+/// Jaws of a grasp that differs from the tool before.
+std::optional<Jaws> Scene::checked_jaws(const Tool &tool) const {
+    if (tool.kind != ToolKind::grasp || are_one_grasp(tool, tool_))
+        return std::nullopt;
+    return jaws_around(remains_.mesh, constrained_remains(), tool, [&](int node) { return steps_->position(node); });
+}
+
+/// Place where a probe begins that differs from the tool before [m].
+std::optional<core::Vector3> Scene::checked_place(const Tool &tool) const {
+    if (tool.kind != ToolKind::probe || are_one_probe(tool, tool_))
+        return std::nullopt;
+    const auto position_of = [&](int node) { return steps_->position(node); };
+    const auto shape = shape_of(tool);
+    return shape.is_plate() ? before(take_ball(*touchable_, shape, tool.friction), tool.target, position_of)
+                            : outside(surface_, tool.radius, tool.target, position_of);
+}
+
 /// Begins with a tool where it differs from the one before.
-void Scene::take_up(const Tool &tool) {
-    const bool is_same = tool.kind == ToolKind::needle ? are_one_needle(tool, tool_)
-                                                       : tool.kind == tool_.kind && tool.radius == tool_.radius &&
-                                                             tool.friction == tool_.friction &&
-                                                             (tool.kind != ToolKind::pull || tool.node == tool_.node);
+/// @param jaws   of a grasp that differs
+/// @param place  of a probe that differs
+void Scene::take_up(const Tool &tool, const std::optional<Jaws> &jaws, const std::optional<core::Vector3> &place) {
+    const bool is_same = tool.kind == ToolKind::needle  ? are_one_needle(tool, tool_)
+                         : tool.kind == ToolKind::grasp ? !jaws
+                         : tool.kind == ToolKind::probe
+                             ? !place
+                             : tool.kind == tool_.kind && tool.radius == tool_.radius && tool.node == tool_.node;
     tool_ = tool;
     if (is_same)
         return;
     take_load_off();
     put_needle(tool);
     disc_ = {};
-    ball_ = {};
+    balls_.clear();
+    jaws_ = jaws;
     divided_steps_ = num_divided; // it is not known yet how far it presses
     proxy_ = {.position = tool.target, .target = tool.target};
-    if (tool.kind == ToolKind::probe) {
-        ball_ = take_ball(*touchable_, tool.radius, tool.friction);
-        proxy_.position = proxy_.target =
-            outside(surface_, tool.radius, tool.target, [&](int node) { return steps_->position(node); });
+    if (place) {
+        balls_ = {take_ball(*touchable_, shape_of(tool), tool.friction)};
+        proxy_.position = proxy_.target = *place;
+    }
+    if (jaws) {
+        balls_ = take_jaws(*touchable_, surface_, *jaws, tool.radius, tool.friction);
+        proxy_.position = proxy_.target = jaws->middle;
     }
     if (tool.kind == ToolKind::pull) {
         const auto &points = body_.mesh.points;
@@ -188,15 +212,21 @@ void Scene::take_up(const Tool &tool) {
 
 /// Begins to touch again where the body was of another material, or whole, or not.
 void Scene::touch_anew() {
-    const bool is_below = ball_.is_below;
-    ball_ = take_ball(*touchable_, tool_.radius, tool_.friction);
-    ball_.is_below = is_below;
+    auto anew = jaws_ ? take_jaws(*touchable_, surface_, *jaws_, tool_.radius, tool_.friction)
+                      : std::vector<HeldBall>{take_ball(*touchable_, shape_of(tool_), tool_.friction)};
+    for (std::size_t i = 0; i < anew.size(); ++i)
+        anew[i].is_below = balls_[i].is_below;
+    balls_ = std::move(anew);
     let_touch();
 }
 
-/// Lets the ball take part in steps, as long as it is outside.
+/// Lets balls take part in steps, as long as they are outside.
 void Scene::let_touch() {
-    steps_->touch(ball_.is_below ? nullptr : ball_.contact);
+    std::vector<std::shared_ptr<core::BallContact>> touching;
+    for (const auto &ball : balls_)
+        if (!ball.is_below)
+            touching.push_back(ball.contact);
+    steps_->touch(std::move(touching));
 }
 
 /// Finds the stiffness of a pull.
@@ -225,27 +255,50 @@ void Scene::carry_load(double part) {
 /// Leads a probe on, against what the body exerted on it in the last step.
 void Scene::lead_ball(double part) {
     const auto from = proxy_.position;
-    advance(proxy_, -ball_.force(), part);
+    advance(proxy_, -balls_[0].force(), part);
     lead(
-        ball_, surface_, proxy_, from, part, [&](int node) { return steps_->position(node); },
+        balls_[0], surface_, proxy_, from, part, [&](int node) { return steps_->position(node); },
         [&](int node) { return remains_.mesh.points[node]; });
     let_touch();
 }
 
+/// Force of each jaw on the body along their axis, in the mean of both [N].
+double Scene::closing_force() const {
+    return 0.5 * (balls_[0].force() - balls_[1].force()).dot(jaws_->axis);
+}
+
+/// Leads both jaws on with the point between them, and closes them.
+/// @param depth  that is asked for [m]
+void Scene::lead_jaws(double depth, double part) {
+    const std::array from{jaws_->centre(0, proxy_.position), jaws_->centre(1, proxy_.position)};
+    close(*jaws_, depth, closing_force(), part);
+    advance(proxy_, -(balls_[0].force() + balls_[1].force()), part);
+    for (std::size_t i = 0; i < balls_.size(); ++i) {
+        const core::Vector3 to = jaws_->centre(i, proxy_.position);
+        balls_[i].depth = jaws_->depth;
+        lead(
+            balls_[i], surface_, {.position = to, .velocity = (to - from[i]) / part}, from[i], part,
+            [&](int node) { return steps_->position(node); }, [&](int node) { return remains_.mesh.points[node]; });
+    }
+    let_touch();
+}
+
 core::Vector3 Scene::within_reach(const core::Vector3 &goal) const {
-    if (tool_.kind != ToolKind::pull)
+    if (tool_.kind != ToolKind::pull && !jaws_)
         return goal;
-    const auto &middle = disc_.place.point;
+    const auto &middle = jaws_ ? jaws_->middle : disc_.place.point;
     const double length = (goal - middle).norm(), furthest = furthest_pull * extent_;
     return length > furthest ? core::Vector3(middle + furthest / length * (goal - middle)) : goal;
 }
 
-/// @param needle_depth  where the hand leads a needle [m]
-/// @param part          that is moved on by [s]
-void Scene::step(const Tool &tool, double needle_depth, double part) {
+/// @param depth  where the hand leads a needle, or by which it closes jaws [m]
+/// @param part   that is moved on by [s]
+void Scene::step(const Tool &tool, double depth, double part) {
     if (tool_.kind != ToolKind::none && !needle_) {
-        follow(proxy_, within_reach(tool.target), part);
-        if (ball_.contact) {
+        follow(proxy_, within_reach(jaws_ ? jaws_->middle + (tool.target - tool.place) : tool.target), part);
+        if (jaws_) {
+            lead_jaws(depth, part);
+        } else if (!balls_.empty()) {
             lead_ball(part);
         } else {
             draw(part);
@@ -255,7 +308,7 @@ void Scene::step(const Tool &tool, double needle_depth, double part) {
     steps_->prepare(part);
     steps_->step(part, 1);
     if (needle_)
-        needle_->act(*steps_, needle_depth, part);
+        needle_->act(*steps_, depth, part);
     if (steps_->is_pressed())
         divided_steps_ = num_divided;
     ++num_evaluations_;
@@ -270,9 +323,9 @@ core::Vector3 Scene::feel(const Tool &tool, int num_steps) {
     check_depth(tool);
     if (!are_one_needle(tool, tool_))
         check_needle(tool, remains_.mesh, is_constrained_);
-    take_up(tool);
-    // A hand leads a needle evenly, as far as it goes in these steps.
-    const double start = needle_ ? needle_->depth() : 0.0, way = tool.depth - start;
+    take_up(tool, checked_jaws(tool), checked_place(tool));
+    // A hand leads a needle evenly, as far as it goes in these steps, and closes jaws so.
+    const double start = needle_ ? needle_->depth() : jaws_ ? jaws_->depth : 0.0, way = tool.depth - start;
     for (int i = 0; i < num_steps; ++i) {
         const int parts = divided_steps_ > 0 ? num_parts_ : fewest_parts_;
         divided_steps_ = std::max(0, divided_steps_ - 1);
@@ -284,7 +337,12 @@ core::Vector3 Scene::feel(const Tool &tool, int num_steps) {
 }
 
 core::Vector3 Scene::force_on_tool() const {
-    return -(needle_ ? needle_->force() : ball_.contact ? ball_.force() : load_.total);
+    if (balls_.empty())
+        return -(needle_ ? needle_->force() : load_.total);
+    core::Vector3 force = core::Vector3::Zero();
+    for (const auto &ball : balls_)
+        force -= ball.force();
+    return force;
 }
 
 Frame Scene::move(const Tool &tool, int num_steps) {
@@ -310,17 +368,24 @@ Frame Scene::frame() {
     frame.time = time_;
     if (needle_)
         frame.needle = needle_->reading(*steps_);
-    frame.tool = needle_ ? needle_->tip() : proxy_.position;
+    if (jaws_)
+        frame.grasp = {.depth = jaws_->depth,
+                       .closing = closing_force(),
+                       .other = jaws_->centre(1, proxy_.position),
+                       .other_force = -balls_[1].force()};
+    frame.tool = needle_ ? needle_->tip() : jaws_ ? jaws_->centre(0, proxy_.position) : proxy_.position;
     frame.force = force_on_tool();
     frame.largest_speed = largest_speed(state.velocity);
     if (tool_.kind != ToolKind::none)
         frame.largest_speed = std::max(frame.largest_speed, proxy_.velocity.norm());
+    if (jaws_)
+        frame.largest_speed = std::max(frame.largest_speed, std::abs(jaws_->speed));
     frame.restarts = restarts_;
     frame.displacement = msm::to_field(state.displacement);
     for (const int node : gone_nodes_)
         frame.displacement[node].setZero();
     frame.smallest_volume = smallest_volume_ratio(remains_.mesh, frame.displacement);
-    frame.load = ball_.contact ? load_of(ball_, surface_) : load_;
+    frame.load = balls_.empty() ? load_ : load_of(balls_, surface_);
     frame.indentation = indentation(frame.load, frame.displacement);
     frame.surface = &surface_;
     return frame;
@@ -355,12 +420,24 @@ void Scene::settle() {
     tool_ = {};
     proxy_ = {};
     disc_ = {};
-    ball_ = {};
+    balls_.clear();
+    jaws_.reset();
     let_touch();
     put_needle(tool_);
     divided_steps_ = 0;
     fit_tool();
 }
+
+namespace {
+
+std::vector<HeldBall> copies(const std::vector<HeldBall> &balls) {
+    std::vector<HeldBall> found;
+    for (const auto &ball : balls)
+        found.push_back(ball.copy());
+    return found;
+}
+
+} // namespace
 
 void Scene::keep() {
     if (!steps_)
@@ -371,7 +448,8 @@ void Scene::keep() {
              .tool = tool_,
              .proxy = proxy_,
              .disc = disc_,
-             .ball = ball_.copy(),
+             .balls = copies(balls_),
+             .jaws = jaws_,
              .touched = touchable_->facets,
              .load = load_,
              .divided_steps = divided_steps_,
@@ -394,9 +472,10 @@ void Scene::restore() {
     disc_ = kept_->disc;
     const auto at_first = [](const core::TouchedFacet &facet) { return facet.penalty(0.0); };
     const bool is_same = std::ranges::equal(kept_->touched, touchable_->facets, {}, at_first, at_first);
-    ball_ = kept_->ball.copy();
+    balls_ = copies(kept_->balls);
+    jaws_ = kept_->jaws;
     let_touch();
-    if (ball_.contact && !is_same)
+    if (!balls_.empty() && !is_same)
         touch_anew();
     load_ = kept_->load;
     divided_steps_ = kept_->divided_steps;

@@ -38,6 +38,7 @@ struct Load {
     std::vector<int> triangles{};                ///< (L) of the surface that are loaded, each once
     std::vector<core::Vector3> facet{};          ///< (L) forces on these [N]
     core::Vector3 total = core::Vector3::Zero(); ///< [N]
+    double pressed = 0.0; ///< sum of the sizes of the forces of its balls [N]: of one, and of a pull, that of the total
     /// Spread of the force of a pull, with the resultant `total`; radius 0 where it is even on each triangle.
     core::RoundLoad shape;
 };
@@ -112,25 +113,31 @@ struct TouchableBody {
 TouchableBody touchable_body(core::Body body, const std::vector<bool> &is_constrained,
                              const core::FacetSoftness &softness = {});
 
-/// A rigid ball that touches the surface with friction, by the law of load cases and of the arena (core::BallContact).
-/// A hand comes from outside: put down in the body it begins on the surface. Where its centre gets below the surface it
-/// touches nothing until it is nearly out again.
+/// A rigid ball or plate that touches the surface with friction, by the law of load cases and of the arena
+/// (core::BallContact). A hand comes from outside: put down in the body it begins on the surface. Where the centre of a
+/// ball gets below the surface it touches nothing until it is nearly out again.
 struct HeldBall {
     std::shared_ptr<core::BallContact> contact; ///< takes part in steps; null where there is no ball
-    double radius = 0.0;                        ///< [m]
-    int steps_to_look = 0;                      ///< until facets around it are looked for again
-    bool is_below = false;                      ///< whether its centre is below the surface
+    core::ToolShape shape;
+    std::optional<double> depth{}; ///< by which it has sunk in, where that is led [m]; otherwise it is found
+    int steps_to_look = 0;         ///< until facets around it are looked for again
+    bool is_below = false;         ///< whether its centre is below the surface
 
     core::Vector3 force() const { return contact->force(); } ///< on the body in the last step [N]
     /// One of its own that goes on in the same way.
     HeldBall copy() const;
 };
 
-HeldBall take_ball(const TouchableBody &touchable, double radius, double friction);
+HeldBall take_ball(const TouchableBody &touchable, const core::ToolShape &shape, double friction);
 
 /// Place for the centre of a ball where it does not reach into the body, near the one that was asked for [m].
 core::Vector3 outside(const Surface &surface, double radius, const core::Vector3 &centre,
                       const PositionOf &position_of);
+
+/// Place for the centre of a plate where it just touches or nearly, on its way to the one that was asked for [m].
+/// @param plate  of which no other one knows
+/// @throws support::InputError if that is further back than half a side
+core::Vector3 before(const HeldBall &plate, const core::Vector3 &centre, const PositionOf &position_of);
 
 /// Leads the ball with the proxy in the step to come.
 /// @param from         where its centre was [m]
@@ -138,27 +145,95 @@ core::Vector3 outside(const Surface &surface, double radius, const core::Vector3
 void lead(HeldBall &ball, const Surface &surface, const Proxy &proxy, const core::Vector3 &from, double time_step,
           const PositionOf &position_of, const PositionOf &at_rest);
 
-/// Forces of the ball in the last step.
-Load load_of(const HeldBall &ball, const Surface &surface);
+/// Forces of balls in the last step.
+Load load_of(std::span<const HeldBall> balls, const Surface &surface);
 
 /// Kinds of tools. The numbers are those of the messages.
 enum class ToolKind {
     none = 0,
-    probe = 1, ///< a rigid ball that follows the target and touches the surface with friction
-    pull = 2,  ///< takes hold of the surface around a node, as a round tool does, and draws it to the target
-    needle = 3 ///< goes from an entry towards a target inside, see core/tool/needle/moving_needle.hpp
+    probe = 1,  ///< a rigid ball or plate that follows the target and touches the surface with friction
+    pull = 2,   ///< takes hold of the surface around a node, as a round tool does, and draws it to the target
+    needle = 3, ///< goes from an entry towards a target inside, see core/tool/needle/moving_needle.hpp
+    grasp = 4   ///< two balls that close against each other like the jaws of a forceps, and are led together
 };
 
 struct Tool {
     ToolKind kind = ToolKind::none;
-    core::Vector3 target = core::Vector3::Zero(); ///< of the centre of the ball, or of the node [m]
-    double radius = 0.012;                        ///< of the ball, or of the disc that is held [m], > 0
-    int node = 0;                                 ///< of the surface; looked at by a pull alone
-    /// Coulomb's coefficient of a probe, >= 0: that of load_cases/touching/large_touch.toml, so that a load case says
-    /// the same.
+    /// Of the centre of the ball or plate, or of the node; or where a grasp is led to from its place [m].
+    core::Vector3 target = core::Vector3::Zero();
+    double radius = 0.012; ///< of the ball, or of the disc that is held, or half a side of the plate [m], > 0
+    int node = 0;          ///< of the surface; looked at by a pull alone
+    /// Coulomb's coefficient of a probe and of jaws, >= 0: that of load_cases/touching/large_touch.toml, so that a load
+    /// case says the same.
     double friction = 0.3;
     core::Needle needle{}; ///< looked at by a needle alone, of which only `depth` changes
-    double depth = 0.0;    ///< of its tip below the entry at rest, as the hand leads it [m]
+    double depth = 0.0; ///< of its tip below the entry at rest, or by which each jaw closes, as the hand leads it [m]
+    core::Vector3 place = core::Vector3::Zero(); ///< of the surface as it was grasped [m]; looked at by a grasp alone
+    /// Way from there to the other jaw, or axis of a plate, of any length.
+    core::Vector3 inwards = core::Vector3::Zero();
+    core::ToolFace face = core::ToolFace::ball; ///< of a probe
+};
+
+/// Radius of the edges of a plate over half its side: that of load cases that give none.
+inline constexpr double edge_of_plate = 0.1;
+
+/// Shape of a probe, or of each jaw.
+core::ToolShape shape_of(const Tool &tool);
+
+/// Whether two tools are one probe, wherever it is led.
+bool are_one_probe(const Tool &a, const Tool &b);
+
+/// Thickness of a body at most that jaws can be put around [m].
+inline constexpr double widest_grasp = 0.06;
+/// Speed at which each jaw closes or opens at most [m/s].
+inline constexpr double fastest_jaw = 0.1;
+
+/// Two balls that are each other's mirror image in a point: each closes towards it by the same way along an axis that
+/// does not turn, as those of a load case with `jaws` do, and both are led with it. How far they close is prescribed,
+/// and not what that takes; against the strongest coupling they close no further.
+struct Jaws {
+    core::Vector3 axis = core::Vector3::Zero();   ///< from the first one to the other, of length 1
+    core::Vector3 middle = core::Vector3::Zero(); ///< the point, where both just touched [m]
+    double apart = 0.0;                           ///< from there to the centres [m]
+    double thickness = 0.0;                       ///< of the body between both [m], > 0
+    /// Shape (T): which boundary triangles the other one touches, by where they faced when both were taken; they stay
+    /// its own, so that no jaw ever touches what the other one has, however the body turns between them.
+    std::vector<bool> is_for_other{};
+    double depth = 0.0; ///< by which each has closed since [m]
+    double speed = 0.0; ///< at which it does [m/s]
+
+    /// Centre of the first one or of the other, where the point is at a place [m].
+    core::Vector3 centre(std::size_t which, const core::Vector3 &point) const {
+        return point + (which == 0 ? depth - apart : apart - depth) * axis;
+    }
+};
+
+/// Jaws that just touch a body: the first where it is pressed, the other where the way inwards first leaves the body.
+/// @param is_constrained  shape (T) of the mesh
+/// @param position_of     of nodes [m]
+/// @throws support::InputError if the place is not on the surface, or the body is too thick or constrained there
+Jaws jaws_around(const core::TetraMesh &mesh, const std::vector<bool> &is_constrained, const Tool &tool,
+                 const PositionOf &position_of);
+
+/// Whether two tools are one pair of jaws, wherever they are led.
+bool are_one_grasp(const Tool &a, const Tool &b);
+
+/// Two balls, each of which touches its own facets.
+/// @param surface  of the body
+std::vector<HeldBall> take_jaws(const TouchableBody &touchable, const Surface &surface, const Jaws &jaws, double radius,
+                                double friction);
+
+/// Closes or opens jaws for a step.
+/// @param depth    that is asked for [m]
+/// @param closing  force that each exerts along the axis [N]
+void close(Jaws &jaws, double depth, double closing, double time_step);
+
+/// Reading of a grasp.
+struct GraspReading {
+    double depth = 0.0;                                ///< by which each jaw has closed since both just touched [m]
+    double closing = 0.0;                              ///< force of each on the body along the axis, their mean [N]
+    core::Vector3 other = core::Vector3::Zero();       ///< centre of the other jaw [m]
+    core::Vector3 other_force = core::Vector3::Zero(); ///< of the body on it [N]
 };
 
 /// Reading of a needle, in the mean over the steps of a frame.
@@ -245,11 +320,13 @@ struct Chosen {
 
 /// A body after some steps with a tool.
 struct Frame {
-    double time = 0.0;                           ///< since the start [s]
-    core::Vector3 tool = core::Vector3::Zero();  ///< centre of the probe, or of what is pulled [m]
-    core::Vector3 force = core::Vector3::Zero(); ///< of the body on the tool [N]
+    double time = 0.0; ///< since the start [s]
+    /// Centre of the probe, of a plate that of its flat, of what is pulled, or of the first jaw [m].
+    core::Vector3 tool = core::Vector3::Zero();
+    core::Vector3 force = core::Vector3::Zero(); ///< of the body on the tool, on both jaws together [N]
     /// Way by which the body yields in the mean over what the tool touches, weighted with what it exerts, along its
     /// force: sum of f_i . u_i / |sum of f_i| over the nodal forces [m]; what a load case with `press` prescribes.
+    /// Under jaws it is over the sum of the sizes of both forces.
     double indentation = 0.0;
     double smallest_volume = 1.0; ///< of a tetrahedron, as a part of its volume at rest; below 0 it is inverted
     double largest_speed = 0.0;   ///< of all nodes, and of the tool [m/s]
@@ -259,6 +336,7 @@ struct Frame {
     Load load;                               ///< of the tool on the body, in the last step
     const Surface *surface = nullptr;        ///< that the triangles of the load belong to
     std::optional<NeedleReading> needle;     ///< of a needle; its tip is `tool`
+    std::optional<GraspReading> grasp;
 };
 
 /// Numbers of a cut that has been made.
@@ -275,8 +353,8 @@ struct CutReading {
 
 /// A soft body under somebody's hand: springs with or without a volume term, and with what the body has of capsule,
 /// vessels and map of stiffness, on the springs of a foundation where there is one, in steps of symplectic Euler by the
-/// fast kernels, and a tool that pokes, pulls or pricks. While a needle is in no masses are scaled, and steps are
-/// divided where they would be too long then. The same calls give the same bits on every machine if the kernels do,
+/// fast kernels, and a tool that pokes, grasps, pulls or pricks. While a needle is in no masses are scaled, and steps
+/// are divided where they would be too long then. The same calls give the same bits on every machine if the kernels do,
 /// that is, in the portable build.
 class Scene {
   public:
@@ -339,10 +417,13 @@ class Scene {
     const core::Body &body() const { return body_; }
 
   private:
-    void take_up(const Tool &tool);
+    std::optional<Jaws> checked_jaws(const Tool &tool) const;
+    std::optional<core::Vector3> checked_place(const Tool &tool) const;
+    void take_up(const Tool &tool, const std::optional<Jaws> &jaws = {},
+                 const std::optional<core::Vector3> &place = {});
     void fit_tool();
     core::Vector3 within_reach(const core::Vector3 &goal) const;
-    void step(const Tool &tool, double needle_depth, double part);
+    void step(const Tool &tool, double depth, double part);
     void put_needle(const Tool &tool);
     void prepare_steps(bool may_be_scaled);
     void cut_anew();
@@ -356,6 +437,8 @@ class Scene {
     void draw(double part);
     void carry_load(double part);
     void lead_ball(double part);
+    void lead_jaws(double depth, double part);
+    double closing_force() const;
     void take_load_off();
     void let_touch();
     void touch_anew();
@@ -378,8 +461,9 @@ class Scene {
         Tool tool;
         Proxy proxy;
         Disc disc;
-        HeldBall ball;
-        std::vector<core::TouchedFacet> touched; ///< of the ball
+        std::vector<HeldBall> balls;
+        std::optional<Jaws> jaws;
+        std::vector<core::TouchedFacet> touched; ///< of balls
         Load load;
         int divided_steps;
         std::optional<HeldNeedle> needle;
@@ -416,7 +500,8 @@ class Scene {
     double grip_stiffness_ = 0.0; ///< between a pull and its disc [N/m]
     Load load_;                   ///< of a pull
     std::optional<TouchableBody> touchable_;
-    HeldBall ball_; ///< of a probe
+    std::vector<HeldBall> balls_; ///< of a probe, or of two jaws
+    std::optional<Jaws> jaws_;
     std::optional<HeldNeedle> needle_;
     std::optional<Moment> kept_;
     double time_ = 0.0;

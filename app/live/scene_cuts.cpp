@@ -140,7 +140,8 @@ void Scene::show_remains() {
     surface_ = touchable_surface(remains_.mesh, constrained_remains());
     load_ = {};
     disc_ = {};
-    ball_ = {};
+    balls_.clear();
+    jaws_.reset();
     std::vector<char> is_there(body_.mesh.points.size(), 0);
     for (const auto &tetrahedron : remains_.mesh.tetrahedra)
         for (const int node : tetrahedron)

@@ -14,7 +14,7 @@ SpringStepper::SpringStepper(std::shared_ptr<const core::Body> body, MovingSprin
         parts_ = CutParts::prepare(*body_, moving_.springs, moving_.source);
     if (!moving_.bears_ball_as_loads)
         return;
-    force_of_ball_.assign(body_->mesh.points.size(), core::Vector3::Zero());
+    force_of_balls_.assign(body_->mesh.points.size(), core::Vector3::Zero());
     set_factors(moving_.options.scaling);
 }
 
@@ -49,15 +49,15 @@ void SpringStepper::prepare(double time_step) {
 }
 
 void SpringStepper::step(double time_step, int /*iterations*/) {
-    if (ball_ && moving_.bears_ball_as_loads)
-        load_with_ball();
+    if (!balls_.empty() && moving_.bears_ball_as_loads)
+        load_with_balls();
     if (!beside_.empty())
         load_with_terms_beside();
     steps_->take(1);
     for (std::size_t i = 0; i < led_nodes_.size(); ++i)
         steps_->set_displacement(led_nodes_[i], led_to_[i]);
     led_nodes_.clear();
-    if (ball_)
+    if (!balls_.empty())
         push_out(time_step);
     if (after_)
         after_(*this, 1.0, time_step);
@@ -198,8 +198,15 @@ std::vector<core::TouchedFacet> SpringStepper::touched_facets(std::vector<core::
 }
 
 void SpringStepper::touch(std::shared_ptr<core::BallContact> ball) {
-    ball_ = std::move(ball);
-    if (!ball_ && moving_.bears_ball_as_loads)
+    std::vector<std::shared_ptr<core::BallContact>> balls;
+    if (ball)
+        balls.push_back(std::move(ball));
+    touch(std::move(balls));
+}
+
+void SpringStepper::touch(std::vector<std::shared_ptr<core::BallContact>> balls) {
+    balls_ = std::move(balls);
+    if (balls_.empty() && moving_.bears_ball_as_loads)
         load({}, {});
 }
 
@@ -216,19 +223,20 @@ void SpringStepper::set_scaling(const MassScaling &scaling) {
         set_factors(scaling);
 }
 
-/// Loads nodes with the forces of the ball in the step before.
-void SpringStepper::load_with_ball() {
+/// Loads nodes with the forces of balls in the step before.
+void SpringStepper::load_with_balls() {
     for (const int node : pressed_)
-        force_of_ball_[node].setZero();
+        force_of_balls_[node].setZero();
     pressed_.clear();
-    ball_->begin_step([this](int node, const core::Vector3 &force) {
-        if (force_of_ball_[node].isZero(0.0) && !force.isZero(0.0))
-            pressed_.push_back(node);
-        force_of_ball_[node] += force;
-    });
+    for (const auto &ball : balls_)
+        ball->begin_step([this](int node, const core::Vector3 &force) {
+            if (force_of_balls_[node].isZero(0.0) && !force.isZero(0.0))
+                pressed_.push_back(node);
+            force_of_balls_[node] += force;
+        });
     std::vector<core::Vector3> forces;
     for (const int node : pressed_)
-        forces.push_back(force_of_ball_[node]);
+        forces.push_back(force_of_balls_[node]);
     load(pressed_, forces);
 }
 
@@ -236,7 +244,7 @@ double SpringStepper::moved_mass(int node) const {
     return factor_.empty() ? node_mass()[node] : factor_[node] * node_mass()[node];
 }
 
-/// Forces of the ball take part in the step.
+/// Forces of balls take part in the step.
 void SpringStepper::push_out(double h) {
     const auto now = [this](int node) { return position(node); };
     const auto yields = [&](int node) {
@@ -247,11 +255,14 @@ void SpringStepper::push_out(double h) {
         steps_->push(node, way, way / h);
     };
     if (!moving_.bears_ball_as_loads)
-        ball_->begin_step(give);
-    ball_->sweep(
-        ball_->part(0, 1), [&](int node) { return core::Vector3(position(node) - h * steps_->velocity(node)); }, now,
-        [&](int node) { return Eigen::Matrix3d(yields(node) * Eigen::Matrix3d::Identity()); }, give);
-    ball_->end_step(h);
+        for (const auto &ball : balls_)
+            ball->begin_step(give);
+    for (const auto &ball : balls_) {
+        ball->sweep(
+            ball->part(0, 1), [&](int node) { return core::Vector3(position(node) - h * steps_->velocity(node)); }, now,
+            [&](int node) { return Eigen::Matrix3d(yields(node) * Eigen::Matrix3d::Identity()); }, give);
+        ball->end_step(h);
+    }
 }
 
 } // namespace livermark::msm

@@ -44,6 +44,8 @@ class SpringStepper : public core::Stepper {
     void cut(const core::NodalProblem &after, const std::vector<int> &parent_tetrahedron) override;
     std::vector<core::TouchedFacet> touched_facets(std::vector<core::TouchedFacet> facets) const override;
     void touch(std::shared_ptr<core::BallContact> ball) override;
+    /// Lets several balls touch, each its own facets: what one gives way by, the next one feels in the same step.
+    void touch(std::vector<std::shared_ptr<core::BallContact>> balls);
     void act_after_steps(core::AfterStep action) override { after_ = std::move(action); }
     core::Vector3 position(int node) const override { return body_->mesh.points[node] + steps_->displacement(node); }
     std::vector<core::Vector3> displacement() const override;
@@ -85,10 +87,10 @@ class SpringStepper : public core::Stepper {
     void cut_terms_beside();
     void set_factors(const MassScaling &scaling);
     void give_load(int node, const core::Vector3 &force);
-    void load_with_ball();
+    void load_with_balls();
     void load_with_terms_beside();
     void push_out(double time_step);
-    /// Mass with which a node gives way to the ball in a step [kg].
+    /// Mass with which a node gives way to a ball in a step [kg].
     double moved_mass(int node) const;
 
     std::shared_ptr<const core::Body> body_;
@@ -106,10 +108,10 @@ class SpringStepper : public core::Stepper {
     Eigen::VectorXd rest_;                  ///< (3N) [m]; empty where no term is beside the kernels
     std::vector<core::Vector3> given_load_; ///< (N) [N]; empty where no term is beside the kernels
     std::vector<char> bears_more_;          ///< (N) whether such a term loaded a node in the last step
-    std::shared_ptr<core::BallContact> ball_;
-    std::vector<core::Vector3> force_of_ball_; ///< (N) of the step before [N]; empty where it acts as kicks
-    std::vector<int> pressed_;                 ///< nodes that have some of it
-    std::vector<double> factor_;               ///< (N) of masses that are scaled; empty where none are
+    std::vector<std::shared_ptr<core::BallContact>> balls_;
+    std::vector<core::Vector3> force_of_balls_; ///< (N) of the step before [N]; empty where it acts as kicks
+    std::vector<int> pressed_;                  ///< nodes that have some of it
+    std::vector<double> factor_;                ///< (N) of masses that are scaled; empty where none are
     core::AfterStep after_;
 };
 

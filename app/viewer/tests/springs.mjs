@@ -133,6 +133,11 @@ const rowNumbers = (row, laws) => {
     const { entry, target, depth, values: v } = row.tool;
     return [6, ...entry, ...target, v.diameter, v.spread, v.toughness, v.friction, v.punctureForce, depth, row.numSteps];
   }
+  if (row.tool.kind === 'grasp') {
+    const { place, inwards, target, radius, depth } = row.tool;
+    return [8, ...place, ...inwards, ...target, radius, depth, row.numSteps];
+  }
+  if (row.tool.kind === 'plate') return [9, ...row.tool.target, ...row.tool.inwards, row.tool.radius, row.numSteps];
   const { kind, target = [0, 0, 0], radius = 0, node = 0 } = row.tool;
   return [2, ['none', 'probe', 'pull'].indexOf(kind), ...target, radius, node, row.numSteps];
 };
@@ -168,8 +173,9 @@ export function frameOf(answer, tool = { kind: 'none' }) {
     line: { entry: tool.entry, target: tool.target, spread: tool.values.spread },
     forces: numbers(3 * number()),
   };
-  const frame = { needle, time: number(), tool: numbers(3), force: numbers(3), disc: { middle: numbers(3), radius: number() }, indentation: number(), smallestVolume: number(), largestSpeed: number(), restarts: number() };
-  frame.radius = tool.kind === 'probe' || tool.kind === 'pull' ? tool.radius : 0; // as the page has it
+  const grasp = tool.kind !== 'grasp' ? null : { depth: number(), closing: number(), other: numbers(3), otherForce: numbers(3) };
+  const frame = { needle, grasp, time: number(), tool: numbers(3), force: numbers(3), disc: { middle: numbers(3), radius: number() }, indentation: number(), smallestVolume: number(), largestSpeed: number(), restarts: number() };
+  frame.radius = ['probe', 'plate', 'pull', 'grasp'].includes(tool.kind) ? tool.radius : 0; // as the page has it
   number();
   frame.numEvaluations = number();
   const [numNodes, numLoaded, numFacets] = numbers(3);

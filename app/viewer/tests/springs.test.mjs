@@ -82,6 +82,68 @@ function pricks(body, numSteps) {
   return [0.2, 0.5, 0.8, 0.4].map((part) => ({ kind: 'move', tool: { kind: 'needle', entry, target, depth: part * away(entry, target), values }, numSteps }));
 }
 
+/** Places of the surface with 10 to 40 mm of body behind them, and a free face across the way there. */
+function edges(body) {
+  const at = (node) => body.points.slice(3 * node, 3 * node + 3);
+  const minus = (a, b) => a.map((x, i) => x - b[i]);
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+  const facets = body.constrained.map((held, t) => {
+    const [a, b, c] = body.triangles.slice(3 * t, 3 * t + 3).map(at);
+    return { held, corners: [a, b, c], normal: cross(minus(b, a), minus(c, a)) };
+  });
+  /** Where a ray leaves the body first. */
+  function exit(point, inwards) {
+    const found = facets.map(({ held, corners, normal }) => {
+      const along = dot(normal, inwards), way = dot(normal, minus(corners[0], point)) / along;
+      const x = point.map((y, i) => y + way * inwards[i]);
+      const isIn = corners.every((a, k) => dot(cross(minus(corners[(k + 1) % 3], a), minus(x, a)), normal) >= 0);
+      return { held, way: isIn && along > 0 && way > 1e-6 ? way : Infinity, slope: along / Math.hypot(...normal) };
+    });
+    return found.reduce((a, b) => (b.way < a.way ? b : a));
+  }
+  const held = new Set(facets.filter((f) => f.held).flatMap((f) => f.corners.map(String)));
+  return touchable(body).map(({ point, normal }) => ({ place: point, inwards: normal.map((x) => -x) })).filter(({ place, inwards }) => {
+    const { held: isHeld, way, slope } = exit(place, inwards);
+    const isFree = (x) => [...held].every((corner) => Math.hypot(...minus(x, corner.split(',').map(Number))) > 0.015);
+    return !isHeld && way > 0.01 && way < 0.04 && slope > 0.8 && isFree(place) && isFree(place.map((x, i) => x + way * inwards[i]));
+  });
+}
+
+/** Grasps of some of these at rest, which close, are led aside and let go. @param places  of edges() */
+function grasps(places, seed, count, numSteps) {
+  const random = randomNumbers(seed);
+  return Array.from({ length: count }, () => {
+    const grasp = { kind: 'grasp', ...places[Math.floor(random() * places.length)], radius: 0.004 + 0.004 * random() };
+    const [depth, aside] = [0.004 + 0.008 * random(), [0, 1, 2].map(() => 0.03 * (random() - 0.5))];
+    const tool = (depth, part) => ({ ...grasp, depth, target: grasp.place.map((x, i) => x + part * aside[i]) });
+    return [
+      { kind: 'reset' },
+      ...[[0.5 * depth, 0], [depth, 0.3], [depth, 1]].map(([deep, part]) => ({ kind: 'move', tool: tool(deep, part), numSteps })),
+      { kind: 'move', tool: { kind: 'none' }, numSteps },
+    ];
+  }).flat();
+}
+
+/** A plate that goes in where a body is furthest in a direction, so that nothing is in its way, is led aside and let go. */
+function presses(body, seed, count, numSteps) {
+  const random = randomNumbers(seed);
+  const places = touchable(body);
+  return Array.from({ length: count }, () => {
+    const direction = [0, 1, 2].map(() => random() - 0.5);
+    const reach = ({ point }) => point.reduce((sum, x, i) => sum + x * direction[i], 0);
+    const { point, normal } = places.reduce((a, b) => (reach(b) > reach(a) ? b : a));
+    const plate = { kind: 'plate', inwards: normal.map((x) => -x), radius: 0.005 + 0.01 * random() };
+    const [depth, aside] = [0.002 + 0.018 * random(), [0, 1, 2].map(() => 0.03 * (random() - 0.5))];
+    const tool = (depth, part) => ({ ...plate, target: point.map((x, i) => x + (0.1 * plate.radius - depth) * normal[i] + part * aside[i]) });
+    return [
+      { kind: 'reset' },
+      ...[[0, 0], [depth, 0], [depth, 1]].map(([deep, part]) => ({ kind: 'move', tool: tool(deep, part), numSteps })),
+      { kind: 'move', tool: { kind: 'none' }, numSteps },
+    ];
+  }).flat();
+}
+
 /** The longest step is told by an eigenvalue, whose last digits are those of a C library; what is recorded is the step. */
 const about = (actual, expected) => assert.ok(Math.abs(actual - expected) <= 1e-12 * expected, `${actual}, not ${expected}`);
 
@@ -93,7 +155,7 @@ async function movesAsNatively(body, choices, cuts = []) {
     { kind: 'choose', settings: settings({ ...choice, timeStep: chosen[i].timeStep }) },
     ...moves(body, 10 + i, 4, 60),
   ]);
-  rows.push(...pricks(body, 150));
+  rows.push(...pricks(body, 150), ...grasps(edges(body), 50, 3, 60), ...presses(body, 51, 3, 60));
   rows.push({ kind: 'keep' }, ...moves(body, 98, 1, 20), { kind: 'undo' }, ...moves(body, 97, 1, 20));
   const still = { kind: 'move', tool: { kind: 'none' }, numSteps: 40 };
   for (const request of cuts) rows.push(...moves(body, 96, 1, 20), { kind: 'cut', request }, still, { kind: 'undo' }, still);
@@ -101,6 +163,7 @@ async function movesAsNatively(body, choices, cuts = []) {
   const inPage = await harness.play(rows, { whole: true });
   const natively = playNatively(body, rows, laws);
   assert.equal(natively.length, rows.length);
+  let [closing, pressing] = [0, 0]; // of jaws, and of a plate [N]
   rows.forEach((row, i) => {
     if (row.kind === 'choose') {
       const [timeStep, longest, critical, pressed, numSprings, unscaled, limit] = new Float64Array(natively[i].buffer, natively[i].byteOffset, 7);
@@ -115,9 +178,13 @@ async function movesAsNatively(body, choices, cuts = []) {
       const { stepSeconds, ...frame } = inPage[i];
       assert.deepEqual(frame, frameOf(natively[i], rows[i].tool), `row ${i}`);
       if (row.tool.kind === 'needle') assert.ok(frame.needle.tip >= 0 && frame.needle.work.hand > 0, 'a needle is felt');
+      if (row.tool.kind === 'grasp') closing = Math.max(closing, frame.grasp.closing);
+      if (row.tool.kind === 'plate') pressing = Math.max(pressing, Math.hypot(...frame.force));
       if (row.tool.kind === 'pull') assert.ok(Math.hypot(...frame.force) > 0, 'a pull is felt');
     }
   });
+  assert.ok(closing > 0.01, 'jaws close on something');
+  assert.ok(pressing > 0.05, 'a plate is felt');
 }
 
 test('WebAssembly moves the liver as the native build does, bit for bit, whatever is chosen', { skip: noReplay }, () =>
@@ -182,6 +249,35 @@ async function bears(body, choices, count) {
   }
   return smallest;
 }
+
+/** A hundred of some handling under several springs. @param handle  (seed, count, numSteps) -> rows @param sizeOf  what of an answer is said */
+async function bearsAHundred(t, handle, sizeOf) {
+  let [smallest, largest] = [1, 0];
+  for (const [i, choice] of [{}, { poissonRatio: 0.49 }, { springLaw: 'lloyd', keepsVolume: false }, { springLaw: 'nodal_neo_hookean' }].entries()) {
+    await harness.play([{ kind: 'choose', settings: settings(choice) }]);
+    const answers = await harness.play(handle(2000 + i, 25, 160));
+    for (const answer of answers.filter(Boolean)) {
+      const { finite, restarts, force, smallestVolume } = answer;
+      assert.ok(finite && force.every(Number.isFinite) && Number.isFinite(smallestVolume));
+      assert.equal(restarts, 0, 'the motion left all bounds');
+      [smallest, largest] = [Math.min(smallest, smallestVolume), Math.max(largest, sizeOf(answer))];
+    }
+    const rest = await harness.play(Array(8).fill({ kind: 'move', tool: { kind: 'none' }, numSteps: 500 }));
+    assert.ok(rest.at(-1).smallestVolume > 0.9, `${JSON.stringify(choice)}: at rest a tetrahedron has ${rest.at(-1).smallestVolume} of its volume`);
+  }
+  t.diagnostic(`smallest volume on the way: ${smallest}, largest force: ${largest} N`);
+}
+
+test('100 random grasps leave the liver sound', async (t) => {
+  await harness.open(healthy);
+  const places = edges(healthy);
+  await bearsAHundred(t, (...how) => grasps(places, ...how), ({ grasp }) => grasp?.closing ?? 0);
+});
+
+test('100 random presses of a plate leave the liver sound', async (t) => {
+  await harness.open(healthy);
+  await bearsAHundred(t, (...how) => presses(healthy, ...how), ({ force }) => Math.hypot(...force));
+});
 
 test('500 random pokes and pulls leave the liver sound', async (t) => {
   t.diagnostic(`smallest volume on the way: ${await bears(healthy, [{}, { poissonRatio: 0.49 }, { springLaw: 'lloyd', keepsVolume: false }, { poissonRatio: 0.3, massDamping: 2 }, { springLaw: 'nodal_neo_hookean' }], 500)}`);

@@ -77,8 +77,8 @@ async function play(rows: Row[], whole: boolean): Promise<unknown[]> {
     else if (row.kind === 'cut') answers.push(await engine.cut(row.request).then(plain, (error: Error) => ({ fault: error.message })));
     else {
       const frame = await engine.move(row.tool, row.numSteps);
-      const { time, force, indentation, smallestVolume, restarts, displacement } = frame;
-      answers.push(whole ? numbersOf(frame) : { time, force, indentation, smallestVolume, restarts, finite: displacement.every(Number.isFinite) });
+      const { time, force, indentation, smallestVolume, restarts, displacement, grasp } = frame;
+      answers.push(whole ? numbersOf(frame) : { time, force, indentation, smallestVolume, restarts, grasp, finite: displacement.every(Number.isFinite) });
     }
   }
   return answers;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -46,7 +47,7 @@ struct BoxScene {
     }
 };
 
-/// A body that a ball of a load case presses which is that of the tool.
+/// A body that a ball or plate of a load case presses which is that of the tool.
 /// @param start, press  of its centre [m]
 inline core::Problem touched_by_ball(const core::Body &body, const std::vector<bool> &is_constrained, const Tool &tool,
                                      const Vector3 &start, const Vector3 &press) {
@@ -57,12 +58,20 @@ inline core::Problem touched_by_ball(const core::Body &body, const std::vector<b
     load_case.value.assign(is_constrained.size(), Vector3::Zero());
     for (const bool is_held : is_constrained)
         load_case.condition_on.push_back(is_held ? 0 : -1);
-    load_case.touching = core::TouchingTool{tool.radius, start, press, Vector3::Zero(), tool.friction, 1};
+    load_case.touching = core::TouchingTool{shape_of(tool), start, press, Vector3::Zero(), tool.friction, 1};
     return {std::make_shared<core::Body>(body), load_case};
 }
 
 inline Settings settings(const std::string &law = "patch") {
     return {.springs = law, .young_modulus = 5e3, .poisson_ratio = 0.45, .damping = {40.0, 0.0}};
+}
+
+/// Frame after so much time with a tool.
+inline Frame moved(Scene &scene, const Tool &tool, double seconds, double time_step) {
+    auto frame = scene.move(tool, 0);
+    for (int left = static_cast<int>(seconds / time_step); left > 0; left -= 1000)
+        frame = scene.move(tool, std::min(left, 1000));
+    return frame;
 }
 
 /// Relative distance of two fields.

@@ -58,7 +58,7 @@ function cutOf(text: string): CutRequest | null {
 function toolOf(text: string, numNodes: number): HeldTool | null {
   const [kind, numbers] = partsOf(text) ?? ['', []];
   const isNeedle = kind === 'needle';
-  if (!['probe', 'pull', 'needle'].includes(kind) || numbers.length !== (isNeedle ? 20 : 12)) return null;
+  if (!['probe', 'plate', 'grasp', 'pull', 'needle'].includes(kind) || numbers.length !== (isNeedle ? 20 : 12)) return null;
   const node = numbers[1]!, metres = numbers.map((x) => x / 1000), vector = (from: number, of = metres) => of.slice(from, from + 3) as Vector;
   if (!(numbers[0]! > 0) || !Number.isInteger(node) || node < 0 || node >= numNodes) return null;
   const [diameter, spread, toughness, friction, punctureForce] = numbers.slice(15) as [number, number, number, number, number];

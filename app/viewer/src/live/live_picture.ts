@@ -21,10 +21,11 @@ export function liveFrame(result: Result, settings: LiveSettings, legend: Pictur
   // Beside elements at rest.
   const isMoving = !byId('live-names').hidden && byId('live').dataset['atRest'] !== 'true';
   const material = `E ${short(settings.youngModulus / 1000)} kPa, ν ${short(settings.poissonRatio)}`;
+  const felt = byId('live-grasp-felt').hidden ? `${text('force')}, ${text('indentation')}` : `each jaw closes with ${text('grasp-closing')}, ${text('indentation')}`;
   return {
     file: `${result.body}_live`,
     title: `${result.body}: ${springs}, ${material}`,
-    sides: [`Springs: ${text('force')}, ${text('indentation')}${isMoving ? ', still moving' : ''}`, ...(byId('live-names').hidden ? [] : [`FEM: ${text('fem-indentation')}`])],
+    sides: [`Springs: ${felt}${isMoving ? ', still moving' : ''}`, ...(byId('live-names').hidden ? [] : [`FEM: ${text('fem-indentation')}`])],
     legend,
     more: arrowKey(),
   };

@@ -7,7 +7,7 @@ export interface Move {
   kind: 'move';
   tool: Tool;
   numSteps: number;
-  frame: Pick<LiveFrame, 'time' | 'force' | 'indentation' | 'smallestVolume' | 'disc' | 'needle'>;
+  frame: Pick<LiveFrame, 'time' | 'force' | 'indentation' | 'smallestVolume' | 'disc' | 'needle' | 'grasp'>;
 }
 export type Entry = Move | { kind: 'cut'; request: CutRequest; answer: Pick<CutAnswer, 'volume' | 'margin'> } | { kind: 'choose'; settings: LiveSettings; chosen: Chosen } | { kind: 'reset' | 'keep' | 'undo' };
 
@@ -17,13 +17,14 @@ const columns = [
   'time', 'force_x', 'force_y', 'force_z', 'indentation', 'smallest_volume',
   'disc_x', 'disc_y', 'disc_z',
   'entry_x', 'entry_y', 'entry_z', 'depth', 'diameter', 'toughness', 'friction', 'puncture_force', 'tip', 'target_moved',
+  'inwards_x', 'inwards_y', 'inwards_z', 'closing', 'other_x', 'other_y', 'other_z',
   'region', 'margin', 'keeps_margin', 'thickness', 'takes_loose', 'volume', 'margin_left',
   ...[0, 1, 2, 3].flatMap((corner) => ['x', 'y', 'z'].map((axis) => `corner_${corner}_${axis}` as const)),
 ] as const;
-type Row = Partial<Record<(typeof columns)[number], string | number>>;
+type Row = Partial<Record<(typeof columns)[number], string | number | undefined>>;
 
-export function moveOf(tool: Tool, numSteps: number, { time, force, indentation, smallestVolume, disc, needle }: LiveFrame): Move {
-  return { kind: 'move', tool, numSteps, frame: { time, force, indentation, smallestVolume, disc, needle } };
+export function moveOf(tool: Tool, numSteps: number, { time, force, indentation, smallestVolume, disc, needle, grasp }: LiveFrame): Move {
+  return { kind: 'move', tool, numSteps, frame: { time, force, indentation, smallestVolume, disc, needle, grasp } };
 }
 
 function moveRow({ tool, numSteps, frame }: Move): Row {
@@ -41,7 +42,18 @@ function moveRow({ tool, numSteps, frame }: Move): Row {
     const needle = { entry_x, entry_y, entry_z, depth: tool.depth, diameter, toughness, friction, puncture_force: punctureForce };
     return { ...asked, target_x, target_y, target_z, radius: spread, ...needle, ...felt, ...answer };
   }
-  return { ...asked, target_x, target_y, target_z, radius: tool.radius, ...(tool.kind === 'pull' && { node: tool.node }), ...answer };
+  if (tool.kind === 'grasp') {
+    const [entry_x, entry_y, entry_z] = tool.place;
+    const [inwards_x, inwards_y, inwards_z] = tool.inwards;
+    const [other_x, other_y, other_z] = frame.grasp?.other ?? [];
+    const jaws = { entry_x, entry_y, entry_z, depth: tool.depth, inwards_x, inwards_y, inwards_z, closing: frame.grasp?.closing, other_x, other_y, other_z };
+    return { ...asked, target_x, target_y, target_z, radius: tool.radius, ...jaws, ...answer };
+  }
+  const said = { ...asked, target_x, target_y, target_z, radius: tool.radius, ...answer };
+  if (tool.kind === 'pull') return { ...said, node: tool.node };
+  if (tool.kind !== 'plate') return said;
+  const [inwards_x, inwards_y, inwards_z] = tool.inwards;
+  return { ...said, inwards_x, inwards_y, inwards_z };
 }
 
 /** Of a half-space, corner 0 is its point and corner 1 its normal. */

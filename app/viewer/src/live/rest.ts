@@ -19,7 +19,10 @@ function isSame(a: Tool, b: Tool): boolean {
   if (a.kind === 'none' || b.kind === 'none') return a.kind === b.kind;
   if (a.kind === 'needle' || b.kind === 'needle')
     return a.kind === 'needle' && b.kind === 'needle' && a.depth === b.depth && [...a.entry, ...a.target].every((x, i) => x === [...b.entry, ...b.target][i]);
+  if (a.kind === 'grasp' && b.kind === 'grasp' && (a.depth !== b.depth || [...a.place, ...a.inwards].some((x, i) => x !== [...b.place, ...b.inwards][i])))
+    return false;
   if (a.kind !== b.kind || a.radius !== b.radius || a.target.some((x, i) => x !== b.target[i])) return false;
+  if (a.kind === 'plate' && b.kind === 'plate') return a.inwards.every((x, i) => x === b.inwards[i]);
   return a.kind !== 'pull' || b.kind !== 'pull' || a.node === b.node;
 }
 

@@ -19,6 +19,7 @@ import { createLiveLegend } from './live_legend.ts';
 import type { LiveLook } from './live_link.ts';
 import { colouringOf, differences, shownValues } from './shown_field.ts';
 import { nodesThere, surfacesOf } from './tool/blade/cut_body.ts';
+import { edgeOfPlate } from './tool/tool_state.ts';
 import { needleMark } from './tool/needle/needle_mark.ts';
 import type { Truth } from './truth.ts';
 import type { LiveBody, LiveFrame, Tool } from './types.ts';
@@ -64,6 +65,11 @@ export function sizeOf({ points }: Pick<LiveBody, 'points'>): number {
     high[i % 3] = Math.max(high[i % 3]!, points[i]!);
   }
   return Math.max(...high.map((x, i) => x - low[i]!));
+}
+
+/** What is drawn of what touches, at a place of its centre. @param other  centre of the other jaw */
+export function probeMark(tool: Extract<Tool, { kind: 'probe' | 'plate' | 'grasp' }>, centre: Vector, other?: Vector): NonNullable<Marks['probe']> {
+  return tool.kind === 'plate' ? { centre, radius: edgeOfPlate * tool.radius, plate: { axis: tool.inwards, half: tool.radius } } : { centre, radius: tool.radius, other };
 }
 
 export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
@@ -142,7 +148,7 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
     if (tool.kind === 'none') return { probe: waiting, grip: null, arrow: null, needle: null };
     if (tool.kind === 'needle') return { probe: null, grip: null, arrow: null, needle: needleMark(tool, frame) };
     return {
-      probe: tool.kind === 'probe' ? { centre: frame.tool, radius: tool.radius } : null,
+      probe: tool.kind === 'pull' ? null : probeMark(tool, frame.tool, frame.grasp?.other),
       grip: tool.kind === 'pull' ? frame.tool : null,
       arrow: arrow.of(frame),
       needle: null,

@@ -28,7 +28,7 @@ export function drawTrace(canvas: HTMLCanvasElement, entries: readonly Entry[]):
   context.setTransform(density, 0, 0, density, 0, 0);
   context.clearRect(0, 0, width, height);
 
-  const shown = latest(entries).map(({ frame }) => ({ time: frame.time, force: length(frame.force) }));
+  const shown = latest(entries).map(({ frame }) => ({ time: frame.time, force: frame.grasp ? Math.abs(frame.grasp.closing) : length(frame.force) }));
   const end = Math.max(shown.at(-1)?.time ?? 0, seconds);
   const most = roundedUp(shown.reduce((largest, s) => Math.max(largest, s.force), 0.1));
   const x = (time: number) => margin.left + ((width - margin.left - margin.right) * (time - end + seconds)) / seconds;

@@ -2,6 +2,7 @@
 // Linear elements follow the tool. Hyperelastic ones judge the springs once these are at rest, until another question interrupts them.
 import { nodalVolumes } from '../data/nodal_volumes.ts';
 import { Fault } from '../data/types.ts';
+import { pressedWith } from './tool/jaws/jaws_panel.ts';
 import type { NeedleFrame } from './tool/needle/types.ts';
 import type { Elements, LiveBody, LiveFrame, LiveSettings, TruthEngine } from './types.ts';
 import { length, plus } from './vector.ts';
@@ -112,7 +113,7 @@ export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveS
   }
   async function pressed(frame: LiveFrame, elements: Elements) {
     const found = await engine.solve(frame, elements);
-    const force = length(frame.force);
+    const force = pressedWith(frame);
     return found && { displacement: found.displacement, force, springs: frame.indentation, elements: found.work / force, apart: null };
   }
   async function pierced(needle: NeedleFrame, elements: Elements) {

@@ -2,6 +2,7 @@
 
 import type { SoftBody } from '../data/types.ts';
 import type { CutAnswer, CutRequest } from './tool/blade/types.ts';
+import type { GraspFrame, GraspTool } from './tool/jaws/types.ts';
 import type { NeedleFrame, NeedleTool } from './tool/needle/types.ts';
 import type { Vector } from './vector.ts';
 
@@ -34,24 +35,35 @@ export interface Chosen {
 }
 
 /**
- * What the tool does. A probe is a rigid ball that follows the target as if by a spring, and touches the body; a pull
- * takes hold of the surface around a node and draws it to the target. A needle goes straight from an entry to a target inside.
+ * What the tool does. A probe is a rigid ball that follows the target as if by a spring, and touches the body; a plate does the same with a
+ * square face; a pull takes hold of the surface around a node and draws it to the target. A needle goes straight from an entry to a target
+ * inside. A grasp closes two balls on an edge.
  */
 export type Tool =
   | { kind: 'none' }
   | { kind: 'probe'; target: Vector; radius: number }
+  | PlateTool
   | { kind: 'pull'; target: Vector; node: number; radius: number }
-  | NeedleTool;
+  | NeedleTool
+  | GraspTool;
+
+/** A plate, whose sides lie as those of a load case: see core::ToolShape. */
+export interface PlateTool {
+  kind: 'plate';
+  target: Vector; // of the centre of its flat [m]
+  inwards: Vector; // its axis
+  radius: number; // half a side of the flat [m]
+}
 
 export interface LiveFrame {
   time: number; // since the start [s]
   displacement: Float32Array; // (N,3) m
-  tool: Vector; // centre of the probe, or of the patch that is pulled, or tip of the needle [m]
+  tool: Vector; // centre of the probe, of the flat of the plate, or of the patch that is pulled, tip of the needle, or centre of the first jaw [m]
   force: Vector; // of the body on the tool [N]
-  radius: number; // of a probe, or of what a pull holds [m]; 0 of others
+  radius: number; // of a probe or a jaw, or of what a pull holds, or half a side of a plate [m]; 0 of others
   /** Spread of a pull's tractions: a round load (core/load_case.hpp) around a point of the surface at rest [m]; radius 0 where they are even on each facet. */
   disc: { middle: Vector; radius: number };
-  /** How far the body gives way, in the mean weighted with what the tool exerts: sum of f_i . u_i / |sum of f_i| over nodal forces [m]; 0 untouched. */
+  /** How far the body gives way, in the mean weighted with what the tool exerts: sum of f_i . u_i / |sum of f_i| over nodal forces, under two jaws over the sum of both sizes [m]; 0 untouched. */
   indentation: number;
   loadedNodes: Int32Array; // (K)
   nodalForces: Float64Array; // (K,3) of the tool on the body [N]
@@ -63,6 +75,7 @@ export interface LiveFrame {
   stepSeconds: number; // that the engine needed for this frame [s]
   numEvaluations: number; // of all forces: more than steps where some were divided
   needle: NeedleFrame | null; // where the tool is one
+  grasp: GraspFrame | null; // the same
 }
 
 /** Moves the springs. Answers come in the order of the questions. Faults are sentences. */

@@ -15,11 +15,12 @@ import { bodyAfter } from './tool/blade/cut_body.ts';
 import type { CutAnswer, CutRequest } from './tool/blade/types.ts';
 import { chosenTarget, isCapsuleWhole, showNeedle, showTargets } from './tool/needle/needle_panel.ts';
 import { targetFrom, valuesOf } from './tool/needle/way.ts';
+import { showGrasp } from './tool/jaws/jaws_panel.ts';
 import { createNodeReading } from './node_reading.ts';
 import { createPointer, listenToKeys, type Handling } from './tool/pointer.ts';
 import { createBudget, remedies, showFrame } from './readings.ts';
 import { csvOf, download, moveOf, type Entry } from './record.ts';
-import { createScene, sizeOf, type Scene } from './scene.ts';
+import { createScene, probeMark, sizeOf, type Scene } from './scene.ts';
 import { startSession, type Listener, type Session } from './session.ts';
 import { listenToSettings, settingsOf, showChosen, showLaws, showSettings, type EngineKind } from './settings_panel.ts';
 import { nativeEngine } from './engines/socket_engines.ts';
@@ -29,7 +30,6 @@ import { drawTrace } from './trace.ts';
 import { createUndo, type Before } from './undo.ts';
 import type { Chosen, LiveBody, LiveFrame, LiveSettings } from './types.ts';
 import { wasmEngine } from './engines/wasm_engine.ts';
-import { plus } from './vector.ts';
 
 /** Whether the page has springs in WebAssembly: see vite.config.js. */
 declare const HAS_KERNEL: boolean;
@@ -82,11 +82,12 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     session?.wake();
     changed();
   }
-  /** The probe stands beside the node that it would touch, so that one sees what there is to touch with. */
+  /** Ball or plate stand beside the node that they would touch, so that one sees what there is to touch with. */
   function showWaiting(): void {
-    const { kind, grasp, radius } = toolState;
-    const place = body && kind === 'probe' && !grasp ? surfaceAt(body, frame?.displacement ?? new Float32Array(body.points.length), nodeField().valueAsNumber) : null;
-    scene.setWaiting(place && { centre: plus(place.point, place.inwards, -radius.probe), radius: radius.probe });
+    const { kind, grasp } = toolState;
+    const place = body && (kind === 'probe' || kind === 'plate') && !grasp ? surfaceAt(body, frame?.displacement ?? new Float32Array(body.points.length), nodeField().valueAsNumber) : null;
+    const waiting = place && toolOf(take(toolState, place));
+    scene.setWaiting(waiting && (waiting.kind === 'probe' || waiting.kind === 'plate') ? probeMark(waiting, waiting.target) : null);
   }
   /** Where a needle goes that enters here. */
   function needleAt({ point, inwards }: Parameters<Handling['take']>[0]) {
@@ -100,6 +101,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   }
   function takeAt(place: Parameters<Handling['take']>[0]): void {
     keep();
+    say(''); // what was wrong with another place
     change(take(toolState, place, toolState.kind === 'needle' ? needleAt(place) : null));
   }
   const handling: Handling = {
@@ -202,8 +204,9 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       scene.showSprings(next, tool);
       tellNode();
       showFrame(next, numSteps);
-      showDisc(body!, next);
+      showDisc(body!, tool, next);
       showNeedle(tool, next);
+      showGrasp(next);
       budget.spend(timing);
       trace();
     },
@@ -260,8 +263,8 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     },
     failed(error, kept) {
       complain(error);
-      if (!kept && toolState.kind === 'needle' && toolState.grasp) {
-        // It cannot go that way: another one may.
+      if (!kept && ['needle', 'grasp', 'plate'].includes(toolState.kind) && toolState.grasp) {
+        // It cannot go there: another one may.
         letToolGo();
         session?.pause(false);
         return;

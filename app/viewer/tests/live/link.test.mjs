@@ -76,6 +76,27 @@ test('cuts and a tool that stays are in the link, and survive a reload', async (
   assert.doesNotMatch(await fragment(page), /live_done|live_tool/);
 });
 
+test('jaws and a plate that stay are in the link, and survive a reload', async () => {
+  await live.goLive({});
+  const { page } = live;
+  await live.set('alpha', '60');
+  for (const [kind, force] of [['plate', 'force'], ['grasp', 'grasp-closing']]) {
+    await page.check(`[name=tool][value=${kind}]`);
+    await page.check('#live-stays');
+    await (kind === 'plate' ? page.click('#live-touch') : page.mouse.click(...(await live.edge())));
+    await live.above(force, 0.02);
+    await live.rests();
+    const before = await live.value(force);
+    assert.match(await fragment(page), new RegExp(`&live_tool=${kind},\\d+,\\d+,`));
+    await page.reload();
+    await live.moving();
+    await live.above(force, 0.02);
+    await live.rests();
+    assert.equal(await page.isChecked(`[name=tool][value=${kind}]`), true);
+    assert.ok(Math.abs((await live.value(force)) / before - 1) < 1e-3, `${await live.value(force)} after ${before} N`);
+  }
+});
+
 test('a live link that makes no sense opens Live as it is at first', async () => {
   await live.open({}, `${server.address}#${file}?mode=live&law=van_gelder&nu=9&young=-1&alpha=x&live_colours=toString&live_end=-3&live_cut=w,900&live_surface=&live_camera=1,2&live_done=region,99999,x&live_done=blade,1&live_tool=probe,1,1e9`);
   await live.moving();

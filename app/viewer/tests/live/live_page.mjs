@@ -121,6 +121,13 @@ export function createLivePage(browser, address) {
       const [width, height] = [isHalved ? box.width / 2 : box.width, box.height];
       return [box.x + width / 2 - 0.15 * Math.min(width, height), box.y + 0.55 * height];
     },
+    /** Another one, in the view that the page begins with: the edge of the left lobe. */
+    async edge() {
+      const canvas = page.locator('#live-stage canvas');
+      await canvas.scrollIntoViewIfNeeded();
+      const { x, y, width, height } = await canvas.boundingBox();
+      return [x + width / 2 + 0.29 * Math.min(width, height), y + 0.38 * height];
+    },
     async press() {
       await page.mouse.move(...(await at.place()));
       await page.mouse.down();

@@ -48,6 +48,23 @@ TEST(LiveMessages, SayWhatTheCallsSay) {
     EXPECT_EQ(head[17], box.body.mesh.num_nodes());
     EXPECT_EQ(bytes.size(), sizeof head + sizeof(double) * 4 * (frame.load.nodes.size() + frame.load.triangles.size()) +
                                 sizeof(float) * 3 * box.body.mesh.num_nodes());
+    // A plate.
+    const Tool plate{.kind = ToolKind::probe,
+                     .target = tool.target - Vector3(0.0, 0.0, 0.006),
+                     .radius = 0.008,
+                     .inwards = {0.0, 0.1, -1.0},
+                     .face = core::ToolFace::square};
+    const auto pressed = called.move(plate, 300);
+    const std::vector<double> message{9,  plate.target.x(), plate.target.y(), plate.target.z(), 0.0, 0.1, -1.0, 0.008,
+                                      300};
+    const auto of_plate = reply(*told, message);
+    ASSERT_GT(of_plate.size(), sizeof head);
+    std::memcpy(head.data(), of_plate.data(), sizeof head);
+    EXPECT_EQ(Vector3(head[1], head[2], head[3]), pressed.tool);
+    EXPECT_EQ(Vector3(head[4], head[5], head[6]), pressed.force);
+    EXPECT_GT(pressed.force.norm(), 0.0);
+    for (std::size_t length = 1; length < message.size(); ++length)
+        EXPECT_THROW(reply(*told, std::span(message).first(length)), support::InputError) << length;
     EXPECT_TRUE(reply(*told, std::vector<double>{3}).empty());
     for (const auto &name : spring_names())
         EXPECT_NE(joined_spring_names().find(name), std::string::npos);

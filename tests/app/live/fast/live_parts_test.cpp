@@ -67,13 +67,6 @@ std::vector<BoxScene> boxes_with_parts() {
     return boxes;
 }
 
-Frame moved(Scene &scene, const Tool &tool, double seconds, double time_step) {
-    auto frame = scene.move(tool, 0);
-    for (int left = static_cast<int>(seconds / time_step); left > 0; left -= 1000)
-        frame = scene.move(tool, std::min(left, 1000));
-    return frame;
-}
-
 /// @param foundation  of the body, or nothing
 msm::ElasticBody compared_model(const core::Body &body, const std::string &springs,
                                 const std::optional<core::Foundation> &foundation) {

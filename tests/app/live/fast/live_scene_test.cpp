@@ -18,13 +18,6 @@
 namespace livermark::live {
 namespace {
 
-Frame moved(Scene &scene, const Tool &tool, double seconds, double time_step) {
-    auto frame = scene.move(tool, 0);
-    for (int left = static_cast<int>(seconds / time_step); left > 0; left -= 1000)
-        frame = scene.move(tool, std::min(left, 1000));
-    return frame;
-}
-
 /// Displacement in which the model of these names in the comparison comes to rest under what the tool did.
 std::vector<Vector3> rest_under(const Frame &frame, const BoxScene &box, const msm::ElasticBody &model) {
     auto conditions = constrained_conditions(constrained_nodes(box.body.mesh, box.is_constrained));
@@ -76,7 +69,7 @@ TEST(LiveScene, ComesToRestWhereTheComparedSpringsAroundNodesDo) {
 /// Answer of the comparison to a ball that goes straight to where the one of the page has come to rest.
 msm::FollowedPath pressed_by_ball(const BoxScene &box, const Tool &tool, const Frame &frame,
                                   const msm::ElasticBody &model) {
-    const Vector3 start = box.body.mesh.points[box.node] + tool.radius * Vector3::UnitZ();
+    const Vector3 start = box.body.mesh.points[box.node] + shape_of(tool).radius * Vector3::UnitZ();
     const auto problem = touched_by_ball(box.body, box.is_constrained, tool, start, frame.tool - start);
     const auto conditions = constrained_conditions(constrained_nodes(box.body.mesh, box.is_constrained));
     const msm::RestStiffness rest(model, box.body.mesh.points, conditions.displacement);
@@ -105,6 +98,77 @@ TEST(LiveScene, PressesAsTheBallOfALoadCaseDoes) {
             on_triangles += force;
         EXPECT_LT((on_nodes + frame.force).norm() + (on_triangles + frame.force).norm(), 1e-9 * frame.force.norm());
     }
+}
+
+/// A square plate in the middle of the top.
+Tool plate(const BoxScene &box, double depth) {
+    const double size = 0.008;
+    return {.kind = ToolKind::probe,
+            .target = box.body.mesh.points[box.node] + (edge_of_plate * size - depth) * Vector3::UnitZ(),
+            .radius = size,
+            .friction = 0.0,
+            .inwards = -Vector3::UnitZ(),
+            .face = core::ToolFace::square};
+}
+
+TEST(LiveScene, PressesAsThePlateOfALoadCaseDoes) {
+    const BoxScene box;
+    const auto tool = plate(box, 0.003);
+    for (const std::string name : {"nodal_springs", "nodal_neo_hookean"}) {
+        const auto model = msm::coupled_springs_with_volume(box.body, msm::find_coupled_springs(name));
+        Scene scene(box.body, box.is_constrained);
+        const auto chosen = scene.choose(settings(name));
+        const auto frame = moved(scene, tool, 3.0, chosen.time_step);
+        const auto expected = pressed_by_ball(box, tool, frame, model);
+        RecordProperty(name, std::to_string((frame.force + expected.points.back().reaction[1]).norm()));
+        EXPECT_GT(frame.force.norm(), 0.02);
+        EXPECT_LT((frame.force + expected.points.back().reaction[1]).norm(), 1e-3 * frame.force.norm()) << name;
+        EXPECT_LT(distance(frame.displacement, expected.end.displacement), 1e-3) << name;
+        EXPECT_EQ(moved(scene, plate(box, -0.01), 0.5, chosen.time_step).force.norm(), 0.0);
+    }
+}
+
+/// Put down in the body it begins where it just touches, and goes on from what was kept to the last bit, also after
+/// what it touches was of another material.
+TEST(LiveScene, APlateBeginsOutsideAndGoesOnFromWhatWasKept) {
+    const BoxScene box;
+    Scene scene(box.body, box.is_constrained), other(box.body, box.is_constrained);
+    for (auto *one : {&scene, &other})
+        one->choose(settings("nodal_neo_hookean"));
+    const auto tool = plate(box, 0.003);
+    const auto first = scene.move(tool, 0);
+    EXPECT_NEAR(first.tool.z(), 0.03 + edge_of_plate * tool.radius, 1e-7);
+    EXPECT_EQ(first.force.norm(), 0.0);
+    scene.move(tool, 300);
+    other.move(tool, 300);
+    for (auto *one : {&scene, &other})
+        one->keep();
+    auto turned = tool;
+    turned.inwards = {0.1, 0.0, -1.0};
+    EXPECT_EQ(scene.move(turned, 0).force.norm(), 0.0) << "it is another plate";
+    scene.move(box.poke(0.003), 50);
+    scene.restore();
+    EXPECT_EQ(scene.move(tool, 200).displacement, other.move(tool, 200).displacement);
+    scene.choose(settings("nodal_springs"));
+    EXPECT_GT(scene.move(tool, 300).force.norm(), 0.01);
+}
+
+/// What stands behind its face would be pushed by its back.
+TEST(LiveScene, RefusesAPlateWhereTheBodyIsInItsWay) {
+    const BoxScene box;
+    Scene scene(box.body, box.is_constrained);
+    scene.choose(settings());
+    auto tool = plate(box, 0.0);
+    tool.target = {0.06, 0.015, 0.005};
+    tool.inwards = -Vector3::UnitX();
+    EXPECT_EQ(scene.move(tool, 1).restarts, 0);
+    scene.move({}, 0);
+    tool.target = {0.03, 0.015, 0.005};
+    const auto before = scene.move(box.poke(0.002), 50);
+    EXPECT_THROW(scene.move(tool, 1), support::InputError);
+    tool.inwards = Vector3::Zero();
+    EXPECT_THROW(scene.move(tool, 1), support::InputError);
+    EXPECT_EQ(scene.move(box.poke(0.002), 0).displacement, before.displacement);
 }
 
 /// With friction the body comes to rest where its way there has left it: a hand that goes down in 4 s ends where the

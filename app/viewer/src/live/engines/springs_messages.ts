@@ -2,6 +2,7 @@
 import { Fault } from '../../data/types.ts';
 import { readCut } from '../tool/blade/blade_messages.ts';
 import type { CutAnswer } from '../tool/blade/types.ts';
+import { graspMessage, readGrasp } from '../tool/jaws/jaws_messages.ts';
 import { needleMessage, readNeedle } from '../tool/needle/needle_messages.ts';
 import type { Chosen, LiveBody, LiveFrame, LiveSettings, Tool } from '../types.ts';
 import type { Vector } from '../vector.ts';
@@ -45,6 +46,8 @@ const kinds = { none: 0, probe: 1, pull: 2 };
 
 export function moveMessage(tool: Tool, numSteps: number): Float64Array {
   if (tool.kind === 'needle') return needleMessage(tool, numSteps);
+  if (tool.kind === 'grasp') return graspMessage(tool, numSteps);
+  if (tool.kind === 'plate') return Float64Array.of(9, ...tool.target, ...tool.inwards, tool.radius, numSteps);
   const target: Vector = tool.kind === 'none' ? [0, 0, 0] : tool.target;
   const radius = tool.kind === 'none' ? 0 : tool.radius;
   return Float64Array.of(2, kinds[tool.kind], ...target, radius, tool.kind === 'pull' ? tool.node : 0, numSteps);
@@ -99,11 +102,12 @@ export const readCutAnswer = (bytes: ArrayBuffer): CutAnswer => readCut(new Numb
 export function readFrame(bytes: ArrayBuffer, tool: Tool): LiveFrame {
   const numbers = new Numbers(bytes);
   const needle = tool.kind === 'needle' ? readNeedle(numbers, tool) : null;
+  const grasp = tool.kind === 'grasp' ? readGrasp(numbers) : null;
   const state = {
     time: numbers.number(),
     tool: numbers.vector(),
     force: numbers.vector(),
-    radius: tool.kind === 'probe' || tool.kind === 'pull' ? tool.radius : 0,
+    radius: tool.kind === 'none' || tool.kind === 'needle' ? 0 : tool.radius,
     disc: { middle: numbers.vector(), radius: numbers.number() },
     indentation: numbers.number(),
     smallestVolume: numbers.number(),
@@ -121,6 +125,7 @@ export function readFrame(bytes: ArrayBuffer, tool: Tool): LiveFrame {
     tractions: numbers.take(3 * numFacets),
     displacement: numbers.rest(),
     needle,
+    grasp,
   };
   if (frame.displacement.length !== 3 * numNodes) throw new Fault('An answer is of another body. Load the page again.');
   return frame;

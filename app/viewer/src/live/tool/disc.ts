@@ -1,7 +1,7 @@
 // Where a tool touches or holds, and what is said of it.
 import { byId } from '../../page/elements.ts';
 import { tell } from '../readings.ts';
-import type { LiveBody, LiveFrame } from '../types.ts';
+import type { LiveBody, LiveFrame, Tool } from '../types.ts';
 import { length, plus, type Vector } from '../vector.ts';
 
 const pointOf = ({ points }: Pick<LiveBody, 'points'>, node: number): Vector => [points[3 * node]!, points[3 * node + 1]!, points[3 * node + 2]!];
@@ -18,22 +18,24 @@ export function edgeLength(body: Pick<LiveBody, 'points' | 'triangles'>, facets:
 
 const millimetres = (metres: number) => Number((1000 * metres).toFixed(1));
 
-/** One sentence where the mesh is too coarse for the tool, else none. @param radius, edge [m] */
-export function coarseness(radius: number, edge: number): string {
+/** One sentence where the mesh is too coarse for the tool, else none. @param radius  or half a side of a plate [m] @param edge [m] */
+export function coarseness(radius: number, edge: number, kind: Tool['kind']): string {
   if (!(radius < edge)) return '';
-  return `The tool is smaller than an edge: its radius is ${millimetres(radius)} mm, the edges there are ${millimetres(edge)} mm long, and neither springs nor FEM resolve what happens under it.`;
+  return `The tool is smaller than an edge: ${kind === 'plate' ? 'half a side' : 'its radius'} is ${millimetres(radius)} mm, the edges there are ${millimetres(edge)} mm long, and neither springs nor FEM resolve what happens under it.`;
 }
 
-/** Says where the tool touches or holds, as a load case would: the ball of a touch, or disc = { point, radius, profile = "round" }. */
-export function showDisc(body: LiveBody, { disc, loadedFacets, radius, tool }: LiveFrame): void {
+/** Says where the tool touches or holds, as a load case would: the ball or plate of a touch, or disc = { point, radius, profile = "round" }. */
+export function showDisc(body: LiveBody, { kind }: Tool, { disc, loadedFacets, radius, tool, grasp }: LiveFrame): void {
   const isLoaded = loadedFacets.length > 0;
   const isDisc = disc.radius > 0;
   const middle = isDisc ? disc.middle : tool;
   const number = (x: number) => (1000 * x).toFixed(1).replace('-', '−');
   tell('live-disc', isLoaded ? radius : Number.NaN, isLoaded ? `${number(radius)} mm` : '–');
-  byId('live-disc-middle').textContent = isLoaded ? `The ${isDisc ? 'disc is around' : 'centre of the ball is at'} (${middle.map(number).join(', ')}) mm.` : '';
+  const said = (place: Vector) => `(${place.map(number).join(', ')})`;
+  const where = grasp ? `centres of the jaws are at ${said(tool)} and ${said(grasp.other)}` : `${isDisc ? 'disc is around' : kind === 'plate' ? 'centre of the plate is at' : 'centre of the ball is at'} ${said(middle)}`;
+  byId('live-disc-middle').textContent = isLoaded ? `The ${where} mm.` : '';
   byId('live-disc').dataset['middle'] = isLoaded ? middle.join() : '';
-  const sentence = isLoaded ? coarseness(radius, edgeLength(body, loadedFacets)) : '';
+  const sentence = isLoaded ? coarseness(radius, edgeLength(body, loadedFacets), kind) : '';
   const line = byId('live-coarse');
   if (line.textContent !== sentence) line.textContent = sentence;
   line.hidden = sentence === '';

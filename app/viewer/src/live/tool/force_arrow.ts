@@ -22,9 +22,11 @@ export function createForceArrow(size: number): ForceArrow {
   const range = createColourRange(1, least);
   const metresPerNewton = () => (longest * size) / range.end();
   return {
-    of({ tool, force }) {
+    of({ tool, force, grasp }) {
       range.see(length(force), performance.now() / 1000);
-      return { from: tool, along: force.map((f) => f * metresPerNewton()) as Vector };
+      // A hand leads two jaws at the point between them.
+      const from = grasp ? (tool.map((x, i) => 0.5 * (x + grasp.other[i]!)) as Vector) : tool;
+      return { from, along: force.map((f) => f * metresPerNewton()) as Vector };
     },
     showKey(stage, at) {
       const key = byId('live-arrow-key');

@@ -33,8 +33,16 @@ export const deepestNeedle = 0.1;
 const pushing = 0.05; // speed of a tool along the normal [m/s]
 const driving = 0.02; // speed of a needle [m/s]
 
-/** At first a finger, 24 mm across. */
-export const atRest: ToolState = { kind: 'probe', radius: { probe: 0.012, pull: 0.015, needle: 0.008 }, start: { probe: 0.005, pull: 0, needle: 0 }, grasp: null };
+/** Radius of the edges of a plate over half its side: that of app/live/scene.hpp. */
+export const edgeOfPlate = 0.1;
+
+/** At first a finger, 24 mm across, jaws of 16 mm, and a plate of 24 mm. */
+export const atRest: ToolState = {
+  kind: 'probe',
+  radius: { probe: 0.012, plate: 0.012, grasp: 0.008, pull: 0.015, needle: 0.008 },
+  start: { probe: 0.005, plate: 0.004, grasp: 0.004, pull: 0, needle: 0 },
+  grasp: null,
+};
 
 /** Sets the tool down where it just touches; it then goes to the depth that it starts with. */
 /** @param needle  where it goes, of a needle: all the way to its target unless it was to go less deep */
@@ -93,5 +101,7 @@ export function toolOf({ kind, grasp, radius }: ToolState): Tool {
   const place = plus(grasp.point, grasp.moved);
   // The place of a probe is its centre.
   if (kind === 'probe') return { kind, radius: radius.probe, target: plus(place, grasp.inwards, grasp.depth - radius.probe) };
+  if (kind === 'plate') return { kind, radius: radius.plate, inwards: grasp.inwards, target: plus(place, grasp.inwards, grasp.depth - edgeOfPlate * radius.plate) };
+  if (kind === 'grasp') return { kind, radius: radius.grasp, place: grasp.point, inwards: grasp.inwards, target: place, depth: grasp.depth };
   return { kind, radius: radius.pull, node: grasp.node, target: plus(place, grasp.inwards, grasp.depth) };
 }

@@ -1,6 +1,7 @@
 // The tool, and where it is, as controls: what mouse and finger do can be done with them alone.
 import { byId } from '../../page/elements.ts';
 import { showBladeControls } from './blade/blade_panel.ts';
+import { showGraspReadings } from './jaws/jaws_panel.ts';
 import { showNeedleControls } from './needle/needle_panel.ts';
 import { choose, depths, goalOf, isHolding, pushTo, resize, type ToolState, type Kind } from './tool_state.ts';
 import { tell } from '../readings.ts';
@@ -34,12 +35,21 @@ export function listenToTools({ toolState, change, touch, letGo }: ToolActions):
   byId('live-let-go').addEventListener('click', letGo);
 }
 
+/** @param depth  that is asked for [m] */
+function depthName(kind: Kind, depth: number): string {
+  if (kind === 'needle') return 'Tip led to';
+  if (kind === 'grasp') return depth < 0 ? 'Jaws open by' : 'Jaws close by';
+  return depth < 0 ? 'Drawn out by' : 'Pushed in by';
+}
+
 /** Makes the controls say what the tool does. */
 export function showToolState(toolState: ToolState): void {
   (form().elements.namedItem('tool') as RadioNodeList).value = toolState.kind;
   const isTool = isHolding(toolState.kind);
   if (byId('live-needle').hidden === (toolState.kind === 'needle')) showNeedleControls(toolState.kind === 'needle');
-  byId('live-felt').hidden = toolState.kind === 'needle';
+  showGraspReadings(toolState.kind === 'grasp');
+  if (toolState.kind !== 'needle') byId('live-radius-name').textContent = toolState.kind === 'plate' ? 'Half a side' : 'Radius';
+  byId('live-felt').hidden = toolState.kind === 'needle' || toolState.kind === 'grasp';
   input('live-stays').checked = wantsToStay || toolState.kind === 'needle';
   input('live-stays').disabled = toolState.kind === 'needle';
   showBladeControls(toolState.kind === 'blade');
@@ -52,7 +62,7 @@ export function showToolState(toolState: ToolState): void {
   input('live-depth').max = String(Math.ceil(1000 * most));
   tell('live-radius-shown', toolState.radius[toolState.kind], `${1000 * toolState.radius[toolState.kind]} mm`);
   input('live-radius').value = String(1000 * toolState.radius[toolState.kind]);
-  byId('live-depth-name').textContent = toolState.kind === 'needle' ? 'Tip led to' : depth < 0 ? 'Drawn out by' : 'Pushed in by';
+  byId('live-depth-name').textContent = depthName(toolState.kind, depth);
   const words = toolState.kind === 'needle' && !toolState.grasp && depth === 0 ? 'the target' : `${(1000 * Math.abs(depth)).toFixed(1)} mm`;
   tell('live-depth-shown', depth, words);
   input('live-depth').value = String(1000 * depth);
