@@ -45,6 +45,9 @@ Session Echo::begin(const Fields &query, const ReportProgress &report) {
             report("1 & 2");
             report("2");
         }
+        if (message.bytes == "work")
+            while (report("at work"))
+                std::this_thread::sleep_for(5ms);
         if (message.bytes == "fault")
             throw support::InputError("50 % of a & b: say something else");
         if (message.bytes == "break")
@@ -92,6 +95,24 @@ TEST(Sockets, ReplyToEveryMessageInItsKind) {
     client.send("three");
     EXPECT_EQ(client.receive()->bytes, "a b: two");
     EXPECT_EQ(client.receive()->bytes, "a b: three");
+}
+
+TEST(Sockets, TellASessionThatItsReplyIsNotWaitedForAnyLonger) {
+    const Served served;
+    WebSocketClient client(served.port);
+    ASSERT_TRUE(client.open(target_of_echo));
+    client.send("work");
+    const std::string progress = "progress=at+work";
+    EXPECT_EQ(client.receive()->bytes, progress);
+    client.send("next");
+    auto reply = client.receive();
+    while (reply && reply->bytes == progress)
+        reply = client.receive();
+    EXPECT_EQ(reply->bytes, "a b: work");
+    EXPECT_EQ(client.receive()->bytes, "a b: next");
+    client.send("work");
+    EXPECT_EQ(client.receive()->bytes, progress);
+    // Destroyed, it is gone: the server stops all the same.
 }
 
 TEST(Sockets, SayWhatWasWrongAndGoOn) {
