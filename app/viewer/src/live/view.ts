@@ -146,6 +146,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     following.open(body, settings);
     showCut(answer);
     byId('live-reset').textContent = answer ? 'Whole again, at rest' : 'Back to rest';
+    nodeField().max = String(body.points.length / 3 - 1);
     nodeField().value = String(furthest(body, [0, -1, 0]));
     showWaiting();
   }
@@ -164,7 +165,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     if (next) return cut(next);
     const tool = linked?.tool;
     linked = null;
-    if (tool) takeLinked(tool);
+    if (tool && tool.grasp.node < body!.points.length / 3) takeLinked(tool); // parted nodes are there by now
   }
   function takeLinked({ kind, radius, grasp }: HeldTool): void {
     undoing.keep({ toolState, cut: lastCut, cuts });
@@ -344,7 +345,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       if (!isServed || !HAS_KERNEL) engines.value = isServed ? 'native' : 'wasm';
       if (!isServed && !HAS_KERNEL) return say(`This page has no springs of its own; open the file with \`livermark view\`, or run scripts/live-kernel and make the page again.`);
       settings = isLinked ? linkedSettings(view, settingsOf(next)) : null;
-      linked = isLinked ? linkedDone(view, next.points.length / 3) : null;
+      linked = isLinked ? linkedDone(view) : null;
       await start(next);
       if (!isLinked || next !== whole) return;
       const look = linkedLook(view, scene.look());
