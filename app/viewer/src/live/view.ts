@@ -237,7 +237,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       cuts = [...cuts, request];
       showRemains(answer);
       changed();
-      note('');
+      note(answer.closed.volume > 0 ? 'This leaves a closed cavity; “Cut” says how large and how deep.' : '');
       // What was cut out of the inside is seen through glass alone.
       if (request.tool.kind === 'region') showGlass();
       doLinked();

@@ -57,7 +57,7 @@ export function showCut(answer: CutAnswer | null): void {
   }
   const { volume, wayVolume, snapped, jagged, margin, closed, woundArea, numPieces, numLoose, seconds } = answer;
   tell('live-blade-volume', volume, `${number(1e6 * volume, 1)} mL`);
-  tell('live-blade-way', wayVolume, wayVolume > 0 ? `${number(1e6 * wayVolume, 1)} mL of it` : 'none needed');
+  tell('live-blade-way', wayVolume, wayVolume > 0 ? `${number(1e6 * wayVolume, 1)} mL of it` : closed.volume > 0 ? 'none' : 'none needed');
   const left = `${number(1000 * margin, 1)} mm`;
   tell('live-blade-left', margin, Number.isNaN(margin) ? 'no lesion cut' : left);
   tell('live-blade-taken', volume, `${number(1e6 * volume, 1)} mL`);
