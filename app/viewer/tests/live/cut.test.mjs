@@ -68,6 +68,7 @@ for (const engine of ['wasm', 'native'])
     await live.page.click('#live-reset');
     await wholeSeen();
     assert.ok((await redsAtRest()) < before + 50, 'the wound is gone');
+    await live.page.check('[name=tool][value=blade]');
     await live.page.uncheck('#live-blade-opens');
     await cutOut('tumour 6', 0);
     await cutsSeen();
