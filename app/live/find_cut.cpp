@@ -8,6 +8,7 @@
 #include <set>
 
 #include "app/live/parameters.hpp"
+#include "app/live/way_out.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/input_error.hpp"
 #include "meshes/cutting/cut.hpp"
@@ -30,7 +31,7 @@ std::map<FaceKey, int> numbers_of_facets(const core::TetraMesh &mesh) {
 
 } // namespace
 
-Remains remains_of(const core::TetraMesh &whole, const std::vector<char> &is_gone) {
+Remains remains_of(const core::TetraMesh &whole, const std::vector<char> &is_gone, std::size_t num_facets) {
     Remains left;
     auto &mesh = left.mesh;
     mesh.points = whole.points;
@@ -63,7 +64,7 @@ Remains remains_of(const core::TetraMesh &whole, const std::vector<char> &is_gon
         }
     for (int f = 0; f < whole.num_boundary_triangles(); ++f)
         if (is_left[f] != 0) {
-            left.facet.push_back(f);
+            left.facet.push_back(static_cast<std::size_t>(f) < num_facets ? f : -1);
             mesh.boundary_triangles.push_back(whole.boundary_triangles[f]);
             mesh.boundary_patch.push_back(whole.boundary_patch[f]);
         }
@@ -121,9 +122,6 @@ void check_request(const CutRequest &request, const core::TetraMesh &mesh) {
         if (std::ranges::find(mesh.region, number) == mesh.region.end())
             refuse_cut("nothing is left of this region", "choose another one");
     }
-    if (const auto *blade = std::get_if<meshes::BladeCut>(&request.tool); blade && blade->thickness == 0.0)
-        refuse_cut("a blade without thickness parts the body, which is not done while it moves",
-                   "give the blade a thickness, or part the body with 'livermark mesh cut'");
 }
 
 Triangles triangles_of_faces(const core::TetraMesh &mesh, const std::vector<std::array<int, 3>> &faces) {
@@ -164,6 +162,31 @@ std::vector<bool> region_taken(const CutRequest &request, const core::TetraMesh 
     return taken;
 }
 
+/// The channel to the surface that a cut of a region needs, if it would leave a closed cavity; otherwise nothing.
+std::vector<int> needed_way_out(const core::TetraMesh &whole, const Remains &before,
+                                const std::vector<bool> &is_constrained, const CutRequest &request,
+                                const std::vector<bool> &taken, const std::vector<std::array<int, 4>> &neighbours) {
+    std::vector<char> is_gone(whole.tetrahedra.size(), 1);
+    for (std::size_t t = 0; t < taken.size(); ++t)
+        is_gone[before.tetrahedron[t]] = taken[t] ? 1 : 0;
+    const auto closed = closed_cavities(remains_of(whole, is_gone, is_constrained.size()));
+    const auto is_at_closed = [&](std::size_t t) {
+        return taken[t] &&
+               std::ranges::any_of(before.mesh.tetrahedra[t], [&](int node) { return closed.is_at[node] != 0; });
+    };
+    bool is_closed = false;
+    for (std::size_t t = 0; t < taken.size() && !is_closed; ++t)
+        is_closed = is_at_closed(t);
+    if (!is_closed)
+        return {};
+    auto way = way_out(before, std::get<meshes::RegionCut>(request.tool).region, is_constrained, taken, neighbours);
+    if (way.empty())
+        refuse_cut("no channel as wide as this region leads to the surface past what is constrained and past other "
+                   "regions",
+                   "cut it out without opening the capsule, which leaves a closed cavity");
+    return way;
+}
+
 /// Constraints of each piece, and of what goes.
 struct Held {
     std::vector<bool> pieces;
@@ -201,7 +224,8 @@ Held held_parts(const meshes::CleanMesh &clean, const Remains &before, const std
 }
 
 /// See FoundCut::margin.
-double margin_around_lesions(const core::TetraMesh &whole, const Remains &before, const std::vector<bool> &stays) {
+double margin_around_lesions(const core::TetraMesh &whole, std::size_t num_facets, const Remains &before,
+                             const std::vector<bool> &stays) {
     const auto &mesh = before.mesh;
     const int main = largest_region(whole);
     std::set<int> cut_regions;
@@ -221,7 +245,7 @@ double margin_around_lesions(const core::TetraMesh &whole, const Remains &before
     for (std::size_t t = 0; t < stays.size(); ++t)
         if (stays[t])
             is_gone[before.tetrahedron[t]] = 0;
-    const auto after = remains_of(whole, is_gone);
+    const auto after = remains_of(whole, is_gone, num_facets);
     std::vector<std::array<int, 3>> wound;
     for (std::size_t f = 0; f < after.facet.size(); ++f)
         if (after.facet[f] < 0)
@@ -230,31 +254,45 @@ double margin_around_lesions(const core::TetraMesh &whole, const Remains &before
                                     triangles_of_faces(whole, wound));
 }
 
-} // namespace
+/// Nodes of what is constrained, shape (N).
+std::vector<bool> constrained_nodes_of(const Remains &before, const std::vector<bool> &is_constrained) {
+    return constrained_nodes(before.mesh, constrained_remains(before, is_constrained));
+}
 
-FoundCut find_cut(const core::TetraMesh &whole, const Remains &before, const std::vector<bool> &is_constrained,
-                  const std::vector<bool> &stands, const std::vector<core::Vector3> &displacement,
-                  const CutRequest &request) {
-    check_request(request, before.mesh);
-    const bool is_planned = std::holds_alternative<meshes::RegionCut>(request.tool);
-    const auto neighbours = core::face_neighbours(before.mesh.tetrahedra);
-    auto alive = [&] {
-        if (is_planned)
-            return region_taken(request, before.mesh, neighbours);
+/// Tetrahedra that a cut leaves before it is looked for what does not hold together, and the way out of a region.
+std::vector<bool> left_by_tool(const core::TetraMesh &whole, const Remains &before,
+                               const std::vector<bool> &is_constrained, const std::vector<core::Vector3> &displacement,
+                               const CutRequest &request, const std::vector<std::array<int, 4>> &neighbours,
+                               std::vector<int> &way) {
+    std::vector<bool> taken;
+    if (std::holds_alternative<meshes::RegionCut>(request.tool)) {
+        taken = region_taken(request, before.mesh, neighbours);
+        if (request.opens)
+            way = needed_way_out(whole, before, is_constrained, request, taken, neighbours);
+        for (const int t : way)
+            taken[t] = true;
+    } else {
         auto moved = before.mesh;
         for (std::size_t i = 0; i < displacement.size(); ++i)
             moved.points[i] += displacement[i];
-        return meshes::tetrahedra_taken(request.tool, moved);
-    }();
-    alive.flip();
-    if (std::ranges::all_of(alive, std::identity{}))
+        taken = meshes::tetrahedra_taken(request.tool, moved);
+    }
+    taken.flip();
+    if (std::ranges::all_of(taken, std::identity{}))
         refuse_cut("the cut touches nothing of the body", "lead it through the body");
-    if (std::ranges::none_of(alive, std::identity{}))
+    if (std::ranges::none_of(taken, std::identity{}))
         refuse_cut("the cut takes all of the body away", "take a smaller part");
-    meshes::Faces was_outer(neighbours.size());
-    for (std::size_t t = 0; t < neighbours.size(); ++t)
-        for (std::size_t k = 0; k < 4; ++k)
-            was_outer[t][k] = neighbours[t][k] < 0;
+    return taken;
+}
+
+/// Finds what holds together, and what of it goes.
+/// @param before     what there is, which may be parted already
+/// @param alive      shape (M) of that, which the tool leaves
+/// @param was_outer  shape (M, 4), faces on the boundary before the cut
+void find_pieces(const core::TetraMesh &whole, const Remains &before, const std::vector<bool> &is_constrained,
+                 const std::vector<bool> &stands, std::vector<bool> alive, const meshes::Faces &was_outer,
+                 bool takes_loose, FoundCut &found) {
+    const auto neighbours = core::face_neighbours(before.mesh.tetrahedra);
     const auto clean = meshes::clean_up(before.mesh, std::move(alive), neighbours, was_outer);
     if (clean.pieces.empty())
         refuse_cut("nothing of the body that the cut leaves holds together", "take a smaller part");
@@ -265,7 +303,6 @@ FoundCut find_cut(const core::TetraMesh &whole, const Remains &before, const std
         refuse_cut(fmt::format("the cut goes through what is constrained, of which {} of {} facets would go",
                                held.num_lost, held.num_all),
                    "cut elsewhere, or take less");
-    FoundCut found;
     const auto volumes = core::tetrahedron_volumes(before.mesh);
     std::vector<bool> stays(volumes.size(), false);
     double loose = 0.0;
@@ -276,7 +313,7 @@ FoundCut find_cut(const core::TetraMesh &whole, const Remains &before, const std
             loose += held.pieces[piece] ? 0.0 : volumes[t];
         }
     }
-    if (found.num_loose > 0 && !request.takes_loose)
+    if (found.num_loose > 0 && !takes_loose)
         refuse_cut(fmt::format("the cut leaves {} that nothing holds, {:.3g} mL together",
                                found.num_loose == 1 ? "a piece" : fmt::format("{} pieces", found.num_loose),
                                millilitres_of * loose),
@@ -286,7 +323,39 @@ FoundCut find_cut(const core::TetraMesh &whole, const Remains &before, const std
             found.tetrahedra.push_back(before.tetrahedron[t]);
             found.volume += volumes[t];
         }
-    found.margin = margin_around_lesions(whole, before, stays);
+    found.margin = margin_around_lesions(whole, is_constrained.size(), before, stays);
+}
+
+} // namespace
+
+FoundCut find_cut(const core::TetraMesh &original, const core::TetraMesh &whole, const Remains &before,
+                  const std::vector<bool> &is_constrained, const std::vector<bool> &stands,
+                  const std::vector<core::Vector3> &displacement, const CutRequest &request) {
+    check_request(request, before.mesh);
+    const auto neighbours = core::face_neighbours(before.mesh.tetrahedra);
+    meshes::Faces was_outer(neighbours.size());
+    for (std::size_t t = 0; t < neighbours.size(); ++t)
+        for (std::size_t k = 0; k < 4; ++k)
+            was_outer[t][k] = neighbours[t][k] < 0;
+    FoundCut found;
+    if (const auto *blade = std::get_if<meshes::BladeCut>(&request.tool); blade && blade->thickness == 0.0) {
+        found.parted =
+            part_body(original, whole, before, constrained_nodes_of(before, is_constrained), displacement, *blade);
+        std::vector<char> is_gone(whole.tetrahedra.size(), 1);
+        for (const int t : before.tetrahedron)
+            is_gone[t] = 0;
+        const auto &mesh = found.parted->mesh;
+        const auto parted = remains_of(mesh, is_gone, is_constrained.size());
+        find_pieces(mesh, parted, is_constrained, stands, std::vector<bool>(neighbours.size(), true), was_outer,
+                    request.takes_loose, found);
+        return found;
+    }
+    std::vector<int> way;
+    auto alive = left_by_tool(whole, before, is_constrained, displacement, request, neighbours, way);
+    find_pieces(whole, before, is_constrained, stands, std::move(alive), was_outer, request.takes_loose, found);
+    const auto volumes = core::tetrahedron_volumes(before.mesh);
+    for (const int t : way)
+        found.way_volume += volumes[t];
     return found;
 }
 

@@ -223,22 +223,59 @@ meshes::CutTool cut_tool(Numbers &numbers, const std::vector<std::string> &names
     return blade;
 }
 
+/// What blades without thickness have changed of a mesh.
+struct MeshChanges {
+    std::vector<int> nodes;      ///< that are new, or in other places, ascending
+    std::vector<int> tetrahedra; ///< that have other nodes, ascending
+};
+
+MeshChanges changes_of(const core::TetraMesh &before, const core::TetraMesh &after) {
+    MeshChanges changes;
+    for (std::size_t node = 0; node < after.points.size(); ++node)
+        if (node >= before.points.size() || after.points[node] != before.points[node])
+            changes.nodes.push_back(static_cast<int>(node));
+    for (std::size_t t = 0; t < after.tetrahedra.size(); ++t)
+        if (after.tetrahedra[t] != before.tetrahedra[t])
+            changes.tetrahedra.push_back(static_cast<int>(t));
+    return changes;
+}
+
 std::string cut(Scene &scene, Numbers &numbers) {
     const auto start = std::chrono::steady_clock::now();
     const bool takes_loose = numbers.integer() != 0;
     const auto tool = cut_tool(numbers, scene.body().mesh.region_names);
-    const bool keeps_margin = std::holds_alternative<meshes::RegionCut>(tool) && numbers.integer() != 0;
+    const bool is_region = std::holds_alternative<meshes::RegionCut>(tool);
+    const bool keeps_margin = is_region && numbers.integer() != 0;
+    const bool opens = is_region && numbers.integer() != 0;
     numbers.end();
-    const auto reading = scene.cut({.tool = tool, .keeps_margin = keeps_margin, .takes_loose = takes_loose});
+    const auto reading =
+        scene.cut({.tool = tool, .keeps_margin = keeps_margin, .takes_loose = takes_loose, .opens = opens});
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const auto gone = scene.gone();
     const auto &mesh = scene.remains().mesh;
     const auto constrained = scene.constrained_remains();
+    const auto changes = changes_of(scene.original_mesh(), scene.body().mesh);
     std::string bytes;
-    for (const double number : {reading.volume, reading.wound_area, reading.margin,
-                                static_cast<double>(reading.num_loose), static_cast<double>(reading.num_pieces),
-                                reading.seconds_to_find, reading.seconds_to_check, reading.seconds_of_springs, seconds,
-                                static_cast<double>(gone.size()), static_cast<double>(mesh.boundary_triangles.size())})
+    for (const double number : {reading.volume,
+                                reading.way_volume,
+                                reading.wound_area,
+                                reading.margin,
+                                reading.closed_volume,
+                                reading.closed_depth,
+                                reading.jagged.mean,
+                                reading.jagged.worst,
+                                reading.snapped.mean,
+                                reading.snapped.worst,
+                                static_cast<double>(reading.num_loose),
+                                static_cast<double>(reading.num_pieces),
+                                reading.seconds_to_find,
+                                reading.seconds_to_check,
+                                reading.seconds_of_springs,
+                                seconds,
+                                static_cast<double>(gone.size()),
+                                static_cast<double>(mesh.boundary_triangles.size()),
+                                static_cast<double>(changes.nodes.size()),
+                                static_cast<double>(changes.tetrahedra.size())})
         append(bytes, number);
     for (const int tetrahedron : gone)
         append(bytes, static_cast<double>(tetrahedron));
@@ -247,6 +284,16 @@ std::string cut(Scene &scene, Numbers &numbers) {
             append(bytes, static_cast<double>(node));
     for (std::size_t f = 0; f < constrained.size(); ++f)
         append(bytes, scene.remains().facet[f] < 0 ? 2.0 : constrained[f] ? 1.0 : 0.0);
+    for (const int node : changes.nodes) {
+        append(bytes, static_cast<double>(node));
+        append_vector(bytes, scene.body().mesh.points[node]);
+        append(bytes, static_cast<double>(scene.original_node()[node]));
+    }
+    for (const int t : changes.tetrahedra) {
+        append(bytes, static_cast<double>(t));
+        for (const int node : scene.body().mesh.tetrahedra[t])
+            append(bytes, static_cast<double>(node));
+    }
     return bytes;
 }
 

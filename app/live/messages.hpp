@@ -47,14 +47,18 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 ///         that is said to message 2, where the tool is the tip
 ///
 ///     7, whether loose pieces are taken away as well, 0 or 1, what cuts, and its numbers:
-///         0, region, margin [m], 0 or 1 whether it is kept everywhere
+///         0, region, margin [m], 0 or 1 whether it is kept everywhere, 0 or 1 whether the capsule is opened for it
 ///         1, point (3) [m], normal (3)            all to which the normal points
-///         2, corners (4,3) [m], thickness [m]     all that a straight blade touches
-///         a cut, see Scene::cut(); what there was before is kept as by 4. Reply: volume taken [m^3], area of the wound
-///         [m^2], margin left around the lesions [m], no number if none was cut; loose pieces taken, pieces left;
-///         seconds to find what goes, to find how long steps may be, of springs and of all; K, T; tetrahedra (K) that
-///         are gone by now, of the body; and its boundary now, triangles (T,3) and what each is (T): 0 free, 1
-///         constrained, 2 free and in the wound. Facets of a later reply to message 2 are numbers of these triangles.
+///         2, corners (4,3) [m], thickness [m]     all that a straight blade touches; without thickness it parts
+///         a cut, see Scene::cut(); what there was before is kept as by 4. Reply: volume taken, of the way to the
+///         surface among it [m^3], area of the wound [m^2], margin left around the lesions [m], no number if none was
+///         cut; volume of closed cavities [m^3] and their depth below the surface [m]; of a wound that is parted, mean
+///         and largest distance from the blade [m], before nodes went to the blade and after; loose pieces taken,
+///         pieces left; seconds to find what goes, to find how long steps may be, of springs and of all; K, T, P, Q;
+///         tetrahedra (K) that are gone by now, of the body; its boundary now, triangles (T,3) and what each is (T): 0
+///         free, 1 constrained, 2 free and in the wound; and of what is parted by now, nodes that are new or in other
+///         places (P): number, place at rest (3) [m], node of the body that it is or was parted from; and tetrahedra
+///         (Q): number, nodes (4). Facets of a later reply to message 2 are numbers of these triangles.
 ///     8, place (3) [m], inwards (3), target (3) [m], radius [m], depth [m], number of steps
 ///         a grasp of two balls, see live::Jaws: the first is put to the place of the surface, the other to where the
 ///         way inwards from there leaves the body; each closes by the depth, and both are led by the way from the place

@@ -122,6 +122,11 @@ using FoundationTerm = std::shared_ptr<const msm::ElasticTerm>;
 FittedRest fit_rest(const core::Body &body, const FoundationTerm &foundation, const std::vector<char> &is_gone,
                     const msm::NodalConditions &conditions, const Settings &settings);
 
+/// The same steps of a body that has been parted since, of which nodes keep their numbers.
+FittedRest refit_rest(const FittedRest &before, const core::Body &body, const FoundationTerm &foundation,
+                      const std::vector<char> &is_gone, const msm::NodalConditions &conditions,
+                      const Settings &settings);
+
 /// Scaling of its masses in numbers of the whole body.
 msm::MassScaling scaling_of_whole(const FittedRest &rest);
 
@@ -150,6 +155,17 @@ struct Scene::Prepared {
     std::shared_ptr<const FittedRest> rest;
     std::size_t num_cuts = 0; ///< that had been made by then
 };
+
+struct Scene::Unparted {
+    core::Body body;
+    std::vector<int> original_node;
+    std::vector<bool> is_constrained;
+    FoundationTerm foundation;
+    std::shared_ptr<const Prepared> prepared;
+};
+
+/// Steps that are divided after something was pressed: to change their length at each oscillation would add energy.
+inline constexpr int num_divided = 16;
 
 /// Number of parts into which a step has to be divided so that none is longer.
 int num_parts_of(double time_step, double longest);

@@ -24,8 +24,6 @@ constexpr double touched_part = 2.0;
 constexpr double coupled_part = 0.5;
 /// Stretch below which springs with an energy get no stiffer: the guard is at work long before.
 constexpr double least_stretch = 0.4;
-/// Steps that are divided after something was pressed: to change their length at each oscillation would add energy.
-constexpr int num_divided = 16;
 /// Parts of the mean edge that each component of a node's motion is at most long in one step. Nothing that a hand does
 /// is so fast but what snaps back from half the size of the body. Where a body is torn so far that its steps are too
 /// long, it keeps them from adding energy without end.
@@ -50,12 +48,15 @@ Scene::Scene(core::Body body, const std::vector<bool> &is_constrained,
     stands_.assign(body_.mesh.boundary_triangles.size(), false);
     if (foundation) {
         check_foundation(*foundation, body_.mesh, is_constrained);
-        foundation_ = msm::foundation_springs(body_.mesh, *foundation);
+        stands_on_ = foundation;
+        stand_on_foundation();
         for (std::size_t i = 0; i < foundation->facets.size(); ++i)
             stands_[static_cast<std::size_t>(foundation->facets[i])] = foundation->normal_only[i] == 0;
     }
     if (std::ranges::all_of(body_.modulus_factor, [](double factor) { return factor == 1.0; }))
         body_.modulus_factor.clear(); // an even map is none
+    for (int node = 0; node < body_.mesh.num_nodes(); ++node)
+        original_node_.push_back(node);
     show_remains();
     is_constrained_ = constrained_nodes(body_.mesh, is_constrained);
     extent_ = core::extent(body_.mesh.points);

@@ -342,8 +342,12 @@ struct Frame {
 /// Numbers of a cut that has been made.
 struct CutReading {
     double volume = 0.0;             ///< that it has taken, at rest [m^3]
+    double way_volume = 0.0;         ///< of the channel to the surface among that, at rest [m^3]
+    double closed_volume = 0.0;      ///< of all closed cavities now, see ClosedCavities [m^3]
+    double closed_depth = 0.0;       ///< of these below the surface [m]
     double wound_area = 0.0;         ///< of all cuts, at rest [m^2]
     double margin = 0.0;             ///< see FoundCut [m]
+    OffBlade jagged, snapped;        ///< of a blade that has parted the body, see PartedBody
     int num_loose = 0;               ///< pieces that went because nothing holds them
     int num_pieces = 0;              ///< that are left
     double seconds_to_find = 0.0;    ///< which tetrahedra go
@@ -384,10 +388,12 @@ class Scene {
     /// something was pressed.
     long num_evaluations() const { return num_evaluations_; }
 
-    /// Takes tetrahedra away from the body as it moves, and the tool with them: what is left goes on from where it is,
-    /// as fast as it was. Nodes keep their numbers; those that are gone stay where they are, and in frames they do not
-    /// move. Springs, means and masses are found again around the cut alone, as msm::CutParts does, capsule, vessels
-    /// and foundation lose what goes, and steps are divided where they would be too long now.
+    /// Takes tetrahedra away from the body as it moves, or parts it, and the tool with it: what is left goes on from
+    /// where it is, as fast as it was. Nodes keep their numbers; those that are gone stay where they are, and in frames
+    /// they do not move. Where tetrahedra go, springs, means and masses are found again around the cut alone, as
+    /// msm::CutParts does. A body that is parted gets new nodes behind the others, and some go to the blade, where they
+    /// are at rest as well: its springs are set up anew. Capsule, vessels and foundation lose what goes, and steps are
+    /// divided where they would be too long now.
     /// @throws support::InputError with nothing changed if nothing has been chosen, for what find_cut() refuses, and
     ///   for a cut that has been made already
     CutReading cut(const CutRequest &request);
@@ -400,6 +406,12 @@ class Scene {
 
     /// Tetrahedra that cuts have taken, ascending.
     std::vector<int> gone() const;
+
+    /// The mesh at rest before any blade has parted it.
+    const core::TetraMesh &original_mesh() const;
+
+    /// Of each node, the one of the original mesh that it is, or was parted from.
+    const std::vector<int> &original_node() const { return original_node_; }
 
     /// Puts the body to where it is without loads, at rest and whole, and takes the tool away: from here on it moves to
     /// the last bit as a scene in which the same was chosen and nothing else was done. What was kept is forgotten.
@@ -414,6 +426,7 @@ class Scene {
     /// @throws support::InputError if none is kept
     void restore();
 
+    /// The body at rest, whole but for what blades have parted.
     const core::Body &body() const { return body_; }
 
   private:
@@ -432,6 +445,9 @@ class Scene {
     void show_remains();
     TouchableBody touchable_remains() const;
     void undo_cuts(std::size_t num_left);
+    void part(PartedBody parted);
+    void move_parted(const std::vector<PlaceBefore> &before, const msm::State &state);
+    void stand_on_foundation();
     std::vector<char> is_gone(std::size_t num_cuts) const;
     core::Vector3 force_on_tool() const;
     void draw(double part);
@@ -448,10 +464,14 @@ class Scene {
     msm::State sound_state();
     Frame frame();
 
+    struct Prepared; ///< what the settings came to, from which steps are prepared
+    struct Unparted; ///< the body before it was parted
+
     struct MadeCut {
         meshes::CutTool tool;
         std::vector<int> tetrahedra;
-        double critical_time_step; ///< around its wound [s]
+        double critical_time_step;              ///< around its wound [s]
+        std::shared_ptr<const Unparted> before; ///< null where nothing was parted
     };
 
     /// State that restore() goes back to.
@@ -469,9 +489,9 @@ class Scene {
         std::optional<HeldNeedle> needle;
     };
 
-    struct Prepared; ///< what the settings came to, from which steps are prepared
-
     core::Body body_;
+    std::vector<int> original_node_;                     ///< (N)
+    std::optional<core::Foundation> stands_on_;          ///< below the original facets
     std::vector<bool> is_constrained_;                   ///< (N)
     std::vector<bool> is_constrained_facet_;             ///< (T) of the whole body
     std::shared_ptr<const msm::ElasticTerm> foundation_; ///< below the whole body; null where there is none

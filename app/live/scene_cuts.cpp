@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "app/live/way_out.hpp"
 #include "core/stopwatch.hpp"
 #include "core/support/input_error.hpp"
 #include "msm/cutting/cut_parts.hpp"
@@ -35,15 +36,34 @@ msm::MassSprings springs_of_part(const msm::PartOfBody &part, const FoundationTe
 
 } // namespace
 
-FittedRest fit_rest(const core::Body &body, const FoundationTerm &foundation, const std::vector<char> &is_gone,
-                    const msm::NodalConditions &conditions, const Settings &settings) {
+namespace {
+
+/// @return without steps
+FittedRest springs_of_rest(const core::Body &body, const FoundationTerm &foundation, const std::vector<char> &is_gone,
+                           const msm::NodalConditions &conditions, const Settings &settings) {
     std::vector<char> is_there;
     for (const char gone : is_gone)
         is_there.push_back(gone == 0 ? 1 : 0);
     auto part = msm::part_of_body(body, is_there, conditions);
     auto springs = springs_of_part(part, foundation, is_gone.size(), settings);
-    auto stepping = chosen_steps(part.body, springs, part.conditions, settings);
-    return {std::move(part), std::move(springs), std::move(stepping)};
+    return {std::move(part), std::move(springs), {}};
+}
+
+} // namespace
+
+FittedRest fit_rest(const core::Body &body, const FoundationTerm &foundation, const std::vector<char> &is_gone,
+                    const msm::NodalConditions &conditions, const Settings &settings) {
+    auto rest = springs_of_rest(body, foundation, is_gone, conditions, settings);
+    rest.stepping = chosen_steps(rest.part.body, rest.springs, rest.part.conditions, settings);
+    return rest;
+}
+
+FittedRest refit_rest(const FittedRest &before, const core::Body &body, const FoundationTerm &foundation,
+                      const std::vector<char> &is_gone, const msm::NodalConditions &conditions,
+                      const Settings &settings) {
+    auto rest = springs_of_rest(body, foundation, is_gone, conditions, settings);
+    rest.stepping = before.stepping; // new nodes are numbered behind the others
+    return rest;
 }
 
 msm::MassScaling scaling_of_whole(const FittedRest &rest) {
@@ -136,7 +156,7 @@ TouchableBody Scene::touchable_remains() const {
 void Scene::show_remains() {
     remains_ = cuts_.empty() ? Remains{body_.mesh, counted(body_.mesh.tetrahedra.size()),
                                        counted(body_.mesh.boundary_triangles.size())}
-                             : remains_of(body_.mesh, is_gone(cuts_.size()));
+                             : remains_of(body_.mesh, is_gone(cuts_.size()), is_constrained_facet_.size());
     surface_ = touchable_surface(remains_.mesh, constrained_remains());
     load_ = {};
     disc_ = {};
@@ -171,7 +191,7 @@ void Scene::cut_anew() {
 
 /// The steps go on without these.
 void Scene::take_out(std::span<const int> tetrahedra) {
-    if (!steps_->remove(tetrahedra))
+    if (!tetrahedra.empty() && !steps_->remove(tetrahedra))
         has_ended_scaling_ = true;
 }
 
@@ -183,12 +203,28 @@ void Scene::divide_steps() {
     double part = 1.0;
     for (std::size_t c = prepared_->num_cuts; c < cuts_.size(); ++c)
         part = std::min(part, cuts_[c].critical_time_step / lengths.critical_time_step);
-    fewest_parts_ = are_unscaled || part < 1.0 ? num_parts_of(time_step_, part * lengths.longest_time_step) : 1;
+    fewest_parts_ = num_parts_of(time_step_, part * lengths.longest_time_step);
     num_parts_ = fewest_parts_ * num_parts_of(time_step_ / fewest_parts_, part * lengths.pressed_time_step);
 }
 
 void Scene::undo_cuts(std::size_t num_left) {
-    cuts_.resize(num_left);
+    bool has_been_parted = false;
+    for (; cuts_.size() > num_left; cuts_.pop_back()) {
+        const auto &before = cuts_.back().before;
+        if (!before)
+            continue;
+        has_been_parted = true;
+        body_ = before->body;
+        original_node_ = before->original_node;
+        is_constrained_ = before->is_constrained;
+        foundation_ = before->foundation;
+        if (prepared_->num_cuts < cuts_.size()) // nothing else has been chosen since
+            prepared_ = before->prepared;
+    }
+    if (has_been_parted) {
+        springs_.clear();
+        steps_.reset();
+    }
     show_remains();
     if (!prepared_)
         return;
@@ -203,6 +239,75 @@ void Scene::undo_cuts(std::size_t num_left) {
         choose(settings);
 }
 
+const core::TetraMesh &Scene::original_mesh() const {
+    const auto first = std::ranges::find_if(cuts_, [](const MadeCut &made) { return made.before != nullptr; });
+    return first == cuts_.end() ? body_.mesh : first->before->body.mesh;
+}
+
+/// Springs below the body as it is parted now.
+void Scene::stand_on_foundation() {
+    if (stands_on_)
+        foundation_ = msm::foundation_springs(body_.mesh, *stands_on_);
+}
+
+/// Goes on with springs of a parted body, which are set up anew, in steps of the same length.
+void Scene::part(PartedBody parted) {
+    const auto prepared = prepared_;
+    const auto num_before = original_node_.size();
+    body_.mesh = std::move(parted.mesh);
+    for (std::size_t node = num_before; node < parted.before.size(); ++node) {
+        const int parent = parted.parent_node[node];
+        original_node_.push_back(int{original_node_[parent]});
+        is_constrained_.push_back(bool{is_constrained_[parent]});
+    }
+    stand_on_foundation();
+    springs_.clear();
+    const auto &settings = prepared->settings;
+    const auto conditions = constrained_conditions(is_constrained_);
+    Prepared next{with_material(body_, settings.young_modulus, settings.poisson_ratio),
+                  mass_springs(body_, settings, springs_),
+                  settings,
+                  prepared->stepping,
+                  nullptr,
+                  prepared->num_cuts};
+    if (foundation_)
+        next.parts.body.add(foundation_);
+    // A stiff part with scaled masses, of which a tetrahedron has changed, ends the scaling of all.
+    auto &stepping = next.stepping;
+    const auto scaling = prepared->rest ? scaling_of_whole(*prepared->rest) : stepping.scaling;
+    if (untouched_parts(scaling, body_.mesh, parted.changed).parts.size() < scaling.parts.size()) {
+        stepping.scaling = {};
+        stepping.chosen = stepping.unscaled;
+        stepping.chosen.time_step = time_step_ / num_parts_of(time_step_, stepping.chosen.longest_time_step);
+    }
+    if (prepared->rest) {
+        auto rest =
+            refit_rest(*prepared->rest, next.body, foundation_, is_gone(prepared->num_cuts), conditions, settings);
+        rest.stepping = stepping;
+        next.rest = std::make_shared<const FittedRest>(std::move(rest));
+    }
+    prepared_ = std::make_shared<const Prepared>(std::move(next));
+}
+
+/// Has the nodes of a parted body where they were in the body before, with its velocity there.
+/// @param state  of the body before
+void Scene::move_parted(const std::vector<PlaceBefore> &before, const msm::State &state) {
+    const auto size = static_cast<Eigen::Index>(3 * before.size());
+    msm::State next{Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)};
+    for (std::size_t node = 0; node < before.size(); ++node)
+        for (std::size_t k = 0; k < 4; ++k) {
+            const auto from = 3 * static_cast<Eigen::Index>(before[node].nodes[k]);
+            const auto to = 3 * static_cast<Eigen::Index>(node);
+            next.displacement.segment<3>(to) += before[node].weight[k] * state.displacement.segment<3>(from);
+            next.velocity.segment<3>(to) += before[node].weight[k] * state.velocity.segment<3>(from);
+        }
+    steps_.reset(); // of another number of nodes
+    prepare_steps(!needle_);
+    steps_->set_state(next);
+    if (!next.displacement.isZero(0.0))
+        divided_steps_ = num_divided;
+}
+
 CutReading Scene::cut(const CutRequest &request) {
     if (!steps_)
         throw support::InputError("nothing has been chosen yet that could be cut; choose springs first");
@@ -215,8 +320,8 @@ CutReading Scene::cut(const CutRequest &request) {
         start = core::Clock::now();
         return seconds;
     };
-    const auto found = find_cut(body_.mesh, remains_, is_constrained_facet_, stands_,
-                                msm::to_field(sound_state().displacement), request);
+    auto found = find_cut(original_mesh(), body_.mesh, remains_, is_constrained_facet_, stands_,
+                          msm::to_field(sound_state().displacement), request);
     reading.seconds_to_find = lap();
     keep();
     take_up({});
@@ -226,18 +331,41 @@ CutReading Scene::cut(const CutRequest &request) {
     const auto scaling = !are_scaled_      ? msm::MassScaling{}
                          : prepared_->rest ? scaling_of_whole(*prepared_->rest)
                                            : prepared_->stepping.scaling;
+    auto around = found.tetrahedra; // what has another shape, or is gone
+    std::shared_ptr<const Unparted> before;
+    std::optional<msm::State> state;
+    std::vector<PlaceBefore> places;
     start = core::Clock::now();
-    const double critical = critical_step_around(
-        prepared_->body, foundation_, gone_then, found.tetrahedra, constrained_conditions(is_constrained_),
-        untouched_parts(scaling, body_.mesh, found.tetrahedra), prepared_->settings);
+    if (found.parted) {
+        state = steps_->state();
+        before =
+            std::make_shared<const Unparted>(Unparted{body_, original_node_, is_constrained_, foundation_, prepared_});
+        around.insert(around.end(), found.parted->changed.begin(), found.parted->changed.end());
+        places = found.parted->before;
+        reading.jagged = found.parted->jagged;
+        reading.snapped = found.parted->snapped;
+        part(std::move(*found.parted));
+    }
+    const double set_up = lap();
+    const double critical =
+        critical_step_around(prepared_->body, foundation_, gone_then, around, constrained_conditions(is_constrained_),
+                             untouched_parts(scaling, body_.mesh, around), prepared_->settings);
     reading.seconds_to_check = lap();
-    take_out(found.tetrahedra);
-    reading.seconds_of_springs = lap();
-    cuts_.push_back({request.tool, found.tetrahedra, critical});
+    cuts_.push_back({request.tool, found.tetrahedra, critical, before});
     show_remains();
-    touchable_ = touchable_remains();
-    divide_steps();
+    if (state) {
+        move_parted(places, *state);
+    } else {
+        take_out(found.tetrahedra);
+        touchable_ = touchable_remains();
+        divide_steps();
+    }
+    reading.seconds_of_springs = set_up + lap();
+    const auto closed = closed_cavities(remains_);
     reading.volume = found.volume;
+    reading.way_volume = found.way_volume;
+    reading.closed_volume = closed.volume;
+    reading.closed_depth = closed.depth;
     reading.wound_area = wound_area(remains_);
     reading.margin = found.margin;
     reading.num_loose = found.num_loose;

@@ -34,6 +34,7 @@ namespace livermark::server {
 struct CutLiveBody {
     LiveBody left;         ///< its boundary triangles in the order of live::Remains
     std::vector<int> node; ///< (N) of each node: its number in the whole body, ascending
+    std::size_t num_nodes; ///< of the whole body, with those that are parted
 };
 
 namespace {
@@ -58,6 +59,43 @@ std::vector<char> marks_of(std::string_view text, std::size_t num_tetrahedra) {
     return marks;
 }
 
+/// What blades have parted: nodes that are new or in other places, each with its number and its place [m], and
+/// tetrahedra that have other nodes, each with its number and its nodes.
+struct PartedNumbers {
+    std::vector<double> nodes, tetrahedra;
+};
+
+int whole_number(double number, std::size_t end, const char *what) {
+    if (!(number >= 0.0 && number < static_cast<double>(end) && number == std::floor(number)))
+        throw support::InputError(
+            fmt::format("{} has {:g}, where a whole number from 0 to {} belongs", what, number, end - 1));
+    return static_cast<int>(number);
+}
+
+core::TetraMesh parted_whole(const core::TetraMesh &original, const PartedNumbers &parted) {
+    if (parted.nodes.size() % 4 != 0 || parted.tetrahedra.size() % 5 != 0)
+        throw support::InputError("parted_nodes takes four numbers for each node and parted_tetrahedra five for each "
+                                  "tetrahedron; send them all");
+    auto points = original.points;
+    for (std::size_t i = 0; i < parted.nodes.size(); i += 4) {
+        const auto node = static_cast<std::size_t>(whole_number(parted.nodes[i], points.size() + 1, "parted_nodes"));
+        if (node == points.size())
+            points.emplace_back();
+        points[node] = {parted.nodes[i + 1], parted.nodes[i + 2], parted.nodes[i + 3]};
+    }
+    auto tetrahedra = original.tetrahedra;
+    for (std::size_t i = 0; i < parted.tetrahedra.size(); i += 5) {
+        auto &nodes = tetrahedra[static_cast<std::size_t>(
+            whole_number(parted.tetrahedra[i], tetrahedra.size(), "parted_tetrahedra"))];
+        for (std::size_t k = 0; k < 4; ++k)
+            nodes[k] = whole_number(parted.tetrahedra[i + 1 + k], points.size(), "parted_tetrahedra");
+    }
+    auto mesh = live::parted_mesh(original, std::move(points), std::move(tetrahedra));
+    if (std::ranges::any_of(core::tetrahedron_volumes(mesh), [](double volume) { return !(volume > 0.0); }))
+        throw support::InputError("a parted tetrahedron has no volume; load the page again");
+    return mesh;
+}
+
 core::LoadCase constraints_of(const core::LoadCase &whole, const std::vector<int> &facets) {
     auto left = whole;
     left.condition_on.clear();
@@ -74,10 +112,13 @@ core::LoadCase constraints_of(const core::LoadCase &whole, const std::vector<int
 
 } // namespace
 
-/// @param gone  numbers of tetrahedra of the whole body, with commas between them; each once, ascending
+/// @param gone    numbers of tetrahedra of the whole body, with commas between them; each once, ascending
+/// @param parted  see parted_whole()
 /// @throws support::InputError if they are not that, or nothing is left
-CutLiveBody cut_live_body(const LiveBody &whole, const std::string &gone) {
-    const auto remains = live::remains_of(whole.body->mesh, marks_of(gone, whole.body->mesh.tetrahedra.size()));
+CutLiveBody cut_live_body(const LiveBody &whole, const std::string &gone, const PartedNumbers &parted) {
+    const auto &original = whole.body->mesh;
+    const auto remains = live::remains_of(parted_whole(original, parted), marks_of(gone, original.tetrahedra.size()),
+                                          original.boundary_triangles.size());
     if (remains.tetrahedron.empty())
         throw support::InputError("nothing is left of the body; take a smaller part away");
     auto body = *whole.body;
@@ -89,7 +130,7 @@ CutLiveBody cut_live_body(const LiveBody &whole, const std::string &gone) {
     for (const auto &tetrahedron : mesh.tetrahedra)
         for (const int node : tetrahedron)
             number[node] = 0;
-    CutLiveBody cut;
+    CutLiveBody cut{.left = {}, .node = {}, .num_nodes = number.size()};
     for (std::size_t node = 0; node < number.size(); ++node)
         if (number[node] == 0) {
             number[node] = mesh.num_nodes();
@@ -359,11 +400,18 @@ class LiveFem {
             return pierce(fields);
         if (fields.contains("elements"))
             return take_elements(required_text(fields, "elements"));
-        return fields.contains("gone") ? cut(required_text(fields, "gone")) : choose(fields);
+        return fields.contains("gone") ? cut(fields) : choose(fields);
     }
 
-    Message cut(const std::string &gone) {
-        auto cut = cut_live_body(whole_, gone);
+    Message cut(const Fields &fields) {
+        const auto numbers = [&](const char *name) {
+            return fields.contains(name) ? required_numbers(fields, name) : std::vector<double>{};
+        };
+        const PartedNumbers parted{numbers("parted_nodes"), numbers("parted_tetrahedra")};
+        // A body that is parted alone has lost nothing.
+        const auto &gone = parted.tetrahedra.empty() ? required_text(fields, "gone") : fields.at("gone");
+        auto cut = cut_live_body(whole_, gone, parted);
+        num_nodes_ = cut.num_nodes;
         elements_.reset(); // before others need the memory
         last_.clear();
         poisson_ratio_.reset();
@@ -450,7 +498,7 @@ class LiveFem {
 
     /// @param on_left  displacements of the nodes of what is left, or none
     std::vector<Eigen::Vector3f> on_whole_body(const std::vector<core::Vector3> &on_left) {
-        std::vector<Eigen::Vector3f> displacement(whole_.body->mesh.points.size(), Eigen::Vector3f::Zero());
+        std::vector<Eigen::Vector3f> displacement(num_nodes_, Eigen::Vector3f::Zero());
         for (std::size_t i = 0; i < on_left.size(); ++i)
             displacement[node_.empty() ? i : static_cast<std::size_t>(node_[i])] = on_left[i].cast<float>();
         if (!std::ranges::all_of(displacement, [](const Eigen::Vector3f &u) { return u.allFinite(); })) {
@@ -463,6 +511,7 @@ class LiveFem {
     LiveBody whole_;
     LiveBody opened_;       ///< what cuts have left of it
     std::vector<int> node_; ///< of each node of that, its number in the whole body; empty while nothing is cut
+    std::size_t num_nodes_ = whole_.body->mesh.points.size(); ///< with those that are parted
     ReportProgress report_;
     std::shared_ptr<const core::Body> body_; ///< with the Young's moduli of the file, or those chosen beside a
                                              ///< capsule, vessels or a foundation

@@ -114,7 +114,7 @@ const vesselNumbers = ({ points, radius, segments, wallRatio, wallModulus }) => 
 /** @param request  see CutRequest of the page */
 export function cutNumbers({ tool, takesLoose }) {
   const what = {
-    region: () => [0, tool.region, tool.margin, Number(tool.keepsMargin)],
+    region: () => [0, tool.region, tool.margin, Number(tool.keepsMargin), Number(tool.opens)],
     'half-space': () => [1, ...tool.point, ...tool.normal],
     blade: () => [2, ...tool.corners.flat(), tool.thickness],
   };

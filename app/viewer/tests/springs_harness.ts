@@ -43,8 +43,9 @@ const bodyOf = (body: PlainBody): LiveBody => ({
 const open = async (body: PlainBody): Promise<string[]> => (await engine.open(bodyOf(body))).springLaws;
 
 /** The foundation of what a cut has left, as the page marks it. */
-function foundationLeft(body: PlainBody, { gone, triangles, constrained, wound, ...numbers }: Plain<CutAnswer>): unknown {
-  const answer = { ...numbers, gone: Int32Array.from(gone), triangles: Int32Array.from(triangles), constrained: Uint8Array.from(constrained), wound: Uint8Array.from(wound) };
+function foundationLeft(body: PlainBody, { gone, triangles, constrained, wound, ...numbers }: Plain<Omit<CutAnswer, 'parted'>>): unknown {
+  const parted = { nodes: new Int32Array(), places: new Float64Array(), parents: new Int32Array(), tetrahedra: new Int32Array() };
+  const answer = { ...numbers, parted, gone: Int32Array.from(gone), triangles: Int32Array.from(triangles), constrained: Uint8Array.from(constrained), wound: Uint8Array.from(wound) };
   const left = bodyAfter(bodyOf(body), answer as CutAnswer).foundation;
   return left && { facets: [...left.facets], stiffness: [...left.stiffness], normalOnly: [...left.normalOnly] };
 }
@@ -62,7 +63,7 @@ const numbersOf = ({ displacement, loadedNodes, nodalForces, loadedFacets, tract
 });
 
 /** Numbers of a cut, without how long it took. */
-const plain = ({ seconds: _, gone, triangles, constrained, wound, ...numbers }: CutAnswer) => ({
+const plain = ({ seconds: _, gone, parted: __, triangles, constrained, wound, ...numbers }: CutAnswer) => ({
   ...numbers, gone: [...gone], triangles: [...triangles], constrained: [...constrained], wound: [...wound],
 });
 

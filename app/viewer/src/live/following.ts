@@ -112,8 +112,8 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
     truth: () => truth,
     isUnloaded: () => asking !== null && latest !== null && !isLoaded(latest),
     open(next, chosen) {
-      // What is left of the body after a cut has the same nodes.
-      const goesOn = next.points === body?.points && box().checked;
+      // What is left of the body after a cut is of the same materials.
+      const goesOn = next.density === body?.density && box().checked;
       stop();
       body = next;
       settings = chosen;

@@ -18,7 +18,7 @@ const columns = [
   'disc_x', 'disc_y', 'disc_z',
   'entry_x', 'entry_y', 'entry_z', 'depth', 'diameter', 'toughness', 'friction', 'puncture_force', 'tip', 'target_moved',
   'inwards_x', 'inwards_y', 'inwards_z', 'closing', 'other_x', 'other_y', 'other_z',
-  'region', 'margin', 'keeps_margin', 'thickness', 'takes_loose', 'volume', 'margin_left',
+  'region', 'margin', 'keeps_margin', 'opens', 'thickness', 'takes_loose', 'volume', 'margin_left',
   ...[0, 1, 2, 3].flatMap((corner) => ['x', 'y', 'z'].map((axis) => `corner_${corner}_${axis}` as const)),
 ] as const;
 type Row = Partial<Record<(typeof columns)[number], string | number | undefined>>;
@@ -59,7 +59,7 @@ function moveRow({ tool, numSteps, frame }: Move): Row {
 /** Of a half-space, corner 0 is its point and corner 1 its normal. */
 function cutRow({ request: { tool, takesLoose }, answer }: Extract<Entry, { kind: 'cut' }>): Row {
   const said = { kind: 'cut', tool: tool.kind, takes_loose: Number(takesLoose), volume: answer.volume, margin_left: answer.margin };
-  if (tool.kind === 'region') return { ...said, region: tool.region, margin: tool.margin, keeps_margin: Number(tool.keepsMargin) };
+  if (tool.kind === 'region') return { ...said, region: tool.region, margin: tool.margin, keeps_margin: Number(tool.keepsMargin), opens: Number(tool.opens) };
   const places = tool.kind === 'blade' ? tool.corners : [tool.point, tool.normal];
   const corners = Object.fromEntries(places.flatMap((place, c) => place.map((x, i) => [`corner_${c}_${'xyz'[i]}`, x])));
   return { ...said, ...corners, ...(tool.kind === 'blade' && { thickness: tool.thickness }) };

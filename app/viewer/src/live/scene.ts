@@ -18,7 +18,7 @@ import { createForceArrow } from './tool/force_arrow.ts';
 import { createLiveLegend } from './live_legend.ts';
 import type { LiveLook } from './live_link.ts';
 import { colouringOf, differences, shownValues } from './shown_field.ts';
-import { nodesThere, surfacesOf } from './tool/blade/cut_body.ts';
+import { carried, nodesThere, surfacesOf } from './tool/blade/cut_body.ts';
 import { edgeOfPlate } from './tool/tool_state.ts';
 import { needleMark } from './tool/needle/needle_mark.ts';
 import type { Truth } from './truth.ts';
@@ -133,7 +133,7 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
     const field = legend.shown();
     for (const side of sides) {
       const displacement = shown[side];
-      values[side] = displacement && (field === 'tissue' ? opened!.tissue : shownValues(field, displacement, difference, () => (mesh ??= strainMesh(body!.points, body!.tetrahedra))));
+      values[side] = displacement && (field === 'tissue' ? carried(opened!.tissue, 1, body!) : shownValues(field, displacement, difference, () => (mesh ??= strainMesh(body!.points, body!.tetrahedra))));
     }
     // The colours of both sides mean the same.
     const changed: readonly Side[] = legend.see(values) ? [0, 1] : sides;
@@ -181,12 +181,16 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
       const parts = partsOf(opened);
       const labels = parts.labels?.filter((label) => there.has(label.node)) ?? [];
       const firstOfWound = next.cuts ? next.cuts.wound.indexOf(1) : -1;
-      stage.replaceBody(opened.points, next.cuts ? surfacesOf(next) : opened.surfaces,
+      stage.replaceBody(next.cuts ? Float32Array.from(next.points) : opened.points, next.cuts ? surfacesOf(next) : opened.surfaces,
         { ...parts, patches: next.cuts ? undefined : parts.patches, conditions: constrainedConditions(next), tetrahedra: next.tetrahedra, labels, firstOfWound,
           vessels: parts.vessels && next.cuts ? vesselsLeft(parts.vessels, nodesOf(opened.tetrahedra, next.cuts.gone), next) : parts.vessels });
       body = next;
       mesh = null;
       toolAt = null;
+      // Until the next frame new nodes are where those are that they were parted from.
+      const numWhole = opened.points.length;
+      shown.forEach((displacement, side) => (shown[side] = displacement && carried(displacement.subarray(0, numWhole), 3, next)));
+      difference = null;
       if (node !== null && !there.has(node)) node = null;
       redraw();
     },

@@ -1,7 +1,7 @@
 // What the live page and its engines say to each other. SI units.
 
 import type { SoftBody } from '../data/types.ts';
-import type { CutAnswer, CutRequest } from './tool/blade/types.ts';
+import type { CutAnswer, CutRequest, PartedNodes } from './tool/blade/types.ts';
 import type { GraspFrame, GraspTool } from './tool/jaws/types.ts';
 import type { NeedleFrame, NeedleTool } from './tool/needle/types.ts';
 import type { Vector } from './vector.ts';
@@ -9,8 +9,8 @@ import type { Vector } from './vector.ts';
 /** All of a result file that moves. */
 export interface LiveBody extends SoftBody {
   file: string; // path in the server's list; empty for a file that was dropped
-  /** Of a body that has been cut: tetrahedra of the whole one that are gone, and (T) which triangles are in the wound. */
-  cuts?: { gone: Int32Array; wound: Uint8Array };
+  /** Of a body that has been cut: tetrahedra of the whole one that are gone, what is parted, and (T) which triangles are in the wound. */
+  cuts?: { gone: Int32Array; parted: PartedNodes; wound: Uint8Array };
 }
 
 export interface LiveSettings {

@@ -154,6 +154,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     following.open(body, settings);
     showCut(answer);
     byId('live-reset').textContent = answer ? 'Whole again, at rest' : 'Back to rest';
+    nodeField().max = String(body.points.length / 3 - 1);
     nodeField().value = String(furthest(body, [0, -1, 0]));
     showWaiting();
   }
@@ -172,7 +173,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     if (next) return cut(next);
     const tool = linked?.tool;
     linked = null;
-    if (tool) takeLinked(tool);
+    if (tool && tool.grasp.node < body!.points.length / 3) takeLinked(tool); // parted nodes are there by now
   }
   function takeLinked({ kind, radius, grasp }: HeldTool): void {
     keep();
@@ -244,7 +245,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       cuts = [...cuts, request];
       showRemains(answer);
       changed();
-      note('');
+      note(answer.closed.volume > 0 ? 'This leaves a closed cavity; “Cut” says how large and how deep.' : '');
       // What was cut out of the inside is seen through glass alone.
       if (request.tool.kind === 'region') showGlass();
       doLinked();
@@ -356,7 +357,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       if (!isServed || !HAS_KERNEL) engines.value = isServed ? 'native' : 'wasm';
       if (!isServed && !HAS_KERNEL) return say(`This page has no springs of its own; open the file with \`livermark view\`, or run scripts/live-kernel and make the page again.`);
       settings = isLinked ? linkedSettings(view, settingsOf(next)) : null;
-      linked = isLinked ? linkedDone(view, next.points.length / 3) : null;
+      linked = isLinked ? linkedDone(view) : null;
       await start(next);
       if (!isLinked || next !== whole) return;
       const look = linkedLook(view, scene.look());

@@ -53,7 +53,10 @@ for (const engine of ['wasm', 'native'])
     const before = await redsAtRest();
     await cutOut('tumour 1', 5);
     await cutsSeen();
-    assert.ok((await live.value('blade-volume')) > 75e-6 && (await live.value('blade-volume')) < 120e-6);
+    const way = await live.value('blade-way');
+    assert.ok(way > 5e-6, 'it comes out by the capsule');
+    assert.ok((await live.value('blade-volume')) - way > 75e-6 && (await live.value('blade-volume')) - way < 125e-6);
+    assert.equal(await live.page.locator('#live-blade-closed').isVisible(), false);
     assert.ok((await live.value('blade-left')) >= 0.005 && (await live.value('blade-left')) < 0.009);
     assert.equal(await live.value('blade-pieces'), 1);
     assert.ok((await redsAtRest()) > before + 200, 'the wound is seen through the glass');
@@ -65,17 +68,44 @@ for (const engine of ['wasm', 'native'])
     await live.page.click('#live-reset');
     await wholeSeen();
     assert.ok((await redsAtRest()) < before + 50, 'the wound is gone');
+    await live.page.check('[name=tool][value=blade]');
+    await live.page.uncheck('#live-blade-opens');
     await cutOut('tumour 6', 0);
     await cutsSeen();
+    assert.equal(await live.value('blade-way'), 0);
+    assert.match(await live.text('blade-closed'), /^A closed cavity of [0-9.]+ mL is left, [0-9.]+ mm below the capsule/);
+    await live.page.check('#live-blade-opens');
     await live.page.click('#live-undo');
     await wholeSeen();
     assert.equal(await live.page.locator('#live-undo').isDisabled(), true);
   });
 
+test('a stroke parts the body, which opens, and FEM answers about it', async () => {
+  await live.goLive({});
+  await live.page.check('#live-solid');
+  await live.page.check('[name=tool][value=blade]');
+  await lead([-60, 20], [60, 20]);
+  await cutsSeen();
+  assert.equal(await live.value('blade-volume'), 0);
+  assert.ok((await live.value('blade-area')) > 1e-3);
+  assert.ok((await live.value('blade-off')) < 0.002, 'the wound is at the stroke');
+  await live.page.check('#live-fem');
+  await live.page.check('[name=tool][value=pull]');
+  await live.poke();
+  await live.isJudged();
+  const [springs, elements] = [await live.value('fem-springs'), await live.value('fem-elements')];
+  assert.ok(elements > 0.3 * springs && elements < 3 * springs, `${elements} m beside ${springs} m`);
+  assert.equal(await live.page.locator('#message').textContent(), '');
+  await live.page.uncheck('#live-fem');
+  await live.page.click('#live-reset');
+  await wholeSeen();
+});
+
 test('a blade is led across the body, and the wound has its own colour', async () => {
   await live.goLive({});
   await live.page.check('#live-solid');
   await live.page.check('[name=tool][value=blade]');
+  await live.page.selectOption('#live-blade-stroke', 'blade');
   await lead([-60, 20], [60, 20]);
   await cutsSeen();
   assert.ok((await live.value('blade-volume')) > 1e-6);
@@ -144,7 +174,9 @@ test('twenty random cuts in a browser leave closed surfaces, are undone to the b
     numMade++;
     assert.ok(isClosed(cut.triangles), 'the surface is closed');
     assert.equal(new Set(cut.gone).size, cut.gone.length);
-    assert.ok(cut.volume > 0 && cut.wound.includes(1));
+    const isParting = row.request.tool.thickness === 0;
+    assert.ok((cut.volume > 0 || isParting) && cut.wound.includes(1));
+    assert.ok(!isParting || answers[i + 1].displacement.length > previous.displacement.length || cut.volume > 0, 'parted nodes move as well');
   });
   assert.ok(numMade >= 6 && numRefused >= 2, `${numMade} cuts, ${numRefused} refused`);
   // What was refused has changed nothing, so that the native springs are not asked for it.

@@ -10,7 +10,7 @@ export function randomNumbers(seed) {
   };
 }
 
-/** What the page may ask for: regions with a margin, half-spaces and blades anywhere. */
+/** What the page may ask for: regions with a margin, half-spaces and blades anywhere, of which half part. */
 export function randomCuts(body, count, random) {
   const within = (low, high) => low + (high - low) * random();
   const axis = (i) => body.points.filter((_, j) => j % 3 === i);
@@ -20,12 +20,12 @@ export function randomCuts(body, count, random) {
   const blade = () => {
     const [at, along, across] = [place(), way().map((x) => 0.05 * x), way().map((x) => 0.05 * x)];
     const corner = (a, b) => at.map((x, i) => x + a * along[i] + b * across[i]);
-    return { kind: 'blade', corners: [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)], thickness: 0.001 };
+    return { kind: 'blade', corners: [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)], thickness: random() < 0.5 ? 0 : 0.001 };
   };
   const tools = [
     blade,
     () => ({ kind: 'half-space', point: place(), normal: way() }),
-    () => ({ kind: 'region', region: 1 + Math.floor(random() * (body.density.length - 1)), margin: within(0, 0.01), keepsMargin: random() < 0.5 }),
+    () => ({ kind: 'region', region: 1 + Math.floor(random() * (body.density.length - 1)), margin: within(0, 0.01), keepsMargin: random() < 0.5, opens: random() < 0.5 }),
   ];
   const numKinds = body.density.length > 1 ? 3 : 2;
   return Array.from({ length: count }, () => ({ tool: tools[Math.floor(random() * numKinds)](), takesLoose: random() < 0.7 }));

@@ -17,6 +17,8 @@
 #include <utility>
 #include <vector>
 
+#include "app/live/find_cut.hpp"
+#include "app/live/part_body.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/support/input_error.hpp"
 #include "core/tool/needle/needle.hpp"
@@ -243,6 +245,70 @@ void LiveFemTest::expect_solved_after_a_cut(const core::Body &whole, const std::
 
 TEST_F(LiveFemTest, SolvesOnWhatCutsHaveLeft) {
     expect_solved_after_a_cut(*result.problem.body, "box.h5");
+}
+
+/// Beside the model on the parted mesh, and traction on a face that is parted.
+TEST_F(LiveFemTest, SolvesOnWhatABladeHasParted) {
+    const auto box = core::bounding_box(mesh.points);
+    const auto at = [&](double x, double y, double z) {
+        return core::Vector3(box.min() + box.sizes().cwiseProduct(core::Vector3(x, y, z)));
+    };
+    const auto remains =
+        live::remains_of(mesh, std::vector<char>(mesh.tetrahedra.size(), 0), mesh.boundary_triangles.size());
+    // Through one of the two faces between bricks, of whose middles one is in a quarter.
+    live::PartedBody parted;
+    for (const auto &[y, z] : {std::pair{0.0, 0.0}, {0.0, 1.0}, {1.0, 0.0}, {1.0, 1.0}}) {
+        const meshes::BladeCut blade{{at(0.51, y - 0.45, z - 0.45), at(0.51, y + 0.45, z - 0.45),
+                                      at(0.51, y + 0.45, z + 0.45), at(0.51, y - 0.45, z + 0.45)},
+                                     0.0};
+        try {
+            parted = live::part_body(mesh, mesh, remains, std::vector<bool>(mesh.points.size(), false),
+                                     std::vector<core::Vector3>(mesh.points.size(), core::Vector3::Zero()), blade);
+        } catch (const support::InputError &) {
+            continue;
+        }
+    }
+    ASSERT_EQ(parted.mesh.boundary_triangles.size(), mesh.boundary_triangles.size() + 2);
+    ASSERT_GT(parted.mesh.points.size(), mesh.points.size());
+    std::string nodes, tetrahedra;
+    const auto add = [](std::string &text, auto number) {
+        text += fmt::format("{}{}", text.empty() ? "" : ",", number);
+    };
+    for (std::size_t i = 0; i < parted.mesh.points.size(); ++i)
+        if (i >= mesh.points.size() || parted.mesh.points[i] != mesh.points[i]) {
+            add(nodes, i);
+            for (const double x : parted.mesh.points[i])
+                add(nodes, x);
+        }
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        if (parted.mesh.tetrahedra[t] != mesh.tetrahedra[t]) {
+            add(tetrahedra, t);
+            for (const int node : parted.mesh.tetrahedra[t])
+                add(tetrahedra, node);
+        }
+    const int in_wound = parted.mesh.num_boundary_triangles() - 1;
+    ASSERT_EQ(parted.mesh.patch_names[parted.mesh.boundary_patch[in_wound]], core::wound_patch);
+    auto body = *result.problem.body;
+    body.mesh = parted.mesh;
+    auto load_case = tests::empty_load_case(body.mesh);
+    tests::prescribe(load_case, body.mesh, "x_min", core::Vector3::Zero());
+    load_case.conditions.push_back({"probe", core::ConditionKind::traction, std::nullopt});
+    Rows rows;
+    for (const int facet : {free[0], in_wound}) {
+        rows.push_back({1.0 * facet, -40.0, 10.0, 5.0});
+        load_case.condition_on[facet] = 1;
+        load_case.value[facet] = {-40.0, 10.0, 5.0};
+    }
+    const auto solution = support::find_named(models::all_models(), "fem_p2", "model")
+                              .solve({std::make_shared<core::Body>(body), load_case});
+    const auto converse = begin();
+    const auto parts = "parted_nodes=" + nodes + "&parted_tetrahedra=" + tetrahedra;
+    EXPECT_EQ(converse({false, "gone=&" + parts}).bytes, fmt::format("nodes={}", parted.mesh.points.size()));
+    expect_same(converse(binary(rows, {})), solution);
+    for (const auto *text : {"gone=&parted_nodes=1", "gone=&parted_nodes=99999,0,0,0&parted_tetrahedra=0,0,1,2,3",
+                             "gone=&parted_tetrahedra=0,1,2,3", "gone=&parted_tetrahedra=0,0,0,0,0"})
+        EXPECT_NE(fault_of([&] { converse({false, text}); }), "no fault") << text;
+    expect_same(converse(binary(rows, {})), solution);
 }
 
 /// Springs below every third facet, so that some go with the cut.

@@ -48,7 +48,12 @@ export function femEngine(onProgress: (sentence: string) => void): TruthEngine {
       socket?.close();
       socket = openSocket('/live/fem', file, onProgress);
       chosen = 'linear';
-      if (cuts) await socket.ask(new URLSearchParams({ gone: cuts.gone.join(',') }).toString());
+      if (!cuts) return;
+      const { nodes, places, tetrahedra } = cuts.parted;
+      const fields = new URLSearchParams({ gone: cuts.gone.join(',') });
+      if (nodes.length > 0) fields.set('parted_nodes', Array.from(nodes, (node, i) => [node, ...places.subarray(3 * i, 3 * i + 3)]).join(','));
+      if (tetrahedra.length > 0) fields.set('parted_tetrahedra', tetrahedra.join(','));
+      await socket.ask(fields.toString());
     },
     async choose({ youngModulus, poissonRatio }) {
       await opened(socket).ask(

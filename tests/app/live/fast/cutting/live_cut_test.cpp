@@ -10,71 +10,10 @@
 #include "app/live/scene.hpp"
 #include "core/support/input_error.hpp"
 #include "meshes/cutting/cut.hpp"
-#include "tests/app/live/box_scene.hpp"
+#include "tests/app/live/sick_box.hpp"
 
 namespace livermark::live {
 namespace {
-
-using meshes::BladeCut;
-using meshes::HalfSpaceCut;
-using meshes::RegionCut;
-
-/// The box with a lesion inside, four times as stiff, 2 cm from the free end.
-struct SickBox : BoxScene {
-    SickBox() {
-        body = *tests::make_body(tests::box_mesh({0.06, 0.03, 0.03}, {12, 6, 6}), {1060.0, 5e3, 0.45});
-        auto &mesh = body.mesh;
-        mesh.region_names = {"soft", "lesion"};
-        mesh.region.assign(mesh.tetrahedra.size(), 0);
-        for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-            Vector3 middle = Vector3::Zero();
-            for (const int node : mesh.tetrahedra[t])
-                middle += 0.25 * mesh.points[node];
-            mesh.region[t] = (middle - Vector3(0.04, 0.015, 0.0225)).lpNorm<Eigen::Infinity>() < 0.005 ? 1 : 0;
-        }
-        body.materials.push_back({1060.0, 2e4, 0.45});
-        is_constrained.clear();
-        for (const int patch : mesh.boundary_patch)
-            is_constrained.push_back(mesh.patch_names[patch] == "x_min");
-        node = node_at({0.05, 0.02, 0.03});
-    }
-};
-
-/// So short that none is divided, with and without a cut.
-Settings short_steps(const std::string &springs) {
-    auto chosen = settings(springs);
-    chosen.time_step = 5e-5;
-    return chosen;
-}
-
-CutRequest around_lesion(double margin) {
-    return {.tool = RegionCut{"lesion", margin}};
-}
-CutRequest beyond(double x) {
-    return {.tool = HalfSpaceCut{{x, 0.0, 0.0}, {1.0, 0.0, 0.0}}};
-}
-/// Across the box, from above through so much of its height, 1 mm thick.
-CutRequest blade(double x, double depth) {
-    const double low = 0.03 - depth, high = 0.04;
-    return {
-        .tool = BladeCut{
-            {Vector3(x, -0.01, high), Vector3(x, 0.04, high), Vector3(x, 0.04, low), Vector3(x, -0.01, low)}, 0.001}};
-}
-
-void expect_same(const Frame &is, const Frame &should) {
-    ASSERT_EQ(is.displacement.size(), should.displacement.size());
-    for (std::size_t i = 0; i < is.displacement.size(); ++i)
-        ASSERT_EQ(is.displacement[i], should.displacement[i]) << i;
-    EXPECT_EQ(is.force, should.force);
-    EXPECT_EQ(is.tool, should.tool);
-}
-
-double volume_of_body(const core::TetraMesh &mesh) {
-    double sum = 0.0;
-    for (const double volume : core::tetrahedron_volumes(mesh))
-        sum += volume;
-    return sum;
-}
 
 TEST(LiveCut, TakesARegionWithAMarginAndLeavesAClosedSurface) {
     const SickBox box;
@@ -305,7 +244,8 @@ TEST(LiveCut, IsRefusedInASentenceAndHarmsNothing) {
                               Vector3(0.0, 0.0, 0.0)},
                              0.001}},
            "do not form a quadrilateral");
-    expect({.tool = BladeCut{std::get<BladeCut>(blade(0.03, 0.01).tool).corners, 0.0}}, "without thickness");
+    expect(parting(0.2, 0.01), "parts nothing");
+    expect(parting(0.03, 0.05), "that nothing holds");
     expect_same(scene.move(box.poke(0.004), 40), quiet.move(box.poke(0.004), 40));
     scene.cut(around_lesion(0.001));
     expect(around_lesion(0.002), "nothing is left of this region");
@@ -368,23 +308,24 @@ TEST(LiveCut, RepliesWithTheNewBoundary) {
     const SickBox box;
     Scene scene(box.body, box.is_constrained);
     scene.choose(settings());
-    const auto bytes = reply(scene, std::vector<double>{7.0, 0.0, 0.0, 1.0, 0.002, 1.0});
+    const auto bytes = reply(scene, std::vector<double>{7.0, 0.0, 0.0, 1.0, 0.002, 1.0, 0.0});
     std::vector<double> numbers(bytes.size() / sizeof(double));
     std::memcpy(numbers.data(), bytes.data(), bytes.size());
-    ASSERT_GT(numbers.size(), 11U);
-    const auto num_gone = static_cast<std::size_t>(numbers[9]), num_triangles = static_cast<std::size_t>(numbers[10]);
-    ASSERT_EQ(numbers.size(), 11 + num_gone + 4 * num_triangles);
+    constexpr std::size_t num_readings = 20;
+    ASSERT_GT(numbers.size(), num_readings);
+    const auto num_gone = static_cast<std::size_t>(numbers[16]), num_triangles = static_cast<std::size_t>(numbers[17]);
+    ASSERT_EQ(numbers.size(), num_readings + num_gone + 4 * num_triangles);
     EXPECT_EQ(num_gone, scene.gone().size());
     EXPECT_EQ(num_triangles, scene.remains().mesh.boundary_triangles.size());
     std::array<int, 3> kinds{};
     for (std::size_t f = 0; f < num_triangles; ++f)
-        ++kinds[static_cast<std::size_t>(numbers[11 + num_gone + 3 * num_triangles + f])];
+        ++kinds[static_cast<std::size_t>(numbers[num_readings + num_gone + 3 * num_triangles + f])];
     EXPECT_EQ(kinds[1], 2 * 6 * 6);
     EXPECT_LE(kinds[0], static_cast<int>(box.body.mesh.boundary_triangles.size()) - 72);
     EXPECT_GT(kinds[0], 500);
     EXPECT_GT(kinds[2], 20);
     for (const auto &bad :
-         {std::vector<double>{7.0}, {7.0, 0.0, 3.0}, {7.0, 0.0, 0.0, 2.0, 0.0, 0.0}, {7.0, 0.0, 1.0, 0.0}})
+         {std::vector<double>{7.0}, {7.0, 0.0, 3.0}, {7.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0}, {7.0, 0.0, 1.0, 0.0}})
         EXPECT_THROW(reply(scene, bad), support::InputError);
 }
 

@@ -2,8 +2,8 @@
 import type { CutTool } from './types.ts';
 import { dot, length, plus, type Vector } from '../../vector.ts';
 
-/** How thick a blade is: what it touches goes [m]. */
-const thickness = 0.001;
+/** How thick a blade is that takes what it touches [m]. */
+export const thickness = 0.001;
 /** A shorter stroke is a slip of the hand [m]. */
 export const shortest = 0.005;
 
@@ -28,9 +28,10 @@ export function strokeOf(from: Vector, right: Vector, up: Vector, metresRight: n
 /**
  * A blade that goes straight away from the viewer along the stroke.
  * @param depth  below where the stroke begins [m]
- * @param reach  towards the viewer: the surface may bulge between both ends [m]
+ * @param reach      towards the viewer: the surface may bulge between both ends [m]
+ * @param thickness  0 for a blade that parts [m]
  */
-export function bladeOf({ from, to, away }: Stroke, depth: number, reach: number): CutTool {
+export function bladeOf({ from, to, away }: Stroke, depth: number, reach: number, thickness: number): CutTool {
   return { kind: 'blade', corners: [plus(from, away, -reach), plus(to, away, -reach), plus(to, away, depth), plus(from, away, depth)], thickness };
 }
 
