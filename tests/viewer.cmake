@@ -10,7 +10,7 @@ if(NOT NODE)
   message(STATUS "The page of `livermark view` is not tested: no node (Debian package nodejs)")
   return()
 endif()
-set(parts page opening conditions patches slices vessels node_factor loads view server live live/needle live/grasp live/cut live/load_case live/tumours live/link live/foundation live/rest live/picture trial experiment/markers)
+set(parts page opening conditions patches slices vessels node_factor loads view server live live/needle live/grasp live/cut live/load_case live/tumours live/link live/foundation live/rest live/picture live/random_actions trial experiment/markers)
 # The springs of the live page, compiled for this machine from the lines that WebAssembly is made of. Machines of other
 # kinds have fused multiplications in all of their vectors, and other last digits.
 if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
@@ -24,7 +24,7 @@ endif()
 set(not_there 77)
 # A thousand pokes and pulls, pictures of every frame, cuts that are compared with those at rest, and finite elements in contact on another
 # body than that of live/load_case, take minutes.
-set(nightly_parts live/rest live/picture live/cut live/tumours springs)
+set(nightly_parts live/rest live/picture live/random_actions live/cut live/tumours springs)
 foreach(part IN LISTS parts)
   set(tier full)
   if(part IN_LIST nightly_parts)

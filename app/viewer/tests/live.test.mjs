@@ -52,7 +52,7 @@ test('what was done is saved step by step, with the numbers of the page', async 
   await live.set('nu', '0.3');
   await live.above('indentation', 0.001);
   const { head, rows } = await live.saved();
-  assert.equal(head.join(), 'kind,num_steps,tool,target_x,target_y,target_z,radius,node,law,keeps_volume,young_modulus,poisson_ratio,mass_damping,stiffness_damping,time_step,longest_time_step,critical_time_step,step_limit,time,force_x,force_y,force_z,indentation,smallest_volume,disc_x,disc_y,disc_z,entry_x,entry_y,entry_z,depth,diameter,toughness,friction,puncture_force,tip,target_moved,region,margin,keeps_margin,thickness,takes_loose,volume,margin_left,corner_0_x,corner_0_y,corner_0_z,corner_1_x,corner_1_y,corner_1_z,corner_2_x,corner_2_y,corner_2_z,corner_3_x,corner_3_y,corner_3_z');
+  assert.equal(head.join(), 'kind,num_steps,tool,target_x,target_y,target_z,radius,node,law,keeps_volume,young_modulus,poisson_ratio,mass_damping,stiffness_damping,time_step,longest_time_step,critical_time_step,step_limit,time,force_x,force_y,force_z,indentation,smallest_volume,disc_x,disc_y,disc_z,entry_x,entry_y,entry_z,depth,diameter,toughness,friction,puncture_force,tip,target_moved,inwards_x,inwards_y,inwards_z,closing,other_x,other_y,other_z,region,margin,keeps_margin,opens,thickness,takes_loose,volume,margin_left,corner_0_x,corner_0_y,corner_0_z,corner_1_x,corner_1_y,corner_1_z,corner_2_x,corner_2_y,corner_2_z,corner_3_x,corner_3_y,corner_3_z');
   const chosen = rows.filter((row) => row.kind === 'choose');
   assert.deepEqual(chosen.map((row) => [row.law, row.poisson_ratio]), [['nodal_neo_hookean', '0.45'], ['van_gelder', '0.45'], ['van_gelder', '0.3']]);
   assert.ok(chosen.every((row) => Number(row.time_step) > 0));

@@ -314,12 +314,18 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   listenToKeys(canvas, () => scene.stage, { ...handling, touch, pause, step, undo });
   const choose = (asked: LiveSettings) => (say(''), note(fitting), session?.choose(asked));
   listenToSettings(() => settings, choose, say);
-  byId('live-engine').addEventListener('change', () => whole && void start(whole));
+  /** No engine knows what another one has moved: it does the cuts again, and takes the tool that stays. */
+  function changeEngine(): void {
+    if (!whole) return;
+    linked = { cuts: [...cuts, ...(linked?.cuts ?? [])], tool: linked?.tool ?? heldTool(toolState) };
+    void start(whole);
+  }
+  byId('live-engine').addEventListener('change', changeEngine);
   /** @param then  what makes it faster */
   const listenToRemedy = (id: string, then: () => void) => byId(id).addEventListener('click', () => ((byId(id).hidden = true), then()));
   listenToRemedy(remedies.native, () => {
     byId<HTMLSelectElement>('live-engine').value = 'native';
-    if (whole) void start(whole);
+    changeEngine();
   });
   listenToRemedy(remedies.longest, () => settings && choose({ ...settings, timeStep: 0 }));
   listenToRemedy(remedies.opaque, () => scene.setSkin('solid'));

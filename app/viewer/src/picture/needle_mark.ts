@@ -1,5 +1,6 @@
 // A needle inside a body, seen through it, with its target as it was planned and as it is.
 import * as three from 'three';
+import { pageColours } from './page_colours.ts';
 
 type Vector = readonly [number, number, number];
 
@@ -24,11 +25,13 @@ const pointed = 6; // length of the point over the radius
 /** @param size  of the body [m] */
 export function createNeedle(size: number): NeedleInScene {
   const ink = (color: number, opacity = 1) => new three.MeshBasicMaterial({ color, opacity, depthTest: false, transparent: true, toneMapped: false });
-  const [steel, hub, was, now] = [ink(0x26323d), ink(0x1f6fb5), ink(0xffffff, 0.9), ink(0x0a8f3c, 0.95)];
+  const [steel, hub, was, now] = [ink(0xffffff), ink(0x1f6fb5), ink(0xffffff, 0.9), ink(0x0a8f3c, 0.95)];
   // From the tip at the origin, up to the handle.
   const shaft = new three.Mesh(new three.CylinderGeometry(1, 1, 1, 16).translate(0, 0.5, 0), steel);
   const point = new three.Mesh(new three.ConeGeometry(1, 1, 16).translate(0, -0.5, 0).rotateX(Math.PI), steel);
   const grip = new three.Mesh(new three.CylinderGeometry(1, 1, 1, 16).translate(0, 0.5, 0), hub);
+  // Steel is dark on a light page and light on a dark one.
+  shaft.onBeforeRender = ({ domElement }) => void steel.color.set(pageColours(domElement.parentElement!).ink);
   const needle = new three.Group();
   needle.add(shaft, point, grip);
   const planned = new three.Mesh(new three.SphereGeometry(0.014 * size, 24, 16), was);
