@@ -223,7 +223,7 @@ meshes::CutTool cut_tool(Numbers &numbers, const std::vector<std::string> &names
     return blade;
 }
 
-/// What blades without thickness have changed of a mesh.
+/// Changes that blades without thickness have made to a mesh.
 struct MeshChanges {
     std::vector<int> nodes;      ///< that are new, or in other places, ascending
     std::vector<int> tetrahedra; ///< that have other nodes, ascending

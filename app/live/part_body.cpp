@@ -27,9 +27,9 @@ constexpr double kept_height = 0.3;
 constexpr double flattest_part = 0.7;
 /// Parts of the way to the blade that a node tries.
 constexpr std::array parts_of_way{1.0, 0.75, 0.5, 0.25};
-/// How often faces are chosen again after nodes have gone to the blade.
+/// Times that faces are chosen again after nodes have gone to the blade.
 constexpr int num_choices = 4;
-/// How often all nodes try: one that has moved makes room for others.
+/// Rounds in which all nodes try: one that has moved makes room for others.
 constexpr int num_rounds = 3;
 
 Corners corners_of(const std::vector<Vector3> &points, const std::array<int, 4> &nodes) {

@@ -11,7 +11,7 @@ namespace livermark::live {
 
 struct Remains;
 
-/// Where a node was in the body before: between the nodes of a tetrahedron there.
+/// Place of a node in the body before: between the nodes of a tetrahedron there.
 struct PlaceBefore {
     std::array<int, 4> nodes;
     std::array<double, 4> weight; ///< of these; they add up to one

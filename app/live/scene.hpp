@@ -159,7 +159,7 @@ enum class ToolKind {
 
 struct Tool {
     ToolKind kind = ToolKind::none;
-    /// Of the centre of the ball or plate, or of the node; or where a grasp is led to from its place [m].
+    /// Place of the centre of the ball or plate, or of the node; or where a grasp is led to from its place [m].
     core::Vector3 target = core::Vector3::Zero();
     double radius = 0.012; ///< of the ball, or of the disc that is held, or half a side of the plate [m], > 0
     int node = 0;          ///< of the surface; looked at by a pull alone
@@ -299,7 +299,7 @@ struct Settings {
     double time_step = 0.0; ///< [s]; 0 takes the longest
 };
 
-/// What decides how long steps may be. The numbers are those of the messages.
+/// Reason why steps may be no longer. The numbers are those of the messages.
 enum class StepLimit {
     rest = 0,    ///< the body at rest
     pressed = 1, ///< a pressed body, in the parts of a divided step
@@ -410,7 +410,7 @@ class Scene {
     /// The mesh at rest before any blade has parted it.
     const core::TetraMesh &original_mesh() const;
 
-    /// Of each node, the one of the original mesh that it is, or was parted from.
+    /// Node of the original mesh that each node is, or was parted from.
     const std::vector<int> &original_node() const { return original_node_; }
 
     /// Puts the body to where it is without loads, at rest and whole, and takes the tool away: from here on it moves to

@@ -466,7 +466,7 @@ bool EquilibriumSearch::balance_along(const State &change, LoadedState &at, Bala
     return false;
 }
 
-/// Of the first solve, whose solution is the linear one.
+/// Tolerance of the first solve, whose solution is the linear one.
 double EquilibriumSearch::first_tolerance() const {
     return std::max(0.1 * path_.tolerance, TangentSolver::smallest_tolerance);
 }

@@ -59,7 +59,7 @@ std::vector<char> marks_of(std::string_view text, std::size_t num_tetrahedra) {
     return marks;
 }
 
-/// What blades have parted: nodes that are new or in other places, each with its number and its place [m], and
+/// Parts that blades have changed: nodes that are new or in other places, each with its number and its place [m], and
 /// tetrahedra that have other nodes, each with its number and its nodes.
 struct PartedNumbers {
     std::vector<double> nodes, tetrahedra;

@@ -194,7 +194,7 @@ TEST(LiveGrasp, PressesOnAFoundationAsTheJawsOfALoadCaseDo) {
     EXPECT_LT(apart.displacement, 1e-3);
 }
 
-/// What one jaw does the other one mirrors, and the readings add up.
+/// Each jaw mirrors the other one, and the readings add up.
 TEST(LiveGrasp, JawsPressWithEqualForcesOnABodyThatIsItsOwnMirrorImage) {
     const Bar bar;
     Scene scene(bar.body, bar.is_constrained);
@@ -282,12 +282,12 @@ TEST(LiveGrasp, IsRefusedWhereJawsDoNotGo) {
     const auto says_of_length = [&](double length, const std::string &words) {
         const BoxScene box{
             .body = *tests::make_body(tests::box_mesh({length, 0.03, 0.03}, {6, 3, 3}), {1060.0, 5e3, 0.45})};
-        Scene of_box(box.body, box.is_constrained);
-        of_box.choose(settings());
+        Scene box_scene(box.body, box.is_constrained);
+        box_scene.choose(settings());
         tool = bar.grasp(0.002);
         tool.place = {length, 0.015, 0.015};
         tool.inwards = -Vector3::UnitX();
-        const auto sentence = refusal(of_box, tool);
+        const auto sentence = refusal(box_scene, tool);
         EXPECT_NE(sentence.find(words), std::string::npos) << sentence;
     };
     says_of_length(0.05, "constrained");
@@ -309,7 +309,7 @@ TEST(LiveGrasp, LeavesRoomBetweenItsJaws) {
     EXPECT_EQ(open.grasp->closing, 0.0);
 }
 
-/// What is kept is there again to the last bit, also after the material or a cut has changed in between.
+/// The state that was kept is there again to the last bit, also after the material or a cut has changed in between.
 TEST(LiveGrasp, GoesOnFromWhatWasKept) {
     const Bar bar;
     Scene scene(bar.body, bar.is_constrained), other(bar.body, bar.is_constrained);

@@ -19,7 +19,7 @@
 #include "tests/app/live/box_scene.hpp"
 #include "tests/samples/touch/jaws.hpp"
 
-/// What the page says of each of its tools, written as the load case that docs/explanation/live_page.md has for it:
+/// Each tool of the page, written as the load case that docs/explanation/live_page.md has for it:
 /// read by the reader of load cases and solved by the model that `livermark run` has, it has the force and the
 /// displacements of the page.
 namespace livermark::live {
@@ -68,7 +68,7 @@ msm::ElasticBody compared(const core::Body &body) {
     return msm::coupled_springs_with_volume(body, msm::find_coupled_springs(springs));
 }
 
-/// What `livermark run` answers to the load case.
+/// Answer of `livermark run` to the load case.
 /// @param body  without what a [[cut]] takes
 msm::FollowedPath run(const core::Body &body, const std::string &load_case) {
     const core::Problem problem{std::make_shared<core::Body>(body),
@@ -111,7 +111,7 @@ void expect_same(double force, double expected_force, double displacement_apart,
     EXPECT_LT(displacement_apart, margin);
 }
 
-/// Of a ball and of jaws, whose friction goes another way through the first moments.
+/// Margin of a ball and of jaws, whose friction goes another way through the first moments.
 constexpr double margin_of_friction = 0.02;
 
 TEST(LiveLoadCases, RepeatAPoke) {

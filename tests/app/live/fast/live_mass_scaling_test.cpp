@@ -117,7 +117,7 @@ TEST(LiveMassScaling, LeavesMassesAsTheyAreWhereTheStepAsksForNothingElse) {
     }
 }
 
-/// What a page says of steps is that of the masses that move.
+/// Steps that a page names are those of the masses that move.
 TEST(LiveMassScaling, NamesTheCriticalStepOfTheMassesThatMove) {
     const BoxWithLump box;
     for (const auto &springs : some_springs) {

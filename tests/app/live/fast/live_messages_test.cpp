@@ -57,9 +57,9 @@ TEST(LiveMessages, SayWhatTheCallsSay) {
     const auto pressed = called.move(plate, 300);
     const std::vector<double> message{9,  plate.target.x(), plate.target.y(), plate.target.z(), 0.0, 0.1, -1.0, 0.008,
                                       300};
-    const auto of_plate = reply(*told, message);
-    ASSERT_GT(of_plate.size(), sizeof head);
-    std::memcpy(head.data(), of_plate.data(), sizeof head);
+    const auto plate_reply = reply(*told, message);
+    ASSERT_GT(plate_reply.size(), sizeof head);
+    std::memcpy(head.data(), plate_reply.data(), sizeof head);
     EXPECT_EQ(Vector3(head[1], head[2], head[3]), pressed.tool);
     EXPECT_EQ(Vector3(head[4], head[5], head[6]), pressed.force);
     EXPECT_GT(pressed.force.norm(), 0.0);

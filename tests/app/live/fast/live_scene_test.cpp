@@ -153,7 +153,7 @@ TEST(LiveScene, APlateBeginsOutsideAndGoesOnFromWhatWasKept) {
     EXPECT_GT(scene.move(tool, 300).force.norm(), 0.01);
 }
 
-/// What stands behind its face would be pushed by its back.
+/// A part of the body that stands behind its face would be pushed by its back.
 TEST(LiveScene, RefusesAPlateWhereTheBodyIsInItsWay) {
     const BoxScene box;
     Scene scene(box.body, box.is_constrained);

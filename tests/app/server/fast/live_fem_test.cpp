@@ -420,7 +420,7 @@ TEST_F(LiveFemTest, AnswersByHyperelasticElementsWhereTheseAreAskedFor) {
     EXPECT_EQ(displacement(converse(binary(rows))), displacement(linear));
 }
 
-/// How far Newton's method is, and the end of its work where the reply is not waited for any longer.
+/// Progress of Newton's method, and the end of its work where the reply is not waited for any longer.
 TEST_F(LiveFemTest, SaysHowFarHyperelasticElementsAreAndIsInterrupted) {
     std::vector<std::string> told;
     std::size_t waited_for = 1000; // sentences

@@ -53,7 +53,8 @@ TEST(LiveWayOut, OpensFromTheCapsuleByTheShortestWayOrSaysThatTheCavityIsClosed)
     EXPECT_EQ(scene.cut(blade(0.055, 0.01)).closed_volume, 0.0);
 }
 
-/// Where all but the far end of the surface is constrained, there is one way, and none as wide if that is too narrow.
+/// A body of which all but the far end of the surface is constrained has one way, and none as wide if that is too
+/// narrow.
 TEST(LiveWayOut, OpensPastWhatIsConstrainedOrIsRefused) {
     auto box = box_with_cube(0.015);
     const auto constrain = [&](double free_from) {
