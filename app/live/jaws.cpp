@@ -64,7 +64,7 @@ std::vector<Crossing> crossings(const Boundary &boundary, const Vector3 &from, c
 Vector3 touching_centre(const Boundary &boundary, const Vector3 &from, const Vector3 &outwards, double radius) {
     double way = 0.0;
     for (int approach = 0; approach < most_approaches; ++approach) {
-        const Vector3 centre = from + way * outwards;
+        Vector3 centre = from + way * outwards;
         double distance = std::numeric_limits<double>::infinity();
         std::size_t nearest = 0;
         for (std::size_t t = 0; t < boundary.corners.size(); ++t) {

@@ -26,7 +26,7 @@ set(may_include_app/cli core/support core meshes load_cases load_cases/experimen
 set(may_include_python core/support core msm)
 set(may_include_python/suite core/support core meshes load_cases msm fem_reference studies/models results studies
   studies/exchange/formats python)
-set(may_include_benchmarks core/support core meshes msm interactive fem_reference results tests/oracles)
+set(may_include_benchmarks core/support core meshes msm interactive fem_reference results app/live tests/oracles)
 set(may_include_tests/oracles core/support core msm interactive)
 set(may_include_examples "")
 set(rooms core/support core meshes meshes/segmentation load_cases load_cases/experiments msm interactive fem_reference
