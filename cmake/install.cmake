@@ -82,8 +82,35 @@ endif()
 if(NOT PROJECT_IS_TOP_LEVEL)
   return()
 endif()
-# Debian packages, one for each component: cpack -G DEB in the build folder.
-set(CPACK_PACKAGE_CONTACT "The Livermark authors <livermark@localhost>")
+# The program, in a folder of its own that is laid out as the source tree, so that it finds what it reads beside itself.
+if(LIVERMARK_WITH_FEM_REFERENCE)
+  set(tree lib/livermark)
+  install(TARGETS livermark RUNTIME DESTINATION ${tree} COMPONENT program)
+  if(TARGET livermark-segment)
+    install(TARGETS livermark-segment RUNTIME DESTINATION ${tree} COMPONENT program)
+  endif()
+  file(MAKE_DIRECTORY ${livermark_BINARY_DIR}/installed/bin ${livermark_BINARY_DIR}/installed/python)
+  file(CREATE_LINK ../${tree}/livermark ${livermark_BINARY_DIR}/installed/bin/livermark SYMBOLIC)
+  install(FILES ${livermark_BINARY_DIR}/installed/bin/livermark DESTINATION bin COMPONENT program)
+  file(GLOB_RECURSE load_cases CONFIGURE_DEPENDS RELATIVE ${livermark_SOURCE_DIR} ${livermark_SOURCE_DIR}/load_cases/*.toml)
+  file(GLOB files CONFIGURE_DEPENDS RELATIVE ${livermark_SOURCE_DIR} ${livermark_SOURCE_DIR}/meshes/*.toml
+    ${livermark_SOURCE_DIR}/meshes/*.msh ${livermark_SOURCE_DIR}/results/*.toml ${livermark_SOURCE_DIR}/results/cohorts/*.toml
+    ${livermark_SOURCE_DIR}/results/engines/*.json)
+  foreach(file IN LISTS load_cases files)
+    cmake_path(GET file PARENT_PATH place)
+    install(FILES ${livermark_SOURCE_DIR}/${file} DESTINATION ${tree}/${place} COMPONENT program)
+  endforeach()
+  install(DIRECTORY ${livermark_SOURCE_DIR}/results/references ${livermark_SOURCE_DIR}/results/cohorts DESTINATION ${tree}/results
+    COMPONENT program FILES_MATCHING PATTERN "*.h5")
+  install(PROGRAMS ${livermark_SOURCE_DIR}/scripts/convert_mesh ${livermark_SOURCE_DIR}/scripts/convert_solution
+    ${livermark_SOURCE_DIR}/scripts/convert_surface DESTINATION ${tree}/scripts COMPONENT program)
+  install(FILES ${livermark_SOURCE_DIR}/app/viewer/dist/index.html DESTINATION ${tree}/app/viewer/dist COMPONENT program OPTIONAL)
+  install(FILES ${livermark_SOURCE_DIR}/NOTICE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+  list(APPEND components program)
+endif()
+
+# Debian packages, one for each component: cpack -G DEB in the build folder, or scripts/package.
+set(CPACK_PACKAGE_CONTACT "The Livermark authors <authors@livermark.invalid>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
 set(CPACK_RESOURCE_FILE_LICENSE ${livermark_SOURCE_DIR}/LICENSE)
 set(CPACK_GENERATOR DEB)
@@ -121,4 +148,35 @@ set(CPACK_DEBIAN_PYTHON_SUITE_PACKAGE_DEPENDS "python3-livermark, libopenblas0-s
 # The libraries that the extension modules are linked with.
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PYTHON_SUITE_PACKAGE_SHLIBDEPS ON)
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
+  "The program livermark with its bodies, load cases, references and page. With CHOLMOD, gmsh and CGAL under the GPL; see NOTICE.")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME livermark)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+# BLAS of one thread, so the same numbers every time; and what its reports and converters import.
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libopenblas0-serial, python3, python3-livermark, python3-matplotlib, python3-jinja2, python3-meshio, python3-lz4")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-openturns")
+set(CPACK_STRIP_FILES ON)
+# What Debian asks of each package: its licence and its changes.
+file(WRITE ${livermark_BINARY_DIR}/installed/copyright "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/
+
+Files: *
+Copyright: 2026 The Livermark authors
+License: Apache-2.0
+
+License: Apache-2.0
+ On Debian systems the full text is in /usr/share/common-licenses/Apache-2.0.
+")
+file(WRITE ${livermark_BINARY_DIR}/installed/changelog "livermark (${PROJECT_VERSION}) unstable; urgency=medium
+
+  * CHANGELOG.md of the sources has what is new.
+
+ -- ${CPACK_PACKAGE_CONTACT}  Sun, 01 Nov 2026 00:00:00 +0000
+")
+execute_process(COMMAND gzip -9 --no-name --force ${livermark_BINARY_DIR}/installed/changelog)
+foreach(component IN LISTS CPACK_COMPONENTS_ALL)
+  string(TOUPPER ${component} part)
+  install(FILES ${livermark_BINARY_DIR}/installed/copyright ${livermark_BINARY_DIR}/installed/changelog.gz
+    DESTINATION share/doc/${CPACK_DEBIAN_${part}_PACKAGE_NAME} COMPONENT ${component})
+endforeach()
 include(CPack)

@@ -191,8 +191,20 @@ void add_constraints(CLI::App &command, std::string &load_case) {
                        "the first shipped one that does");
 }
 
+namespace {
+
+/// A folder for what is computed: in a source tree below its results/, else in those of the working directory.
+std::string results_folder(const char *folder) {
+    const auto root = support::root_folder();
+    std::error_code ignored;
+    const bool is_source_tree = std::filesystem::exists(root / "CMakeLists.txt", ignored);
+    return ((is_source_tree ? root : std::filesystem::path()) / "results" / folder).string();
+}
+
+} // namespace
+
 CLI::Option *add_output(CLI::App &command, std::string &output, const std::string &help, const char *folder) {
-    output = (support::root_folder() / "results" / folder).string();
+    output = results_folder(folder);
     return command.add_option("--output", output, help)->capture_default_str();
 }
 
@@ -209,7 +221,7 @@ void refuse_no_folder(const std::string &data) {
 }
 
 std::string runs_folder() {
-    return (support::root_folder() / "results" / "runs").string();
+    return results_folder("runs");
 }
 
 void add_materials(CLI::App &command, meshes::MaterialOverride &material) {
