@@ -89,7 +89,7 @@ if(LIVERMARK_WITH_FEM_REFERENCE)
   if(TARGET livermark-segment)
     install(TARGETS livermark-segment RUNTIME DESTINATION ${tree} COMPONENT program)
   endif()
-  file(MAKE_DIRECTORY ${livermark_BINARY_DIR}/installed/bin ${livermark_BINARY_DIR}/installed/python)
+  file(MAKE_DIRECTORY ${livermark_BINARY_DIR}/installed/bin)
   file(CREATE_LINK ../${tree}/livermark ${livermark_BINARY_DIR}/installed/bin/livermark SYMBOLIC)
   install(FILES ${livermark_BINARY_DIR}/installed/bin/livermark DESTINATION bin COMPONENT program)
   file(GLOB_RECURSE load_cases CONFIGURE_DEPENDS RELATIVE ${livermark_SOURCE_DIR} ${livermark_SOURCE_DIR}/load_cases/*.toml)
@@ -158,14 +158,12 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libopenblas0-serial, python3, python3-
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-openturns")
 set(CPACK_STRIP_FILES ON)
 # What Debian asks of each package: its licence and its changes.
-file(WRITE ${livermark_BINARY_DIR}/installed/copyright "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/
+file(WRITE ${livermark_BINARY_DIR}/installed/copyright "Livermark
+Copyright 2026 The Livermark authors
 
-Files: *
-Copyright: 2026 The Livermark authors
-License: Apache-2.0
-
-License: Apache-2.0
- On Debian systems the full text is in /usr/share/common-licenses/Apache-2.0.
+The sources are under the Apache License, Version 2.0; on Debian systems the full text is in /usr/share/common-licenses/Apache-2.0.
+A program that is linked with gmsh, CHOLMOD or CGAL is as a whole under the GPL, version 3 or later; on Debian systems the full text is in
+/usr/share/common-licenses/GPL-3.
 ")
 file(WRITE ${livermark_BINARY_DIR}/installed/changelog "livermark (${PROJECT_VERSION}) unstable; urgency=medium
 
