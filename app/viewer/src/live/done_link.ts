@@ -1,6 +1,6 @@
 // What was done to a body as text in a link: cuts, one after the other, and the tool that is still there. Lengths in mm.
 import type { CutRequest, CutTool } from './tool/blade/types.ts';
-import { isHolding, type Grasp, type Holding, type ToolState } from './tool/tool_state.ts';
+import { atRest, isHolding, type Grasp, type Holding, type ToolState } from './tool/tool_state.ts';
 import type { Vector } from './vector.ts';
 
 /** A tool that holds on. */
@@ -58,7 +58,7 @@ function cutOf(text: string): CutRequest | null {
 function toolOf(text: string): HeldTool | null {
   const [kind, numbers] = partsOf(text) ?? ['', []];
   const isNeedle = kind === 'needle';
-  if (!['probe', 'plate', 'grasp', 'pull', 'needle'].includes(kind) || numbers.length !== (isNeedle ? 20 : 12)) return null;
+  if (!Object.hasOwn(atRest.radius, kind) || numbers.length !== (isNeedle ? 20 : 12)) return null;
   const node = numbers[1]!, metres = numbers.map((x) => x / 1000), vector = (from: number, of = metres) => of.slice(from, from + 3) as Vector;
   if (!(numbers[0]! > 0) || !Number.isInteger(node) || node < 0) return null;
   const [diameter, spread, toughness, friction, punctureForce] = numbers.slice(15) as [number, number, number, number, number];
