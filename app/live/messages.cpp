@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <utility>
 
 #include "app/live/parameters.hpp"
 
@@ -125,46 +126,48 @@ std::string frame_bytes(const Frame &frame, double seconds) {
     return bytes;
 }
 
-std::string move(Scene &scene, Numbers &numbers) {
+/// Frame that follows a number of steps, the last of a message, and the time that they took.
+struct TimedFrame {
+    Frame frame;
+    double seconds;
+};
+
+TimedFrame timed_frame(Scene &scene, const Tool &tool, Numbers &numbers) {
     using Clock = std::chrono::steady_clock;
+    const int num_steps = numbers.integer();
+    numbers.end();
+    const auto start = Clock::now();
+    auto frame = scene.move(tool, num_steps);
+    return {std::move(frame), std::chrono::duration<double>(Clock::now() - start).count()};
+}
+
+std::string move(Scene &scene, Numbers &numbers) {
     Tool tool;
     tool.kind = static_cast<ToolKind>(numbers.integer());
     tool.target = numbers.vector();
     tool.radius = numbers.number();
     tool.node = numbers.integer();
-    const int num_steps = numbers.integer();
-    numbers.end();
-    const auto start = Clock::now();
-    const auto frame = scene.move(tool, num_steps);
-    return frame_bytes(frame, std::chrono::duration<double>(Clock::now() - start).count());
+    const auto [frame, seconds] = timed_frame(scene, tool, numbers);
+    return frame_bytes(frame, seconds);
 }
 
 std::string press(Scene &scene, Numbers &numbers) {
-    using Clock = std::chrono::steady_clock;
     Tool tool{.kind = ToolKind::probe, .face = core::ToolFace::square};
     tool.target = numbers.vector();
     tool.inwards = numbers.vector();
     tool.radius = numbers.number();
-    const int num_steps = numbers.integer();
-    numbers.end();
-    const auto start = Clock::now();
-    const auto frame = scene.move(tool, num_steps);
-    return frame_bytes(frame, std::chrono::duration<double>(Clock::now() - start).count());
+    const auto [frame, seconds] = timed_frame(scene, tool, numbers);
+    return frame_bytes(frame, seconds);
 }
 
 std::string prick(Scene &scene, Numbers &numbers) {
-    using Clock = std::chrono::steady_clock;
     Tool tool{.kind = ToolKind::needle};
     tool.needle.entry = numbers.vector();
     tool.needle.target = numbers.vector();
     for (double *const number : {&tool.needle.diameter, &tool.needle.spread, &tool.needle.toughness,
                                  &tool.needle.friction, &tool.needle.puncture_force, &tool.depth})
         *number = numbers.number();
-    const int num_steps = numbers.integer();
-    numbers.end();
-    const auto start = Clock::now();
-    const auto frame = scene.move(tool, num_steps);
-    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const auto [frame, seconds] = timed_frame(scene, tool, numbers);
     const auto reading = frame.needle.value_or(NeedleReading{}); // it is out where the motion was set back
     std::string bytes;
     for (const double number :
@@ -180,18 +183,13 @@ std::string prick(Scene &scene, Numbers &numbers) {
 }
 
 std::string grasp(Scene &scene, Numbers &numbers) {
-    using Clock = std::chrono::steady_clock;
     Tool tool{.kind = ToolKind::grasp};
     tool.place = numbers.vector();
     tool.inwards = numbers.vector();
     tool.target = numbers.vector();
     tool.radius = numbers.number();
     tool.depth = numbers.number();
-    const int num_steps = numbers.integer();
-    numbers.end();
-    const auto start = Clock::now();
-    const auto frame = scene.move(tool, num_steps);
-    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const auto [frame, seconds] = timed_frame(scene, tool, numbers);
     const auto reading = frame.grasp.value_or(GraspReading{}); // it is off where the motion was set back
     std::string bytes;
     append(bytes, reading.depth);
